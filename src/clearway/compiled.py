@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -15,5 +15,5 @@ def compiled(function: Function) -> Function:
 
     One thread, IEEE arithmetic (NaN is honoured). Keeps the signature for type checkers.
     """
-    compiled_function: Function = numba.njit(cache=True, error_model="numpy")(function)
-    return compiled_function
+    dispatcher: Any = numba.njit(cache=True, error_model="numpy")
+    return cast(Function, dispatcher(function))

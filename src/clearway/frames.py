@@ -83,16 +83,18 @@ def world_points_from_body(
     points_body_m: npt.ArrayLike, position_world_m: npt.ArrayLike, attitude_rad: npt.ArrayLike
 ) -> FloatArray:
     """Points [n, 3] of the body frame in the world frame, eq. (3.47)."""
-    rotation = world_from_body(attitude_rad)
-    return np.asarray(points_body_m, dtype=np.float64) @ rotation.T + np.asarray(position_world_m)
+    points = np.asarray(points_body_m, dtype=np.float64)
+    position = np.asarray(position_world_m, dtype=np.float64)
+    return np.matmul(points, body_from_world(attitude_rad), dtype=np.float64) + position
 
 
 def body_points_from_world(
     points_world_m: npt.ArrayLike, position_world_m: npt.ArrayLike, attitude_rad: npt.ArrayLike
 ) -> FloatArray:
     """Points [n, 3] of the world frame in the body frame, eq. (3.48) corrected."""
-    offset = np.asarray(points_world_m, dtype=np.float64) - np.asarray(position_world_m)
-    return offset @ world_from_body(attitude_rad)
+    position = np.asarray(position_world_m, dtype=np.float64)
+    offset: FloatArray = np.asarray(points_world_m, dtype=np.float64) - position
+    return np.matmul(offset, world_from_body(attitude_rad), dtype=np.float64)
 
 
 def enu_from_ned(vectors_ned: npt.ArrayLike) -> FloatArray:

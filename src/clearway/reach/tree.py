@@ -1,0 +1,79 @@
+"""A reach set as flat arrays: every movement of every kept trajectory once, parents first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.frames import FloatArray
+from clearway.grid import AvoidanceGrid
+from clearway.state import BoolArray, IntArray
+
+LAST_LAYER = 1
+SIDE = 2
+
+
+@dataclass(frozen=True, eq=False)
+class ReachSet:
+    """Trajectories in one grid for one start pitch (4.5), as a tree without its root.
+
+    A node is one movement that follows its parent's. Positions are in the grid frame: the body
+    frame at the start, where the vehicle sits at the origin with nose along x.
+    """
+
+    grid: AvoidanceGrid
+    start_pitch_rad: float
+    movement_names: tuple[str, ...]
+    parent: npt.NDArray[np.int32]
+    """[nodes] index of the parent, always smaller than the node's own; -1 below the root."""
+    movement: npt.NDArray[np.int16]
+    """[nodes] index into `movement_names`."""
+    depth: npt.NDArray[np.int16]
+    """[nodes] movements from the root, 1 for the first."""
+    end_time_s: FloatArray
+    """[nodes] time from the start to the end of the node's movement."""
+    length_m: FloatArray
+    """[nodes] length flown from the start to the end of the node's movement."""
+    states: FloatArray
+    """[nodes, 6] state at the end of the movement: position in the grid frame, attitude as the
+    automaton counts it (pitch absolute, yaw from 0 at the start)."""
+    samples_m: FloatArray
+    """[nodes, samples, 3] positions along the movement at equal times, the last at its end."""
+    sagitta_m: FloatArray
+    """[nodes] how far the path may lie from the chords between consecutive samples."""
+    cell_start: npt.NDArray[np.int32]
+    """[nodes + 1] where a node's cells begin in `cell_index` (CSR)."""
+    cell_index: npt.NDArray[np.int32]
+    """[passed] flat cells that the movement enters and no ancestor has passed, in order."""
+    end_cell: npt.NDArray[np.int32]
+    """[nodes] cell of the end point; -1 where the movement ends outside the grid."""
+    exit_kind: npt.NDArray[np.int8]
+    """[nodes] 0 while under way, LAST_LAYER or SIDE where a trajectory is complete."""
+
+    @property
+    def nodes(self) -> int:
+        return len(self.parent)
+
+    @property
+    def complete(self) -> BoolArray:
+        """[nodes] nodes that end a trajectory: in the last layer or out through the side."""
+        return self.exit_kind != 0
+
+    @property
+    def trajectories(self) -> IntArray:
+        """[trajectories] nodes that end one."""
+        return np.flatnonzero(self.exit_kind)
+
+    def path(self, node: int) -> list[int]:
+        """Nodes from below the root to `node`."""
+        nodes = []
+        while node >= 0:
+            nodes.append(node)
+            node = int(self.parent[node])
+        return nodes[::-1]
+
+    def movements_to(self, node: int) -> tuple[str, ...]:
+        """Names of the movements from the start to the end of `node`: its movement buffer."""
+        return tuple(self.movement_names[self.movement[n]] for n in self.path(node))
