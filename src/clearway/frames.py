@@ -85,7 +85,8 @@ def world_points_from_body(
     """Points [n, 3] of the body frame in the world frame, eq. (3.47)."""
     points = np.asarray(points_body_m, dtype=np.float64)
     position = np.asarray(position_world_m, dtype=np.float64)
-    return np.matmul(points, body_from_world(attitude_rad), dtype=np.float64) + position
+    rotated: FloatArray = points @ body_from_world(attitude_rad)
+    return rotated + position
 
 
 def body_points_from_world(
@@ -94,7 +95,8 @@ def body_points_from_world(
     """Points [n, 3] of the world frame in the body frame, eq. (3.48) corrected."""
     position = np.asarray(position_world_m, dtype=np.float64)
     offset: FloatArray = np.asarray(points_world_m, dtype=np.float64) - position
-    return np.matmul(offset, world_from_body(attitude_rad), dtype=np.float64)
+    rotated: FloatArray = offset @ world_from_body(attitude_rad)
+    return rotated
 
 
 def enu_from_ned(vectors_ned: npt.ArrayLike) -> FloatArray:

@@ -174,7 +174,7 @@ def layer_of(distance: float, edges: FloatArray) -> int:
     """Layer of a radius, nearer one within the tolerance; -1 outside. Both outer borders closed."""
     if not (distance >= edges[0] - BORDER_TOLERANCE):
         return -1
-    for i in range(1, edges.shape[0]):
+    for i in range(1, len(edges)):
         if distance <= edges[i] + BORDER_TOLERANCE:
             return i - 1
     return -1
@@ -183,7 +183,7 @@ def layer_of(distance: float, edges: FloatArray) -> int:
 @compiled
 def interval_of(angle: float, edges: FloatArray) -> int:
     """Column or row of an angle: the cell nearer the axis on a border, left or up on the axis."""
-    last = edges.shape[0] - 1
+    last = len(edges) - 1
     if not (angle >= edges[0] - BORDER_TOLERANCE and angle <= edges[last] + BORDER_TOLERANCE):
         return -1
     for j in range(1, last):
@@ -207,14 +207,14 @@ def cell_of_point(x: float, y: float, z: float, edges: GridEdges) -> int:
     k = interval_of(np.arctan2(z, horizontal), edges.elevation_rad)
     if k < 0:
         return -1
-    columns = edges.azimuth_rad.shape[0] - 1
-    rows = edges.elevation_rad.shape[0] - 1
+    columns = len(edges.azimuth_rad) - 1
+    rows = len(edges.elevation_rad) - 1
     return (i * columns + j) * rows + k
 
 
 @compiled
 def _cells_of(points: FloatArray, edges: GridEdges) -> IntArray:
-    cells = np.empty(points.shape[0], dtype=np.int64)
-    for n in range(points.shape[0]):
+    cells = np.empty(len(points), dtype=np.int64)
+    for n in range(len(points)):
         cells[n] = cell_of_point(points[n, 0], points[n, 1], points[n, 2], edges)
     return cells

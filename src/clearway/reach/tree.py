@@ -59,7 +59,7 @@ class ReachSet:
     @property
     def complete(self) -> BoolArray:
         """[nodes] nodes that end a trajectory: in the last layer or out through the side."""
-        return self.exit_kind != 0
+        return np.not_equal(self.exit_kind, 0)
 
     @property
     def trajectories(self) -> IntArray:

@@ -1,0 +1,36 @@
+"""Fixtures that find the shared data, and skip with a reason where it is absent."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+
+
+def shared_data() -> Path:
+    """`CLEARWAY_DATA`, else `../shared/data` beside the checkout."""
+    return Path(os.environ.get("CLEARWAY_DATA", REPOSITORY.parent / "shared" / "data"))
+
+
+@pytest.fixture(scope="session")
+def data_dir() -> Path:
+    """Folder of real scans, traffic, maps and missions."""
+    folder = shared_data()
+    if not folder.is_dir():
+        pytest.skip("needs data: no real data; set CLEARWAY_DATA to its folder")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def known_answers() -> dict[str, Any]:
+    """Reference arrays of an independent implementation."""
+    path = shared_data().parent / "known_answers.json"
+    if not path.is_file():
+        pytest.skip("needs data: no known_answers.json beside the data folder")
+    answers: dict[str, Any] = json.loads(path.read_text())
+    return answers
