@@ -8,6 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
+
+# The first call of a compiled function compiles it, which no deadline should count.
+settings.register_profile("clearway", deadline=None)
+settings.load_profile("clearway")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
