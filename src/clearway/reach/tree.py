@@ -26,6 +26,8 @@ class ReachSet:
     grid: AvoidanceGrid
     start_pitch_rad: float
     movement_names: tuple[str, ...]
+    movement_smooth: tuple[bool, ...]
+    """Per movement name: in the smooth set S of def. 25."""
     parent: npt.NDArray[np.int32]
     """[nodes] index of the parent, always smaller than the node's own; -1 below the root."""
     movement: npt.NDArray[np.int16]
