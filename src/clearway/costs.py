@@ -91,15 +91,6 @@ def _level_heights(reach_set: ReachSet) -> FloatArray:
     return np.asarray(-np.sin(pitch) * x + np.cos(pitch) * z, dtype=np.float64)
 
 
-def path_cost(reach_set: ReachSet, stage: FloatArray) -> FloatArray:
-    """[nodes] stage costs added up from the start to each node."""
-    total = stage.copy()
-    for node, parent in enumerate(reach_set.parent):
-        if parent >= 0:
-            total[node] += total[parent]
-    return total
-
-
 def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
     """Which paths come within the reach radius of the goal, checked along chords."""
     return Arrival(

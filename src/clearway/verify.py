@@ -16,7 +16,7 @@ import numpy as np
 
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
-from clearway.obstacles import rounded_box_distance
+from clearway.obstacles import Shapes, rounded_box_distance, shapes_of
 from clearway.reach.tree import ReachSet
 from clearway.state import IndexArray, IntArray
 
@@ -42,19 +42,6 @@ class PointHazards(NamedTuple):
     """[m] half the beam spacing there, plus what thinning added."""
 
 
-class ShapeHazards(NamedTuple):
-    """Rounded boxes of the obstacle map."""
-
-    center_m: FloatArray
-    """[s, 3] grid frame."""
-    rotation: FloatArray
-    """[s, 3, 3] grid from local axes."""
-    half_m: FloatArray
-    """[s, 3] half extents along the local axes."""
-    radius_m: FloatArray
-    """[s]"""
-
-
 class MovingHazards(NamedTuple):
     """Balls that move in a straight line and grow with time."""
 
@@ -72,8 +59,8 @@ def no_points() -> PointHazards:
     return PointHazards(np.zeros((0, 3)), np.zeros(0))
 
 
-def no_shapes() -> ShapeHazards:
-    return ShapeHazards(np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
+def no_shapes() -> Shapes:
+    return shapes_of(())
 
 
 def no_movers() -> MovingHazards:
@@ -85,7 +72,7 @@ class Hazards:
     """All that a trajectory must keep its margin from, in the grid frame."""
 
     points: PointHazards = field(default_factory=no_points)
-    shapes: ShapeHazards = field(default_factory=no_shapes)
+    shapes: Shapes = field(default_factory=no_shapes)
     movers: MovingHazards = field(default_factory=no_movers)
 
 
@@ -176,7 +163,7 @@ def _chord_distance(
 
 @compiled
 def _shape_chord_distance(
-    a: FloatArray, b: FloatArray, shapes: ShapeHazards, s: int, enough: float
+    a: FloatArray, b: FloatArray, shapes: Shapes, s: int, enough: float
 ) -> float:
     """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
 
@@ -222,7 +209,7 @@ def _node_clearance(
     paths: Paths,
     n: int,
     points: PointHazards,
-    shapes: ShapeHazards,
+    shapes: Shapes,
     movers: MovingHazards,
     enough: float,
 ) -> tuple[float, int, int]:
@@ -314,7 +301,7 @@ def _first_clear(
     paths: Paths,
     candidates: IntArray,
     points: PointHazards,
-    shapes: ShapeHazards,
+    shapes: Shapes,
     movers: MovingHazards,
     margin: float,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
@@ -355,7 +342,7 @@ def _path_clearance(
     paths: Paths,
     node: int,
     points: PointHazards,
-    shapes: ShapeHazards,
+    shapes: Shapes,
     movers: MovingHazards,
 ) -> tuple[float, int, int]:
     best, cause, index = np.inf, 0, -1
@@ -372,7 +359,7 @@ def _path_clearance(
 def _clearances(
     paths: Paths,
     points: PointHazards,
-    shapes: ShapeHazards,
+    shapes: Shapes,
     movers: MovingHazards,
     cap: float,
 ) -> FloatArray:

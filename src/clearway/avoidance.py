@@ -1,0 +1,351 @@
+"""One decision: see, fuse, rate, verify, choose, explain. Start reading here.
+
+`decide` is the whole cycle in the paper's order. It knows no files, clocks or sensors' drivers:
+`system.AvoidanceSystem` feeds it in flight, `simulation` in closed loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from clearway.costs import (
+    Goal,
+    Prices,
+    StageCost,
+    TerminalCost,
+    arrival,
+    curved_distance_to_go,
+    length_and_prices,
+)
+from clearway.decision import Choice, Commitment, Repertoire, choose, price_candidates
+from clearway.errors import ClearwayError
+from clearway.frames import FloatArray, world_from_body
+from clearway.fusion import (
+    CellAssessment,
+    Evidence,
+    ReachAssessment,
+    assess_cells,
+    rate_reach_set,
+    rating_named,
+)
+from clearway.grid import AvoidanceGrid
+from clearway.intruders import Intruder, assess_intruders
+from clearway.map_cells import base_probability
+from clearway.map_cells import coated_cells as coated_by_map
+from clearway.movements import MovementAutomaton
+from clearway.obstacle_map import ObstacleMap
+from clearway.obstacles import Shapes
+from clearway.reach.store import ReachLibrary
+from clearway.sensors import Detection, combine_detections, thin_points
+from clearway.sensors import coated_cells as coated_by_points
+from clearway.state import State
+from clearway.verify import Hazards, MovingHazards, PointHazards, no_movers
+
+THINNING = 0.1
+"""Voxels in which points are merged before verification, as a share of the margin."""
+
+
+@dataclass(frozen=True, slots=True)
+class AvoidanceSettings:
+    """How decisions are taken; defaults are those of the paper's static mission."""
+
+    rating: str = "total"
+    unknown: float = 0.0
+    """How far hidden space counts as blocked, u in [0, 1]."""
+    unknown_unseen: float = 1.0
+    """The same for columns that no beam looks into."""
+    threshold: float = 0.3
+    """P_R that a trajectory must have."""
+    verify: bool = True
+    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
+    safety_margin_m: float = 0.6
+    """From the vehicle's centre to any obstacle's surface."""
+    sigmas: float = 3.0
+    """Standard deviations of the own position by which the margin grows."""
+    own_drift_mps: float = 0.05
+    """Growth of the margin with the age of the own state."""
+    point_sigmas: float = 2.0
+    """Standard deviations of the range by which a hit point grows."""
+    intruder_models: tuple[str, ...] = ("line", "spread")
+    prices: Prices = field(default_factory=Prices)
+
+    def __post_init__(self) -> None:
+        rating_named(self.rating)
+        for name in ("unknown", "unknown_unseen", "threshold"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
+        for name in ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ClearwayError(f"{name}: {getattr(self, name)} is not a number >= 0")
+        if self.safety_margin_m == 0.0:
+            raise ClearwayError("safety_margin_m: must be above 0")
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """What stays the same from decision to decision: reach sets, costs, settings."""
+
+    automaton: MovementAutomaton
+    grid: AvoidanceGrid
+    repertoires: tuple[tuple[float, Repertoire], ...]
+    """(start pitch, reach set with its costs), ascending."""
+    settings: AvoidanceSettings
+    terminal_cost: TerminalCost = curved_distance_to_go
+
+    @classmethod
+    def of(
+        cls,
+        library: ReachLibrary,
+        settings: AvoidanceSettings | None = None,
+        *,
+        stage_cost: StageCost = length_and_prices,
+        terminal_cost: TerminalCost = curved_distance_to_go,
+    ) -> Planner:
+        """Evaluate the costs of (4.6) that do not change; either cost can be the user's own."""
+        settings = settings or AvoidanceSettings()
+        repertoires = tuple(
+            (reach_set.start_pitch_rad, Repertoire.of(reach_set, settings.prices, stage_cost))
+            for reach_set in library.reach_sets
+        )
+        return cls(library.automaton, library.grid, repertoires, settings, terminal_cost)
+
+    def repertoire(self, pitch_rad: float) -> Repertoire:
+        """The reach set whose start pitch is nearest."""
+        return min(self.repertoires, key=lambda entry: abs(entry[0] - pitch_rad))[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """All that is known at the decision time, in the world frame unless said otherwise."""
+
+    state: State
+    """Expected own state at the decision time; its grid frame leaves out the roll."""
+    target_m: FloatArray
+    """[3] waypoint to go to."""
+    next_m: FloatArray | None
+    """[3] the waypoint after it; None for the final one."""
+    reach_radius_m: float
+    detections: Sequence[Detection] = ()
+    """One per sensor, in the grid frame; none at all leaves everything visible (4.19)."""
+    remembered: PointHazards | None = None
+    """Points of earlier scans, world frame."""
+    obstacle_map: ObstacleMap | None = None
+    intruders: Sequence[Intruder] = ()
+    """At the decision time."""
+    state_age_s: float = 0.0
+    """Age of the measurement behind `state`."""
+    range_sigma_m: float = 0.0
+    """Largest standard deviation of range among the sensors."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What to fly and why, with everything that it was derived from."""
+
+    state: State
+    choice: Choice
+    movements: tuple[str, ...]
+    """The movement buffer to execute."""
+    path_m: FloatArray
+    """[points, 3] planned path, world frame, from the vehicle's position."""
+    goal: Goal
+    margin_m: float
+    cells: CellAssessment
+    reach: ReachAssessment
+    repertoire: Repertoire
+    hazards: Hazards
+    decide_within_s: float
+    """Latest moment for the next decision: later, the vehicle could no longer turn away."""
+
+
+def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
+    """Origin [3] and rotation [3, 3] (world from grid) of the grid at a state, roll left out."""
+    _, pitch, yaw = state.attitude_rad
+    return state.position_m, world_from_body([0.0, pitch, yaw])
+
+
+def decide(
+    planner: Planner, situation: Situation, commitment: Commitment | None = None
+) -> Decision:
+    """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6)."""
+    settings, grid = planner.settings, planner.grid
+    position, world_from_grid = grid_frame(situation.state)
+    margin = margin_m(settings, situation)
+
+    shapes = _shapes_near(situation, position, world_from_grid, grid)
+    intruders = [_in_grid(i, position, world_from_grid) for i in situation.intruders]
+    hazards = Hazards(
+        _points(situation, settings, position, world_from_grid, grid.range_m + margin),
+        shapes,
+        _movers(intruders),
+    )
+    evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings)
+    cells = assess_cells(
+        evidence, rating_named(settings.rating), settings.unknown, settings.unknown_unseen
+    )  # (4.17), (5.54)
+
+    repertoire = planner.repertoire(float(situation.state.attitude_rad[1]))
+    flyable = np.where(evidence.coated, 0.0, cells.rating)  # def. 6: the coating blocks in flight
+    reach = rate_reach_set(repertoire.reach_set, flyable, settings.threshold)  # (4.22), (4.23)
+
+    goal = _goal(situation)
+    arrived = arrival(repertoire.reach_set, goal)
+    to_go = planner.terminal_cost(repertoire.reach_set, goal, arrived, planner.automaton)
+    candidates = price_candidates(
+        repertoire, reach, goal, arrived, to_go, settings.prices, commitment or Commitment()
+    )  # (4.6)
+    choice = choose(
+        repertoire,
+        reach,
+        candidates,
+        hazards,
+        margin_m=margin,
+        threshold=settings.threshold,
+        verify=settings.verify,
+    )
+    path = _path(repertoire, choice.node) @ world_from_grid.T + position
+    return Decision(
+        state=situation.state,
+        choice=choice,
+        movements=repertoire.reach_set.movements_to(choice.node),
+        path_m=path,
+        goal=goal,
+        margin_m=margin,
+        cells=cells,
+        reach=reach,
+        repertoire=repertoire,
+        hazards=hazards,
+        decide_within_s=_decide_within(planner, repertoire, choice, hazards, margin),
+    )
+
+
+def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
+    """Safety margin grown by the uncertainty and the age of the own state."""
+    return (
+        settings.safety_margin_m
+        + settings.sigmas * situation.state.position_std_m
+        + settings.own_drift_mps * max(0.0, situation.state_age_s)
+    )
+
+
+def gather_evidence(
+    grid: AvoidanceGrid,
+    detections: Sequence[Detection],
+    hazards: Hazards,
+    margin: float,
+    intruders: Sequence[Intruder],
+    settings: AvoidanceSettings,
+) -> Evidence:
+    """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
+    free = Evidence.free(grid)
+    changes: dict[str, object] = {}
+    if detections:
+        sensed = combine_detections(detections)
+        changes |= {
+            "detected": sensed.detected,
+            "visibility": sensed.visibility,
+            "seen": sensed.seen,
+        }
+    coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
+    if len(hazards.shapes.radius_m):
+        changes["map_base"] = base_probability(hazards.shapes, grid)
+        coated = coated | coated_by_map(hazards.shapes, grid, margin)
+    if intruders:
+        changes["intruder"] = assess_intruders(
+            grid, intruders, models=settings.intruder_models
+        ).probability
+    return replace(free, coated=coated, **changes)  # type: ignore[arg-type]
+
+
+def _goal(situation: Situation) -> Goal:
+    """The waypoints in the level frame of the vehicle."""
+    level_from_world = world_from_body([0.0, 0.0, situation.state.attitude_rad[2]]).T
+    origin = situation.state.position_m
+    target = level_from_world @ (situation.target_m - origin)
+    final = situation.next_m is None
+    following = (
+        target if situation.next_m is None else level_from_world @ (situation.next_m - origin)
+    )
+    return Goal(target, following, situation.reach_radius_m, final)
+
+
+def _shapes_near(
+    situation: Situation, position: FloatArray, world_from_grid: FloatArray, grid: AvoidanceGrid
+) -> Shapes:
+    world = situation.obstacle_map or ObstacleMap(())
+    return world.in_grid(position, world_from_grid, grid)
+
+
+def _points(
+    situation: Situation,
+    settings: AvoidanceSettings,
+    position: FloatArray,
+    world_from_grid: FloatArray,
+    reach_m: float,
+) -> PointHazards:
+    """Returns and remembered points within reach, merged in voxels, grown by range noise."""
+    places = [d.points_m for d in situation.detections]
+    radii = [d.radius_m for d in situation.detections]
+    if situation.remembered is not None and len(situation.remembered.radius_m):
+        places.append((situation.remembered.position_m - position) @ world_from_grid)
+        radii.append(situation.remembered.radius_m)
+    if not places:
+        return PointHazards(np.zeros((0, 3)), np.zeros(0))
+    place, radius = np.concatenate(places), np.concatenate(radii)
+    near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
+    thinned, grown = thin_points(
+        np.ascontiguousarray(place[near]), radius[near], THINNING * settings.safety_margin_m
+    )
+    return PointHazards(thinned, grown + settings.point_sigmas * situation.range_sigma_m)
+
+
+def _in_grid(intruder: Intruder, position: FloatArray, world_from_grid: FloatArray) -> Intruder:
+    return replace(
+        intruder,
+        position_m=(intruder.position_m - position) @ world_from_grid,
+        velocity_mps=intruder.velocity_mps @ world_from_grid,
+    )
+
+
+def _movers(intruders: Sequence[Intruder]) -> MovingHazards:
+    """Intruders as balls that grow by their spread: tan, since trials may use all of it."""
+    if not intruders:
+        return no_movers()
+    speed = np.array([np.linalg.norm(i.velocity_mps) for i in intruders])
+    spread = np.array([max(i.spread_rad) for i in intruders])
+    return MovingHazards(
+        np.array([i.position_m for i in intruders]),
+        np.array([i.velocity_mps for i in intruders]),
+        np.array([i.radius_m for i in intruders]),
+        speed * np.tan(spread),
+    )
+
+
+def _path(repertoire: Repertoire, node: int) -> FloatArray:
+    """[points, 3] samples of a path in the grid frame, from the origin."""
+    reach_set = repertoire.reach_set
+    return np.concatenate([np.zeros((1, 3)), *reach_set.samples_m[reach_set.path(node)]])
+
+
+def _decide_within(
+    planner: Planner, repertoire: Repertoire, choice: Choice, hazards: Hazards, margin: float
+) -> float:
+    """Time for which the plan may be flown without a new decision (6.4, item 6).
+
+    What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
+    turn away inside it; with evidence in reach, at the end of the movement.
+    """
+    reach_set = repertoire.reach_set
+    first = reach_set.path(choice.node)[0]
+    one_movement = float(reach_set.end_time_s[first])
+    in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
+    if in_reach or len(hazards.movers.radius_m):
+        return one_movement
+    reaction_m = min(planner.automaton.turning_radius_m, planner.grid.range_m) + margin
+    speed = repertoire.step_m / one_movement
+    free = (planner.grid.range_m - reaction_m) / max(speed, 1e-9)
+    plan = float(reach_set.end_time_s[choice.node])
+    return max(one_movement, min(plan, free))
