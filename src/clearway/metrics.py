@@ -1,0 +1,83 @@
+"""What a flight was like: distances, violations, length, tracking, effort."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from clearway.frames import FloatArray
+from clearway.world import World
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightMetrics:
+    """Measures of one flown track (6.4.2)."""
+
+    time_s: float
+    path_length_m: float
+    obstacle_distance_m: FloatArray
+    """[n] from the vehicle's centre to the nearest true surface, at each time of the track."""
+    margin_violations: int
+    """Episodes in which that distance is below the safety margin."""
+    tracking_m: FloatArray
+    """[n] distance to the straight lines between the waypoints (6.13)."""
+    climb_m: float
+    """Metres climbed."""
+    effort_m2ps3: float
+    """Time integral of the squared acceleration across the path: what turning costs."""
+
+    @property
+    def min_obstacle_distance_m(self) -> float:
+        """Smallest distance to an obstacle; inf in an empty world."""
+        return float(np.min(self.obstacle_distance_m, initial=np.inf))
+
+
+def measure(
+    time_s: FloatArray,
+    states: FloatArray,
+    world: World,
+    nominal_m: FloatArray,
+    safety_margin_m: float,
+) -> FlightMetrics:
+    """Metrics of a track: times [n], states [n, 6], and the nominal polyline [m, 3]."""
+    position = np.ascontiguousarray(states[:, :3])
+    steps = np.diff(position, axis=0)
+    distance = world.distance_m(position)
+    return FlightMetrics(
+        time_s=float(time_s[-1] - time_s[0]),
+        path_length_m=float(np.linalg.norm(steps, axis=1).sum()),
+        obstacle_distance_m=distance,
+        margin_violations=episodes(distance < safety_margin_m - 1e-9),
+        tracking_m=distance_to_polyline(position, nominal_m),
+        climb_m=float(np.maximum(steps[:, 2], 0.0).sum()),
+        effort_m2ps3=_effort(time_s, position),
+    )
+
+
+def episodes(flags: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> int:
+    """Number of runs of true values."""
+    padded = np.concatenate([[False], flags])
+    return int(np.count_nonzero(padded[1:] & ~padded[:-1]))
+
+
+def distance_to_polyline(points_m: FloatArray, corners_m: FloatArray) -> FloatArray:
+    """[n] distance of points [n, 3] to the nearest segment of a polyline [m, 3]."""
+    nearest = np.full(len(points_m), np.inf)
+    for start, end in pairwise(corners_m):
+        along = end - start
+        share = (points_m - start) @ along / max(float(along @ along), 1e-12)
+        foot = start + np.clip(share, 0.0, 1.0)[:, None] * along
+        nearest = np.minimum(nearest, np.linalg.norm(points_m - foot, axis=1))
+    return nearest
+
+
+def _effort(time_s: FloatArray, position_m: FloatArray) -> float:
+    span = np.diff(time_s)
+    if len(span) < 2:
+        return 0.0
+    velocity = np.diff(position_m, axis=0) / span[:, None]
+    middle = 0.5 * (span[1:] + span[:-1])
+    acceleration = np.diff(velocity, axis=0) / middle[:, None]
+    return float(np.sum(np.sum(acceleration**2, axis=1) * middle))

@@ -1,0 +1,235 @@
+"""Closed loop: truth in small steps, sensors that see it, a system that decides, and what came of it.
+
+The vehicle flies movement by movement, as a movement automaton does: a decision takes effect when
+a movement ends. Bounded disturbances (3.20) act on the state's rates (w) and on the inputs (v).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.frames import FloatArray
+from clearway.metrics import FlightMetrics, measure
+from clearway.mission import Mission, Mode, advanced
+from clearway.mission import Progress as MissionProgress
+from clearway.movements import Movement
+from clearway.sensors import Lidar, simulate_scan
+from clearway.state import State
+from clearway.system import AvoidanceSystem, FlightDecision
+from clearway.world import World
+
+LARGEST_STEP_S = 0.05
+"""Truth is never coarser than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationSettings:
+    """What the simulated truth is like."""
+
+    seed: int = 0
+    step_s: float = LARGEST_STEP_S
+    scan_latency_s: float = 0.0
+    """Age of a scan when it reaches the system."""
+    state_noise_mps: float = 0.0
+    """Bound of w (3.20) on each axis of velocity."""
+    input_noise: float = 0.0
+    """Bound of v (3.20) as a share of the speed, and of the largest turn rate."""
+    position_sigma_m: float = 0.0
+    """Standard deviation of the own position as measured, stated to the system."""
+    time_limit_s: float | None = None
+    """None allows six times the straight flight and a minute."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.step_s <= LARGEST_STEP_S:
+            raise ClearwayError(f"step_s: must be within (0, {LARGEST_STEP_S}], got {self.step_s}")
+        for name in ("scan_latency_s", "state_noise_mps", "input_noise", "position_sigma_m"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ClearwayError(f"{name}: must be a number >= 0, got {getattr(self, name)}")
+
+
+@dataclass(frozen=True, eq=False)
+class LoggedDecision:
+    """A decision as it was taken in flight, and how long it took."""
+
+    flight: FlightDecision
+    why_now: str
+    elapsed_s: float
+    """From the sensor's arrays in hand to the explained decision."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One simulated flight."""
+
+    mission: Mission
+    time_s: FloatArray
+    """[n] at most 0.05 s apart."""
+    states: FloatArray
+    """[n, 6] true states, world frame."""
+    decisions: tuple[LoggedDecision, ...]
+    movements: tuple[str, ...]
+    """Movements flown: the chained buffer of (6.3)."""
+    progress: MissionProgress
+    """By the true position."""
+    metrics: FlightMetrics
+    safety_margin_m: float
+    seed: int
+    counts: dict[str, int] = field(default_factory=dict)
+    """Data that the system left out, by reason."""
+
+    @property
+    def reached(self) -> bool:
+        return self.progress.done(self.mission)
+
+    @property
+    def emergencies(self) -> int:
+        """Decisions in which nothing kept the margin."""
+        return sum(entry.flight.mode is Mode.EMERGENCY for entry in self.decisions)
+
+    @property
+    def safe(self) -> bool:
+        """Reached, and never nearer than the margin."""
+        return self.reached and self.metrics.margin_violations == 0
+
+
+OnDecision = Callable[[LoggedDecision, MissionProgress], None]
+
+
+def simulate(
+    system: AvoidanceSystem,
+    world: World,
+    lidars: Sequence[Lidar],
+    settings: SimulationSettings | None = None,
+    on_decision: OnDecision | None = None,
+) -> Run:
+    """Fly the system's mission through a true world; the same seed gives the same run."""
+    settings = settings or SimulationSettings()
+    flight = _Flight(system, world, lidars, settings)
+    return flight.run(on_decision)
+
+
+class _Flight:
+    """One flight under way."""
+
+    def __init__(
+        self,
+        system: AvoidanceSystem,
+        world: World,
+        lidars: Sequence[Lidar],
+        settings: SimulationSettings,
+    ) -> None:
+        self.system, self.world, self.lidars, self.settings = system, world, lidars, settings
+        self.mission = system.mission
+        self.automaton = system.planner.automaton
+        self.scan_rng, self.state_rng, self.noise_rng = (
+            np.random.default_rng([settings.seed, stream]) for stream in range(3)
+        )
+        start = self.mission.start
+        self.times = [start.time_s]
+        self.states = [start.vector]
+        self.progress = MissionProgress()
+        self.movements: list[str] = []
+        self.turn_rate = max(m.turn_rate_rps for m in self.automaton.movements)
+
+    def run(self, on_decision: OnDecision | None) -> Run:
+        system, mission = self.system, self.mission
+        limit = self._time_limit()
+        decisions: list[LoggedDecision] = []
+        queue: list[Movement] = []
+        while not self.progress.done(mission) and self.times[-1] < limit:
+            now = self.times[-1]
+            readings = self._sense(now)
+            started = time.perf_counter()
+            for reading in readings:
+                system.update(reading)
+            why = system.due(now)
+            if why is not None:
+                flight = system.decide(now)
+                entry = LoggedDecision(flight, why, time.perf_counter() - started)
+                decisions.append(entry)
+                queue = list(self.automaton.chain(flight.decision.movements))
+                if on_decision is not None:
+                    on_decision(entry, self.progress)
+            self._fly(queue.pop(0))
+        return self._finished(decisions)
+
+    def _sense(self, now: float) -> list[State | object]:
+        """What arrives at this moment: the own state, and scans as old as the latency."""
+        settings = self.settings
+        sigma = settings.position_sigma_m
+        state = self._true_state(now)
+        error = self.state_rng.normal(0.0, 1.0, 3) * sigma
+        readings: list[State | object] = [
+            replace(state, position_m=state.position_m + error, position_std_m=sigma)
+        ]
+        seen_from = self._true_state(max(self.times[0], now - settings.scan_latency_s))
+        readings += [
+            simulate_scan(lidar, self.world, seen_from, self.scan_rng) for lidar in self.lidars
+        ]
+        return readings
+
+    def _true_state(self, time_s: float) -> State:
+        at = int(np.searchsorted(self.times, time_s - 1e-9))
+        vector = self.states[min(at, len(self.states) - 1)]
+        return State(vector[:3], vector[3:], self.times[min(at, len(self.times) - 1)])
+
+    def _fly(self, movement: Movement) -> None:
+        """Execute one movement in steps; stops early when the last goal is reached."""
+        settings = self.settings
+        steps = int(np.ceil(movement.duration_s / settings.step_s - 1e-9))
+        step = movement.duration_s / steps
+        self.movements.append(movement.name)
+        start = self.times[-1]
+        origin = self.states[-1]
+        disturbed = settings.state_noise_mps > 0.0 or settings.input_noise > 0.0
+        for number in range(1, steps + 1):
+            if disturbed:
+                state = self._disturbed(self.states[-1], movement, step)
+            else:
+                state = self.automaton.predict(origin, movement, number * step)
+            self.states.append(state)
+            self.times.append(start + number * step)
+            self.progress = advanced(self.mission, self.progress, state[:3], self.times[-1])
+            if self.progress.done(self.mission):
+                return
+
+    def _disturbed(self, state: FloatArray, movement: Movement, step: float) -> FloatArray:
+        settings = self.settings
+        v = self.noise_rng.uniform(-1.0, 1.0, 3) * settings.input_noise
+        inputs = movement.inputs
+        inputs = inputs + np.array(
+            [v[0] * inputs[0], 0.0, v[1] * self.turn_rate, v[2] * self.turn_rate]
+        )
+        moved = self.automaton.vehicle.advance(state, inputs, step)
+        w = self.noise_rng.uniform(-1.0, 1.0, 3) * settings.state_noise_mps
+        moved[:3] += w * step
+        return moved
+
+    def _time_limit(self) -> float:
+        if self.settings.time_limit_s is not None:
+            return self.mission.start.time_s + self.settings.time_limit_s
+        speed = max(movement.speed_mps for movement in self.automaton.movements)
+        straight = self.mission.straight_length_m / max(speed, 1e-9)
+        return self.mission.start.time_s + 6.0 * straight + 60.0
+
+    def _finished(self, decisions: list[LoggedDecision]) -> Run:
+        times, states = np.array(self.times), np.array(self.states)
+        margin = self.system.planner.settings.safety_margin_m
+        nominal = np.concatenate([self.mission.start.position_m[None], self.mission.waypoints_m])
+        return Run(
+            mission=self.mission,
+            time_s=times,
+            states=states,
+            decisions=tuple(decisions),
+            movements=tuple(self.movements),
+            progress=self.progress,
+            metrics=measure(times, states, self.world, nominal, margin),
+            safety_margin_m=margin,
+            seed=self.settings.seed,
+            counts=dict(self.system.counts),
+        )

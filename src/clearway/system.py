@@ -1,0 +1,332 @@
+"""Live use: readings come in as they come, decisions are asked for when due.
+
+`AvoidanceSystem` is the one object here that changes: it keeps the latest reading of every sensor,
+what is remembered of earlier ones, the mission's progress and the commitment to a side. Data that
+cannot be used are counted by reason in `counts`, never silently lost.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance import Decision, Planner, Situation, decide, grid_frame
+from clearway.decision import Basis, Commitment, Side
+from clearway.errors import ClearwayError
+from clearway.explain import explanation
+from clearway.frames import FloatArray, wrap_angle
+from clearway.intruders import Intruder
+from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
+from clearway.movement_buffer import MovementBuffer, predicted_end
+from clearway.obstacle_map import ObstacleMap
+from clearway.sensors import (
+    Detection,
+    Lidar,
+    PointMemory,
+    Scan,
+    detect,
+    unseen,
+)
+from clearway.state import State
+from clearway.verify import PointHazards
+
+Reading = State | Scan | Intruder
+
+
+@dataclass(frozen=True, slots=True)
+class DataLimits:
+    """How old data may be, and how long things are kept."""
+
+    state_s: float = 1.5
+    """Own state; an older one is used, counted, and widens the margin."""
+    scan_s: float = 3.0
+    """Scans; without a fresh one the sensor's columns count as unseen."""
+    intruder_s: float = 10.0
+    """Intruder reports."""
+    history_s: float = 10.0
+    """Own states kept, to place late scans."""
+    memory_s: float = 120.0
+    """Points remembered after they were last seen."""
+    patience_turns: float = 1.5
+    """Full circles' worth of time without progress before a detour."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlightDecision:
+    """A decision with the mission's mode and an explanation in words."""
+
+    time_s: float
+    mode: Mode
+    goal: int
+    """Index of the goal flown to."""
+    decision: Decision
+    explanation: str
+    scan_age_s: float
+    """Age of the oldest scan used; NaN without any."""
+    counts: dict[str, int]
+    """Data left out since the last decision, by reason."""
+
+
+class AvoidanceSystem:
+    """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off."""
+
+    def __init__(
+        self,
+        planner: Planner,
+        mission: Mission,
+        lidars: Sequence[Lidar] = (),
+        obstacle_map: ObstacleMap | None = None,
+        limits: DataLimits | None = None,
+        detour: Detour | None = None,
+    ) -> None:
+        self.planner = planner
+        self.mission = mission
+        self.obstacle_map = obstacle_map
+        self.limits = limits or DataLimits()
+        self.progress = Progress()
+        self.counts: Counter[str] = Counter()
+        self._lidars = {lidar.name: lidar for lidar in lidars}
+        self._detour = detour
+        self._states: deque[State] = deque()
+        self._scans: dict[str, Scan] = {}
+        self._intruders: dict[str, Intruder] = {}
+        margin = planner.settings.safety_margin_m
+        self._memory = PointMemory.empty(0.5 * margin, self.limits.memory_s)
+        self._remembered: dict[str, float] = {}
+        self._buffer = MovementBuffer()
+        self._side = Side.STRAIGHT
+        self._decide_by_s = -np.inf
+        self._decided_s = -np.inf
+        self._goal = -1
+        self._reported: Counter[str] = Counter()
+
+    # --- readings -------------------------------------------------------------------------
+
+    def update(self, reading: Reading) -> None:
+        """Take one reading; what cannot be used is counted by reason."""
+        if isinstance(reading, State):
+            self._take_state(reading)
+        elif isinstance(reading, Scan):
+            self._take_scan(reading)
+        else:
+            self._take_intruder(reading)
+
+    def _take_state(self, state: State) -> None:
+        if not np.all(np.isfinite(state.vector)) or not np.isfinite(state.time_s):
+            self.counts["state: not finite"] += 1
+            return
+        if self._states and state.time_s <= self._states[-1].time_s:
+            self.counts["state: late or repeated"] += 1
+            return
+        self._states.append(state)
+        while self._states[0].time_s < state.time_s - self.limits.history_s:
+            self._states.popleft()
+        self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
+
+    def _take_scan(self, scan: Scan) -> None:
+        if scan.sensor not in self._lidars:
+            self.counts["scan: unknown sensor"] += 1
+        elif scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
+            self.counts["scan: late or repeated"] += 1
+        elif not self._states or scan.time_s < self._states[0].time_s - 1e-6:
+            self.counts["scan: no own state of its time"] += 1
+        else:
+            self._scans[scan.sensor] = scan
+
+    def _take_intruder(self, intruder: Intruder) -> None:
+        known = self._intruders.get(intruder.name)
+        if known is not None and intruder.time_s < known.time_s:
+            self.counts["intruder: late report"] += 1
+            return
+        self._intruders[intruder.name] = intruder
+
+    # --- decisions ------------------------------------------------------------------------
+
+    def due(self, now_s: float) -> str | None:
+        """Why a decision is due now, or None while the plan may be flown on."""
+        if not self._buffer.entries or now_s >= self._buffer.end_s - 1e-9:
+            return "the buffer is empty"
+        if self.progress.goal != self._goal:
+            return "a new goal"
+        if now_s >= self._decide_by_s - 1e-9:
+            return "the plan has to be renewed while the vehicle can still turn away"
+        if any(
+            scan.time_s > self._decided_s and len(scan.points_m) for scan in self._scans.values()
+        ):
+            return "new returns"
+        return None
+
+    def warm_up(self) -> None:
+        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
+        trial = AvoidanceSystem(
+            self.planner,
+            self.mission,
+            tuple(self._lidars.values()),
+            self.obstacle_map,
+            self.limits,
+        )
+        start = self.mission.start
+        for step in range(3):
+            time_s = start.time_s + step
+            trial.update(replace(start, time_s=time_s))
+            for lidar in self._lidars.values():
+                ahead = lidar.pattern.directions[:: max(1, lidar.pattern.beams // 50)]
+                distance = 0.4 * self.planner.grid.range_m
+                trial.update(Scan(distance * ahead, time_s, lidar.name))
+            trial.decide(time_s)
+
+    def decide(self, now_s: float) -> FlightDecision:
+        """Decide for the present moment; the buffer returned is to be flown from `now_s` on.
+
+        Raises ClearwayError if no own state has come yet.
+        """
+        state = self._expected_state(now_s)
+        detections, scan_age = self._detections(state, now_s)
+        sigma = max((lidar.sigma_m for lidar in self._lidars.values()), default=0.0)
+        situation = Situation(
+            state=state,
+            target_m=self.mission.goals_m[0],
+            next_m=None,
+            reach_radius_m=self.mission.reach_radius_m,
+            detections=detections,
+            remembered=self._recall(state, detections, now_s),
+            obstacle_map=self.obstacle_map,
+            intruders=self._present_intruders(now_s),
+            state_age_s=now_s - self._states[-1].time_s,
+            range_sigma_m=sigma,
+        )
+        self._leave_dead_end(state, now_s)
+        situation = replace(
+            situation,
+            target_m=self.progress.target(self.mission),
+            next_m=self.progress.following(self.mission),
+        )
+        held = self._buffer.at(now_s + 1e-6)
+        commitment = Commitment(self._side, held.name if held else "")
+        decision = decide(self.planner, situation, commitment)
+        return self._adopt(decision, now_s, scan_age)
+
+    def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
+        automaton = self.planner.automaton
+        self._buffer = MovementBuffer.of(automaton.chain(decision.movements), now_s)
+        self._decide_by_s = now_s + decision.decide_within_s
+        self._decided_s = now_s
+        self._goal = self.progress.goal
+        choice = decision.choice
+        if choice.forced:
+            self._side = choice.side
+        elif choice.side is not self._side and not choice.ruled_out:
+            self._side = Side.STRAIGHT
+        mode = self._mode(decision)
+        fresh = self.counts - self._reported
+        self._reported = Counter(self.counts)
+        return FlightDecision(
+            now_s,
+            mode,
+            self.progress.goal,
+            decision,
+            explanation(decision, mode, self.obstacle_map),
+            scan_age,
+            dict(fresh),
+        )
+
+    def _mode(self, decision: Decision) -> Mode:
+        if decision.choice.basis is Basis.EMERGENCY:
+            return Mode.EMERGENCY
+        if self.progress.landing(self.mission):
+            return Mode.LANDING
+        if decision.choice.ruled_out or decision.choice.below_threshold:
+            return Mode.AVOIDANCE
+        return Mode.NAVIGATION
+
+    def remaining_buffer(self) -> MovementBuffer:
+        """What was decided last; (6.3) chains it with what is flown before and after."""
+        return self._buffer
+
+    # --- what is known now ----------------------------------------------------------------
+
+    def _expected_state(self, now_s: float) -> State:
+        """Latest own state, carried to the decision time along the buffer being flown (4.16)."""
+        if not self._states:
+            raise ClearwayError("no own state yet: update the system with one before deciding")
+        latest = self._states[-1]
+        age = now_s - latest.time_s
+        if age > self.limits.state_s:
+            self.counts["state: stale"] += 1
+        if age <= 1e-9:
+            return latest
+        _, ahead = self._buffer.split(latest.time_s)
+        flown, _ = ahead.split(now_s)
+        vector = predicted_end(self.planner.automaton, latest.vector, flown)
+        return replace(latest, position_m=vector[:3], attitude_rad=vector[3:], time_s=now_s)
+
+    def _state_at(self, time_s: float) -> State:
+        """Own state at a past time, interpolated between the kept ones."""
+        later = next((s for s in self._states if s.time_s >= time_s), self._states[-1])
+        earlier = next((s for s in reversed(self._states) if s.time_s <= time_s), later)
+        span = later.time_s - earlier.time_s
+        if span <= 0.0:
+            return earlier
+        share = (time_s - earlier.time_s) / span
+        turned = wrap_angle(later.attitude_rad - earlier.attitude_rad)
+        return replace(
+            earlier,
+            position_m=earlier.position_m + share * (later.position_m - earlier.position_m),
+            attitude_rad=earlier.attitude_rad + share * turned,
+            time_s=time_s,
+        )
+
+    def _detections(self, state: State, now_s: float) -> tuple[list[Detection], float]:
+        """Latest scan of every LiDAR in the grid frame of the decision, and the greatest age."""
+        position, world_from_grid = grid_frame(state)
+        detections, ages = [], []
+        for name, lidar in self._lidars.items():
+            scan = self._scans.get(name)
+            if scan is None or now_s - scan.time_s > self.limits.scan_s:
+                self.counts[f"scan: none fresh of {name}"] += 1
+                detections.append(unseen(self.planner.grid, lidar))
+                continue
+            ages.append(now_s - scan.time_s)
+            pose = self._state_at(scan.time_s)
+            rotation = world_from_grid.T @ pose.world_from_body
+            offset = world_from_grid.T @ (pose.position_m - position)
+            detections.append(
+                detect(self.planner.grid, lidar, scan, grid_from_body=(rotation, offset))
+            )
+        return detections, max(ages, default=float("nan"))
+
+    def _recall(
+        self, state: State, detections: Sequence[Detection], now_s: float
+    ) -> PointHazards | None:
+        raise ClearwayError("memory not wired yet")
+
+    def _present_intruders(self, now_s: float) -> list[Intruder]:
+        present = {}
+        for name, intruder in self._intruders.items():
+            if now_s - intruder.time_s > self.limits.intruder_s:
+                self.counts["intruder: stale"] += 1
+            else:
+                present[name] = intruder
+        self._intruders = present
+        return [intruder.at(now_s) for intruder in present.values()]
+
+    def _leave_dead_end(self, state: State, now_s: float) -> None:
+        """The no-progress rule: fly a detour when the goal has not come nearer for long."""
+        automaton = self.planner.automaton
+        radius = automaton.turning_radius_m
+        if not np.isfinite(radius) or self.progress.done(self.mission):
+            return
+        speed = max(movement.speed_mps for movement in automaton.movements)
+        patience = self.limits.patience_turns * 2.0 * np.pi * radius / speed
+        if stuck(self.progress, now_s, patience):
+            self.progress = detoured(
+                self.mission, self.progress, state, now_s, radius, self._detour or _no_detour
+            )
+
+
+def _no_detour(position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
+    del position_m, target_m
+    return ()
