@@ -1,0 +1,119 @@
+"""What is known of one intruder (5.1): its motion, its size, and how far to trust both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from clearway.errors import InputError
+from clearway.frames import FloatArray, body_points_from_world
+from clearway.state import State, frozen_array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Intruder:
+    """One intruder at a time, flying straight on as far as is known (5.1).
+
+    Position and velocity are in the world frame where reports, missions and tracks keep them, and
+    in the grid's frame after `seen_from`, which is what the intersection models take. Raises
+    InputError naming every value that cannot be used.
+    """
+
+    position_m: FloatArray
+    """[3] at `time_s`."""
+    velocity_mps: FloatArray
+    """[3] zero for an intruder that hovers."""
+    spread_rad: FloatArray = field(default_factory=lambda: np.zeros(2))
+    """[2] horizontal and vertical half-angle of its uncertainty, each in [0, pi/2)."""
+    radius_m: float = 0.0
+    """Body radius."""
+    name: str = ""
+    time_s: float = 0.0
+    """Time that position and velocity hold for."""
+    position_std_m: float = 0.0
+    """Standard deviation of the position, per axis."""
+    velocity_std_mps: float = 0.0
+    """Standard deviation of the velocity, per axis."""
+    acceleration_bound_mps2: float | None = None
+    """Largest acceleration it may show; None where no bound is known."""
+    address: str = ""
+    """Transponder address, empty where unknown."""
+
+    def __post_init__(self) -> None:
+        problems: list[str] = []
+        for key, length in (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2)):
+            try:
+                array = frozen_array(getattr(self, key), (length,))
+            except (TypeError, ValueError):
+                problems.append(f"{key}: {length} numbers are needed, got {getattr(self, key)!r}")
+                continue
+            object.__setattr__(self, key, array)
+            if not np.all(np.isfinite(array)):
+                problems.append(f"{key}: must be finite numbers, got {array.tolist()}")
+            elif key == "spread_rad" and not np.all((array >= 0.0) & (array < np.pi / 2)):
+                degrees = np.degrees(array).tolist()
+                problems.append(f"{key}: must be within [0, 90) degrees, got {degrees} degrees")
+        problems += self._scalar_problems()
+        if problems:
+            raise InputError(f"intruder {self.name or self.address or '?'}", problems)
+
+    def _scalar_problems(self) -> list[str]:
+        problems = []
+        if not math.isfinite(self.time_s):
+            problems.append(f"time_s: must be a finite number, got {self.time_s!r}")
+        for key in ("radius_m", "position_std_m", "velocity_std_mps", "acceleration_bound_mps2"):
+            value = getattr(self, key)
+            if value is None and key == "acceleration_bound_mps2":
+                continue
+            if not (math.isfinite(value) and value >= 0.0):
+                problems.append(f"{key}: must be a finite number >= 0, got {value!r}")
+        return problems
+
+    @property
+    def speed_mps(self) -> float:
+        return float(np.linalg.norm(self.velocity_mps))
+
+    def at(self, time_s: float) -> Intruder:
+        """The same intruder predicted to a time, straight on (5.1), its deviations grown.
+
+        A time before `time_s` is predicted backwards: the motion is linear, and the uncertainty
+        grows either way.
+        """
+        elapsed = time_s - self.time_s
+        return replace(
+            self,
+            position_m=self.position_m + self.velocity_mps * elapsed,
+            position_std_m=math.hypot(self.position_std_m, self.velocity_std_mps * elapsed),
+            time_s=time_s,
+        )
+
+    def deviation_m(self, elapsed_s: float, sigmas: float = 0.0) -> float:
+        """How far from its straight path the intruder may be after a while, in metres.
+
+        The wider of its spreads (by tan, so that all of the stated spread is covered) or what its
+        acceleration bound allows, plus `sigmas` standard deviations of the predicted position.
+        """
+        elapsed = abs(elapsed_s)
+        spread = math.tan(float(self.spread_rad.max())) * self.speed_mps * elapsed
+        turned = 0.5 * (self.acceleration_bound_mps2 or 0.0) * elapsed**2
+        deviation = math.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
+        return max(spread, turned) + sigmas * deviation
+
+    def seen_from(self, state: State) -> Intruder:
+        """The intruder in the body frame of a world state: the frame of the avoidance grid."""
+        return replace(
+            self,
+            position_m=body_points_from_world(
+                self.position_m[None, :], state.position_m, state.attitude_rad
+            )[0],
+            velocity_mps=body_points_from_world(
+                self.velocity_mps[None, :], np.zeros(3), state.attitude_rad
+            )[0],
+        )
+
+
+def up_seen_from(state: State) -> FloatArray:
+    """World up [3] in the body frame of a world state, for the spread's level axis."""
+    return body_points_from_world(np.array([[0.0, 0.0, 1.0]]), np.zeros(3), state.attitude_rad)[0]
