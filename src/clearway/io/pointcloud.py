@@ -1,0 +1,161 @@
+"""Point clouds from files: one value for all formats, checked at the edge, metres from here on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.errors import InputError
+from clearway.frames import FloatArray
+
+SCAN_LIMIT_M = 5_000.0
+"""No LiDAR of a vehicle sees as far: a wider scan is in another unit than metres."""
+SURVEY_LIMIT_M = 100_000.0
+"""Aerial tiles are a few kilometres wide."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointCloud:
+    """Finite points of one file, and what was left out of it on the way."""
+
+    points_m: FloatArray
+    """[n, 3] in the frame of the file: the sensor's for a scan, the survey's for an aerial tile."""
+    classes: npt.NDArray[np.uint8] | None
+    """[n] ASPRS classes where the file has them."""
+    crs: str | None
+    """Name of the coordinate reference system where the file states one."""
+    unit: str
+    """Unit of the file, already converted."""
+    source: str
+    survey: bool = False
+    """True for an aerial survey, False for the scan of one sensor."""
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """Points left out, by reason."""
+    notes: tuple[str, ...] = ()
+    """What was assumed where the file is silent; to be shown."""
+
+
+Reader = Callable[[Path], PointCloud]
+
+
+def _read_pcd(path: Path) -> PointCloud:
+    from clearway.io.pcd import read_pcd
+
+    return read_pcd(path)
+
+
+def _read_las(path: Path) -> PointCloud:
+    from clearway.io.las import read_las
+
+    return read_las(path)
+
+
+def _read_table(path: Path) -> PointCloud:
+    from clearway.io.point_table import read_point_table
+
+    return read_point_table(path)
+
+
+def _read_npy(path: Path) -> PointCloud:
+    from clearway.io.point_table import read_npy
+
+    return read_npy(path)
+
+
+READERS: Mapping[str, Reader] = {
+    ".pcd": _read_pcd,
+    ".las": _read_las,
+    ".laz": _read_las,
+    ".csv": _read_table,
+    ".xyz": _read_table,
+    ".txt": _read_table,
+    ".npy": _read_npy,
+}
+MAGIC = {b"LASF": ".las or .laz", b"\x93NUMPY": ".npy", b"# .PCD": ".pcd", b"VERSION": ".pcd"}
+
+
+def read_points(path: str | Path) -> PointCloud:
+    """Read a point cloud of any known format; the suffix tells which.
+
+    Points that are not finite are left out and counted. Raises InputError when the file is absent,
+    empty, truncated, of another format than its suffix says, without points, or too wide to be in
+    metres; MissingExtraError when the package that reads the format is not installed.
+    """
+    path = Path(path)
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(
+            str(path),
+            f"suffix {path.suffix or '(none)'!r} is no known point cloud format; "
+            f"valid suffixes: {', '.join(READERS)}",
+        )
+    _check_start(path, reader)
+    return _checked(reader(path))
+
+
+def _check_start(path: Path, reader: Reader) -> None:
+    """Refuse files that cannot be opened, are empty, or begin like another format."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(16)
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    if not start:
+        raise InputError(str(path), "the file is empty (0 bytes)")
+    for magic, suffix in MAGIC.items():
+        if start.startswith(magic) and READERS[suffix[:4]] is not reader:
+            raise InputError(
+                str(path),
+                f"suffix {path.suffix!r}, but the content is of another format: "
+                f"its first bytes are {magic!r}, which belong to {suffix}",
+            )
+
+
+def _checked(cloud: PointCloud) -> PointCloud:
+    """Only finite points, at least one, and no wider than the unit can be right."""
+    finite = np.logical_and.reduce(np.isfinite(cloud.points_m), axis=1)
+    dropped = len(finite) - int(np.count_nonzero(finite))
+    if dropped:
+        cloud = replace(
+            cloud,
+            points_m=np.ascontiguousarray(cloud.points_m[finite]),
+            classes=None if cloud.classes is None else cloud.classes[finite],
+            counts={**cloud.counts, "not finite": dropped},
+        )
+    if len(cloud.points_m) == 0:
+        left_out = ", ".join(f"{count} {reason}" for reason, count in cloud.counts.items())
+        raise InputError(
+            cloud.source, "no usable point in it" + (f" (left out: {left_out})" if left_out else "")
+        )
+    _check_extent(cloud)
+    return cloud
+
+
+def _check_extent(cloud: PointCloud) -> None:
+    extent = np.ptp(cloud.points_m, axis=0)
+    widest = float(extent.max())
+    limit = SURVEY_LIMIT_M if cloud.survey else SCAN_LIMIT_M
+    if widest <= limit:
+        return
+    kind = "an aerial tile" if cloud.survey else "a scan"
+    across = " x ".join(f"{length:,.0f}" for length in extent)
+    raise InputError(
+        cloud.source,
+        f"points extend {across} m (x, y, z) if the file is in {cloud.unit}: more than {kind} can "
+        f"({limit:,.0f} m). {_likely_unit(widest)} Valid: coordinates in metres"
+        + (", or in the unit that the file's CRS states" if cloud.survey else ""),
+    )
+
+
+def _likely_unit(widest_m: float) -> str:
+    for unit, per_metre in (("centimetres", 100.0), ("millimetres", 1000.0)):
+        if widest_m / per_metre <= 500.0:
+            return (
+                f"Likely the file is in {unit} (then {widest_m / per_metre:,.0f} m wide): "
+                f"divide by {per_metre:,.0f}."
+            )
+    return "Likely another unit, or points far from the rest."

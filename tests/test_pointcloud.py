@@ -1,0 +1,263 @@
+"""Point clouds: real files of every format, and every way in which a file can be bad."""
+
+from __future__ import annotations
+
+import builtins
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clearway.errors import InputError, MissingExtraError
+from clearway.io.pointcloud import read_points
+from clearway.units import FOOT_M, US_SURVEY_FOOT_M
+
+POINTS = np.array([[1.0, 2.0, 3.0], [-4.5, 0.25, 0.0], [10.0, -2.0, 1.5]])
+
+
+def write_pcd(path: Path, points: np.ndarray, encoding: str) -> Path:
+    from pypcd4.pypcd4 import Encoding, PointCloud
+
+    cloud = PointCloud.from_points(points, ("x", "y", "z"), (np.float64,) * 3)
+    cloud.save(path, Encoding(encoding))
+    return path
+
+
+def write_las(path: Path, points: np.ndarray, classes: list[int], epsg: Any = None) -> Path:
+    import laspy
+
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = [0.001] * 3
+    if epsg is not None:
+        import pyproj
+
+        header.add_crs(pyproj.CRS.from_user_input(epsg))
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = points.T
+    las.classification = np.array(classes, dtype=np.uint8)
+    las.write(path)
+    return path
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
+def test_pcd_of_each_encoding(tmp_path: Path, encoding: str) -> None:
+    cloud = read_points(write_pcd(tmp_path / "scan.pcd", POINTS, encoding))
+    np.testing.assert_allclose(cloud.points_m, POINTS)
+    assert cloud.points_m.flags.c_contiguous
+    assert (cloud.unit, cloud.classes, dict(cloud.counts)) == ("metres", None, {})
+    assert not cloud.survey
+
+
+def test_pcd_of_one_ascii_point(tmp_path: Path) -> None:
+    cloud = read_points(write_pcd(tmp_path / "one.pcd", POINTS[:1], "ascii"))
+    np.testing.assert_allclose(cloud.points_m, POINTS[:1])
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "1,2,3\n-4.5,0.25,0\n10,-2,1.5\n"),
+        ("a.csv", "intensity,X,Y,Z\n9,1,2,3\n9,-4.5,0.25,0\n9,10,-2,1.5\n"),
+        ("a.csv", "x_m;y_m;z_m;label\n1;2;3;car\n-4.5;0.25;0;car\n10;-2;1.5;tree\n"),
+        ("a.xyz", "# made by hand\n1 2 3 99\n\n-4.5\t0.25 0 98 # near\n10 -2 1.5 97\n"),
+        ("a.TXT", "1 2 3\n-4.5 0.25 0\n10 -2 1.5"),
+    ],
+)
+def test_text_tables(tmp_path: Path, name: str, text: str) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    np.testing.assert_allclose(read_points(path).points_m, POINTS)
+
+
+def test_npy_keeps_the_first_three_columns(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.column_stack([POINTS, [7, 8, 9]]).astype(np.float32))
+    np.testing.assert_allclose(read_points(tmp_path / "a.npy").points_m, POINTS)
+
+
+def test_points_that_are_not_finite_are_counted(tmp_path: Path) -> None:
+    bad = np.vstack([POINTS, [[np.nan, 0, 0], [0, np.inf, 0], [0, 0, -np.inf]]])
+    np.save(tmp_path / "a.npy", bad)
+    for path in (tmp_path / "a.npy", write_pcd(tmp_path / "a.pcd", bad, "binary")):
+        cloud = read_points(path)
+        assert cloud.counts == {"not finite": 3}
+        np.testing.assert_allclose(cloud.points_m, POINTS)
+
+
+@pytest.mark.parametrize(
+    ("epsg", "across_m", "up_m", "unit"),
+    [
+        ("EPSG:28992", 1.0, 1.0, "metres"),
+        ("EPSG:6880", US_SURVEY_FOOT_M, US_SURVEY_FOOT_M, "US survey feet"),
+        ("EPSG:2994", FOOT_M, FOOT_M, "feet"),
+        ("EPSG:28992+5703", 1.0, 1.0, "metres"),
+        ("EPSG:28992+6360", 1.0, US_SURVEY_FOOT_M, "metres across, US survey feet up"),
+    ],
+)
+def test_las_units_of_the_crs(
+    tmp_path: Path, epsg: str, across_m: float, up_m: float, unit: str
+) -> None:
+    pytest.importorskip("pyproj")
+    cloud = read_points(write_las(tmp_path / "tile.las", POINTS, [2, 7, 5], epsg))
+    expected = POINTS[[0, 2]] * [across_m, across_m, up_m]
+    np.testing.assert_allclose(cloud.points_m, expected, atol=1e-3)
+    assert cloud.unit.startswith(unit)
+    assert cloud.classes is not None
+    assert cloud.classes.tolist() == [2, 5]
+    assert cloud.counts == {"noise class 7 or 18": 1}
+    assert cloud.survey
+
+
+def test_las_in_degrees_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("pyproj")
+    path = write_las(tmp_path / "tile.las", POINTS, [2, 2, 2], "EPSG:4326")
+    with pytest.raises(InputError, match=r"degrees .*valid: a projected CRS"):
+        read_points(path)
+
+
+def test_real_scans(data_dir: Path) -> None:
+    scan = read_points(data_dir / "lidar/pcd/vls128_1585897255376374245.pcd")
+    assert scan.points_m.shape == (208680, 3)
+    ranges = np.linalg.norm(scan.points_m, axis=1)
+    assert ranges.min() == pytest.approx(1.1, abs=0.1)
+    assert ranges.max() == pytest.approx(238.7, abs=0.1)
+    assert read_points(data_dir / "lidar/pcd/vlp16_1673400472138016708.pcd").points_m.shape[0] == (
+        14831
+    )
+
+
+def test_real_surveys(data_dir: Path) -> None:
+    tree = read_points(data_dir / "lidar/aerial/nebraska_tree_building.las")
+    assert tree.counts == {"noise class 7 or 18": 25}
+    assert tree.unit == "US survey feet"
+    np.testing.assert_allclose(
+        np.ptp(tree.points_m, axis=0)[:2], [18.3, 12.2], atol=0.2
+    )  # 60 x 40 ft
+    assert "Nebraska" in str(tree.crs)
+    wires = read_points(data_dir / "lidar/aerial/ahn_powerline_12AN2_20.laz")
+    assert wires.points_m.shape == (624961, 3)
+    assert wires.notes == ("no CRS in the file: metres assumed",)
+    assert wires.classes is not None
+    assert np.count_nonzero(wires.classes == 14) == 9453
+    autzen = read_points(data_dir / "lidar/aerial/autzen_trim.laz")
+    assert autzen.unit == "feet"
+    np.testing.assert_allclose(np.ptp(autzen.points_m[:, 0]), 1176 * FOOT_M, atol=1.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pcd/vls128_1585897255376374245.pcd",
+        "aerial/autzen_trim.laz",
+        "aerial/nebraska_tree_building.las",
+    ],
+)
+@pytest.mark.parametrize("kept", [0, 5, 60, 300, 1000, 400_000])
+def test_truncated_real_files_are_refused(
+    data_dir: Path, tmp_path: Path, name: str, kept: int
+) -> None:
+    path = tmp_path / Path(name).name
+    path.write_bytes((data_dir / "lidar" / name).read_bytes()[:kept])
+    with pytest.raises(InputError, match=r"truncated|empty") as caught:
+        read_points(path)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
+def test_pcd_cut_at_any_byte_is_refused_or_whole(tmp_path: Path, encoding: str) -> None:
+    content = write_pcd(tmp_path / "whole.pcd", POINTS, encoding).read_bytes()
+    cut = tmp_path / "cut.pcd"
+    for kept in range(len(content)):
+        cut.write_bytes(content[:kept])
+        if encoding == "ascii" and kept > content.index(b"DATA ascii") + 20:
+            continue  # A cut within the digits of the last number cannot be told from the number.
+        with pytest.raises(InputError):
+            read_points(cut)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.ply", b"ply", r"suffix '\.ply'.*valid suffixes: \.pcd, \.las"),
+        ("a", b"1 2 3", r"suffix '\(none\)'"),
+        ("a.las", b"1 2 3\n" * 100, "no LAS or LAZ header"),
+        ("a.pcd", b"LASF" + bytes(400), r"\.las or \.laz"),
+        ("a.csv", b"\x93NUMPY" + bytes(100), r"belong to \.npy"),
+        ("a.pcd", b"hello\n", "no PCD header"),
+        ("a.npy", b"1 2 3\n4 5 6\n", r"\.npy"),
+        ("a.csv", b"a,b,c\n1,2,3\n", "line 1: header without x, y, z"),
+        ("a.csv", b"1,2,3\n1,2\nx,2,3\n", "line 2: 2 columns"),
+        ("a.csv", b"1,2,3\n1,two,3\n", "line 2: 'two' is no number"),
+        ("a.csv", b"x,y,z\n", "no points"),
+        ("a.csv", b"\n \n# nothing\n", "no points"),
+        ("a.xyz", b"\xff\xfe1 2 3", "not UTF-8"),
+        ("a.csv", b"nan,nan,nan\n", r"no usable point in it \(left out: 1 not finite\)"),
+    ],
+)
+def test_bad_files(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        read_points(path)
+
+
+def test_pcd_without_z(tmp_path: Path) -> None:
+    from pypcd4.pypcd4 import PointCloud
+
+    path = tmp_path / "flat.pcd"
+    PointCloud.from_points(POINTS[:, :2], ("x", "y"), (np.float32,) * 2).save(path)
+    with pytest.raises(InputError, match="no z among x y"):
+        read_points(path)
+
+
+def test_npy_of_another_shape(tmp_path: Path) -> None:
+    for array in (np.zeros(3), np.zeros((3, 2)), np.array([["a", "b", "c"]])):
+        np.save(tmp_path / "a.npy", array)
+        with pytest.raises(InputError, match=r"shape \[points, 3\]"):
+            read_points(tmp_path / "a.npy")
+
+
+def test_absent_file_and_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file"):
+        read_points(tmp_path / "absent.pcd")
+    (tmp_path / "folder.pcd").mkdir()
+    with pytest.raises(InputError, match="directory"):
+        read_points(tmp_path / "folder.pcd")
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres"), (1e6, "another unit")]
+)
+def test_scan_in_another_unit_is_refused(tmp_path: Path, factor: float, unit: str) -> None:
+    rng = np.random.default_rng(1)
+    np.save(tmp_path / "wide.npy", rng.uniform(-60.0, 60.0, (500, 3)) * factor)
+    with pytest.raises(InputError, match=f"points extend .* m .*{unit}"):
+        read_points(tmp_path / "wide.npy")
+
+
+def test_a_scan_10_km_wide_is_refused_but_a_wide_survey_is_not(tmp_path: Path) -> None:
+    wide = np.random.default_rng(2).uniform(-5000.0, 5000.0, (200, 3))
+    with pytest.raises(InputError, match="more than a scan can"):
+        read_points(write_pcd(tmp_path / "wide.pcd", wide, "binary"))
+    cloud = read_points(write_las(tmp_path / "wide.las", wide, [2] * 200))
+    assert len(cloud.points_m) == 200
+    with pytest.raises(InputError, match="more than an aerial tile can"):
+        read_points(write_las(tmp_path / "wider.las", wide * 50.0, [2] * 200))
+
+
+@pytest.mark.parametrize(("suffix", "package"), [(".pcd", "pypcd4"), (".las", "laspy")])
+def test_missing_package_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, package: str
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"LASF" if suffix == ".las" else b"VERSION 0.7")
+    plain_import = builtins.__import__
+
+    def without_package(name: str, *args: Any, **kwargs: Any) -> Any:
+        if name.split(".")[0] == package:
+            raise ImportError(name)
+        return plain_import(name, *args, **kwargs)
+
+    monkeypatch.setattr(builtins, "__import__", without_package)
+    with pytest.raises(MissingExtraError, match=r"clearway\[lidar\]"):
+        read_points(path)
