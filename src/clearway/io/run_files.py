@@ -1,0 +1,146 @@
+"""What a flight leaves behind: track.csv, decisions.jsonl, summary.json, and the JSON of a run."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import InputError
+from clearway.simulation import LoggedDecision, Run
+
+TRACK_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """A scratch folder whose files are moved to `folder` only if all of them were written.
+
+    Raises InputError if the folder cannot be made or is a file.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+    except OSError as cause:
+        raise InputError(str(folder), f"cannot be written: {cause.strerror}") from cause
+    try:
+        yield scratch
+        for path in sorted(scratch.iterdir()):
+            path.replace(folder / path.name)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
+    """The object that `fly --json` prints."""
+    distance = run.metrics.min_obstacle_distance_m
+    return {
+        "mission": run.mission.name,
+        "planner": planner,
+        "reached": run.reached,
+        "waypoints_reached": run.progress.waypoints_reached(run.mission),
+        "time_s": round(run.metrics.time_s, 6),
+        "path_length_m": round(run.metrics.path_length_m, 6),
+        "min_obstacle_distance_m": _number(distance),
+        "min_intruder_distance_m": None,
+        "closest_intruder": None,
+        "safety_margin_m": run.safety_margin_m,
+        "margin_violations": run.metrics.margin_violations,
+        "emergencies": run.emergencies,
+        "decisions": len(run.decisions),
+        "decision_ms": decision_times_ms(run),
+        "seed": run.seed,
+        "tracking_mean_m": _number(float(run.metrics.tracking_m.mean())),
+        "tracking_max_m": _number(float(run.metrics.tracking_m.max())),
+        "climb_m": _number(run.metrics.climb_m),
+        "effort_m2ps3": _number(run.metrics.effort_m2ps3),
+        "data_left_out": dict(sorted(run.counts.items())),
+    }
+
+
+def decision_times_ms(run: Run) -> dict[str, float | None]:
+    """Time from the sensor's arrays in hand to the explained decision."""
+    elapsed = np.array([entry.elapsed_s for entry in run.decisions]) * 1e3
+    if not len(elapsed):
+        return {"p50": None, "p99": None, "max": None}
+    return {
+        "p50": round(float(np.percentile(elapsed, 50)), 4),
+        "p99": round(float(np.percentile(elapsed, 99)), 4),
+        "max": round(float(elapsed.max()), 4),
+    }
+
+
+def write_track(run: Run, path: Path) -> None:
+    """The true track, one row per step, at most 0.05 s apart."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(TRACK_COLUMNS)
+        for time_s, state in zip(run.time_s, run.states, strict=True):
+            writer.writerow([f"{time_s:.4f}", *(f"{value:.6f}" for value in state)])
+
+
+def write_decisions(run: Run, path: Path) -> None:
+    """One JSON object per decision, with its reasons."""
+    with path.open("w") as file:
+        for entry in run.decisions:
+            file.write(json.dumps(decision_record(entry)) + "\n")
+
+
+def decision_record(entry: LoggedDecision) -> dict[str, Any]:
+    """A decision as plain values."""
+    flight = entry.flight
+    decision, choice = flight.decision, flight.decision.choice
+    movements_to = decision.repertoire.reach_set.movements_to
+    return {
+        "time_s": round(flight.time_s, 6),
+        "why_now": entry.why_now,
+        "mode": str(flight.mode),
+        "goal": flight.goal,
+        "explanation": flight.explanation,
+        "basis": choice.basis.name.lower(),
+        "position_m": _list(decision.state.position_m),
+        "attitude_rad": _list(decision.state.attitude_rad),
+        "movements": list(decision.movements),
+        "cost_m": _number(choice.cost_m),
+        "rating": _number(choice.rating),
+        "feasibility": _number(choice.feasibility),
+        "continuations": _number(choice.continuations),
+        "clearance_m": _number(choice.clearance_m),
+        "limited_by": choice.limited_by.name.lower(),
+        "margin_asked_m": _number(decision.margin_m),
+        "margin_kept_m": _number(choice.margin_m),
+        "side": str(choice.side),
+        "candidates": choice.candidates,
+        "below_threshold": choice.below_threshold,
+        "ruled_out_by": choice.ruled_out_by,
+        "ruled_out": [
+            {
+                "movements": list(movements_to(other.node)),
+                "cost_m": _number(other.cost_m),
+                "cause": other.cause.name.lower(),
+                "clearance_m": _number(other.clearance_m),
+            }
+            for other in choice.ruled_out
+        ],
+        "scan_age_s": _number(flight.scan_age_s),
+        "data_left_out": flight.counts,
+        "decide_within_s": _number(decision.decide_within_s),
+        "elapsed_ms": round(entry.elapsed_s * 1e3, 4),
+    }
+
+
+def _list(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
+    return [round(float(value), 6) for value in values]
+
+
+def _number(value: float) -> float | None:
+    """A JSON number; null for infinite and undefined ones."""
+    return round(float(value), 6) if math.isfinite(value) else None
