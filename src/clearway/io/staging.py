@@ -1,0 +1,52 @@
+"""Output folders that are whole or absent: written aside, moved into place at the end."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from clearway.errors import InputError
+
+
+@contextmanager
+def staged(folder: str | Path) -> Iterator[Path]:
+    """A scratch folder whose files move into `folder` when the block ends without an error.
+
+    Files of the same name in an existing `folder` are replaced, others stay. After an error
+    nothing is left. Raises InputError where the folder cannot be written.
+    """
+    target = Path(folder).absolute()
+    try:
+        existing = _nearest_folder(target)
+        scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=existing))
+    except OSError as cause:
+        raise InputError(str(folder), f"cannot be written: {cause.strerror or cause}") from cause
+    try:
+        yield scratch
+        _move(scratch, target)
+    except OSError as cause:
+        raise InputError(str(folder), f"cannot be written: {cause.strerror or cause}") from cause
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _nearest_folder(target: Path) -> Path:
+    """The folder itself or its nearest existing parent: a scratch folder there moves at once."""
+    for folder in (target, *target.parents):
+        if folder.exists():
+            if not folder.is_dir():
+                raise NotADirectoryError(20, f"{folder} is a file, not a folder")
+            return folder
+    raise FileNotFoundError(2, "no such folder")
+
+
+def _move(scratch: Path, target: Path) -> None:
+    """Each file into its place; `os.replace` puts one there whole or not at all."""
+    for source in sorted(path for path in scratch.rglob("*") if path.is_file()):
+        destination = target / source.relative_to(scratch)
+        destination.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(source, destination)

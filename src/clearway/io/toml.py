@@ -1,0 +1,225 @@
+"""TOML files into typed sections, all problems of a file at once; and plain values into TOML."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from clearway.errors import InputError
+
+
+class Section(BaseModel):
+    """A table of a file: no unknown keys, no guessed types, no NaN or infinity."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_model(path: str | Path, model: type[Model]) -> Model:
+    """The TOML file as `model`.
+
+    Raises InputError with one line for each problem in the file: the key's path, what is wrong,
+    what was given and what is valid.
+    """
+    return parse_model(str(path), _read(Path(path)), model)
+
+
+def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Model:
+    """Plain tables as `model`; `source` names them in the InputError."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        problems = _problems(error, data, model)
+    raise InputError(source, problems)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        return tomllib.loads(text)
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    except UnicodeDecodeError as cause:
+        raise InputError(
+            str(path), f"no TOML file: byte {cause.start} is not UTF-8 text"
+        ) from cause
+    except tomllib.TOMLDecodeError as cause:
+        raise InputError(str(path), f"no valid TOML: {cause}") from cause
+    except RecursionError as cause:
+        raise InputError(str(path), "no valid TOML: nested too deeply") from cause
+
+
+def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> list[str]:
+    """One line a place; the alternatives of a union, which pydantic lists apart, are joined."""
+    by_place: dict[str, list[str]] = {}
+    given: dict[str, str] = {}
+    for item in error.errors(include_url=False):
+        parts = _path_in_file(item, data)
+        place = _place(parts)
+        message = _message(item, model)
+        if message not in by_place.setdefault(place, []):
+            by_place[place].append(message)
+        if item["type"] not in ("missing", "extra_forbidden", "value_error"):
+            given[place] = f", got {_shown(item['input'])}"
+    return [
+        (f"{place}: " if place else "")
+        + " or ".join(messages).replace(" or should be", " or")
+        + given.get(place, "")
+        for place, messages in by_place.items()
+    ]
+
+
+def _path_in_file(item: Any, data: Any) -> list[int | str]:
+    """Where in the file an error is: its location without the names of union members."""
+    parts: list[int | str] = []
+    location = item["loc"]
+    for n, part in enumerate(location):
+        missing = item["type"] == "missing" and n == len(location) - 1
+        if isinstance(data, Mapping) and (part in data or missing):
+            data = data.get(part)
+            parts.append(part)
+        elif isinstance(data, (list, tuple)) and isinstance(part, int):
+            data = data[part] if part < len(data) else None
+            parts.append(part)
+    return parts
+
+
+def _place(parts: Sequence[int | str]) -> str:
+    text = ""
+    for part in parts:
+        text += f"[{part}]" if isinstance(part, int) else f".{_key(part)}" if text else _key(part)
+    return text
+
+
+def _message(item: Any, model: type[BaseModel]) -> str:
+    """What is wrong and what is valid, in words of the file instead of Python's."""
+    kind = item["type"]
+    if kind == "extra_forbidden":
+        *table, key = item["loc"]
+        return _unknown_key(str(key), sorted(_keys_at(model, table)))
+    if kind == "missing":
+        return "missing, but needed"
+    message = str(item["msg"]).removeprefix("Value error, ").replace("Input should", "should")
+    if kind == "literal_error" and isinstance(item["input"], str):
+        choices = re.findall(r"'([^']*)'", str(item["ctx"]["expected"]))
+        message += _nearest(item["input"], choices)
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        message = "should be a table"
+    return re.sub(r"(a valid )?(tuple|list)\b", "a list", message, flags=re.IGNORECASE)
+
+
+def _unknown_key(key: str, valid: list[str]) -> str:
+    return f"unknown key{_nearest(key, valid)}; valid keys: {', '.join(valid)}"
+
+
+def _nearest(word: str, choices: Sequence[str]) -> str:
+    close = difflib.get_close_matches(word.lower(), choices, n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def _keys_at(model: type[BaseModel], table: Sequence[int | str]) -> set[str]:
+    """Valid keys of the table at a location; of every member where it is a union."""
+    models = [model]
+    for part in table:
+        fields = [
+            member.model_fields[part]
+            for member in models
+            if isinstance(part, str) and part in member.model_fields
+        ]
+        if fields:
+            models = [m for field in fields for m in _models_in(field.annotation)]
+    return {field.alias or name for member in models for name, field in member.model_fields.items()}
+
+
+def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models_in(argument)
+
+
+def _shown(value: object) -> str:
+    try:
+        text = json.dumps(value, ensure_ascii=False)
+    except (TypeError, ValueError):
+        text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def write_toml(data: BaseModel | Mapping[str, Any], path: str | Path) -> None:
+    """Write a model or plain tables, such that `tomllib` reads the same values back.
+
+    Values: text, whole and real numbers, booleans, lists or tuples of values, tables. A None is
+    left out, since TOML has none; paths become text.
+    """
+    Path(path).write_text(dump_toml(data), encoding="utf-8", newline="\n")
+
+
+def dump_toml(data: BaseModel | Mapping[str, Any]) -> str:
+    """The TOML text that `write_toml` writes."""
+    tables = data.model_dump(exclude_none=True) if isinstance(data, BaseModel) else data
+    return "\n".join(_table_lines(tables, ())).lstrip("\n") + "\n"
+
+
+def _table_lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
+    """Lines of one table: its plain values first, then its tables, as TOML demands."""
+    later: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        if value is None:
+            continue
+        if isinstance(value, Mapping) or _is_table_array(value):
+            later.append((key, value))
+        else:
+            yield f"{_key(key)} = {_value(value)}"
+    for key, value in later:
+        inner = (*path, key)
+        name = ".".join(_key(part) for part in inner)
+        brackets, tables = ("[{}]", [value]) if isinstance(value, Mapping) else ("[[{}]]", value)
+        for one in tables:
+            yield ""
+            yield brackets.format(name)
+            yield from _table_lines(one, inner)
+
+
+def _is_table_array(value: object) -> bool:
+    return (
+        isinstance(value, (list, tuple))
+        and len(value) > 0
+        and all(isinstance(one, Mapping) for one in value)
+    )
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
+
+
+def _value(value: Any) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int():
+            return str(int(value))
+        case float():
+            return repr(float(value))
+        case str() | Path():
+            return _text(str(value))
+        case Mapping():
+            pairs = (f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+            return "{" + ", ".join(pairs) + "}"
+        case list() | tuple():
+            return "[" + ", ".join(_value(one) for one in value) + "]"
+    raise TypeError(f"no TOML value: {value!r}")
+
+
+def _text(text: str) -> str:
+    """A basic TOML string: JSON's escapes, and those of the control characters it lets pass."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
