@@ -1,0 +1,103 @@
+"""Keep rule of dispersion: in every cell the nodes that lie farthest from each other.
+
+Two nodes are as far apart as their positions and the points that they look ahead to: a distance
+in metres that counts a turn by the length of the look-ahead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.compiled import compiled
+from clearway.frames import FloatArray
+from clearway.reach.keep import in_mirrored_order
+from clearway.reach.wavefront import Front, KeepRule
+from clearway.state import BoolArray, IntArray
+
+SAME_STATE_M = 1e-6
+"""Nodes nearer than that are one and the same state."""
+
+
+def farthest_of_cell(count: int, look_ahead_m: float) -> KeepRule:
+    """Expand up to `count` nodes of every cell, each the farthest from those chosen before it.
+
+    The first is the one that heads most directly away from the start. No state is chosen twice,
+    and a state on the plane of symmetry is not reached by a pair of mirror images.
+    """
+
+    def keep(front: Front) -> BoolArray:
+        order, together = in_mirrored_order(front, _alignment(front))
+        features = _features(front, look_ahead_m)[order]
+        chosen = np.zeros(len(order), dtype=np.bool_)
+        chosen[order] = _farthest(
+            front.cell[order], together, np.ascontiguousarray(features), count - front.expanded
+        )
+        return chosen
+
+    return keep
+
+
+def _features(front: Front, look_ahead_m: float) -> FloatArray:
+    """[n, 6] position and look-ahead vector."""
+    return np.concatenate([front.position_m, look_ahead_m * front.heading], axis=1)
+
+
+def _alignment(front: Front) -> FloatArray:
+    """[n] cosine between the heading and the line of sight from the start."""
+    distance = np.maximum(np.linalg.norm(front.position_m, axis=1), 1e-9)
+    alignment: FloatArray = np.sum(front.heading * front.position_m, axis=1) / distance
+    return alignment
+
+
+@compiled
+def _farthest(
+    cell: IntArray, together: BoolArray, features: FloatArray, budget: IntArray
+) -> BoolArray:
+    """From nodes sorted by cell and rank: in each cell the first, then the farthest, again.
+
+    Mirror images in one cell are one choice of two nodes.
+    """
+    taken = np.zeros(len(cell), dtype=np.bool_)
+    start = 0
+    while start < len(cell):
+        end = start
+        while end < len(cell) and cell[end] == cell[start]:
+            end += 1
+        left = budget[cell[start]]
+        apart = np.full(end - start, np.inf)
+        while left > 0:
+            best, size = -1, 0
+            n = start
+            while n < end:
+                paired = together[n]
+                far = apart[n - start]
+                if paired:
+                    far = min(far, apart[n + 1 - start])
+                if paired and _distance(features[n], features[n + 1]) < SAME_STATE_M:
+                    far = 0.0
+                if (
+                    not taken[n]
+                    and far > SAME_STATE_M
+                    and (2 if paired else 1) <= left
+                    and (best < 0 or far > apart[best - start] + SAME_STATE_M)
+                ):
+                    best, size = n, 2 if paired else 1
+                n += 2 if paired else 1
+            if best < 0:
+                break
+            for chosen in range(best, best + size):
+                taken[chosen] = True
+                for other in range(start, end):
+                    gap = _distance(features[chosen], features[other])
+                    apart[other - start] = min(apart[other - start], gap)
+            left -= size
+        start = end
+    return taken
+
+
+@compiled
+def _distance(first: FloatArray, second: FloatArray) -> float:
+    total = 0.0
+    for axis in range(len(first)):
+        total += (first[axis] - second[axis]) ** 2
+    return float(np.sqrt(total))

@@ -1,0 +1,156 @@
+"""What every movement does from every attitude that chains of movements reach, worked out once.
+
+Motion depends on roll and pitch, not on position or yaw, so a whole reach set is made of few
+pieces: one path per (attitude, movement), turned by the yaw at its start and laid end to end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.errors import ClearwayError
+from clearway.frames import FloatArray, world_from_body
+from clearway.grid import AvoidanceGrid
+from clearway.movements import Movement, MovementAutomaton
+
+SAMPLES = 4
+"""Samples kept per movement; paths are traced through cells at a multiple of them."""
+MOST_ATTITUDES = 5000
+
+
+class Pieces(NamedTuple):
+    """The lattice as compiled loops take it."""
+
+    following: npt.NDArray[np.int32]
+    """[attitudes, movements] attitude at the movement's end; -1 where it is not allowed."""
+    path: FloatArray
+    """[attitudes, movements, steps, 3] displacement at equal times, yaw 0 at the start, z up."""
+    turn_rad: FloatArray
+    """[attitudes, movements] change of yaw."""
+    length_m: FloatArray
+    """[attitudes, movements] length flown."""
+    sagitta_m: FloatArray
+    """[attitudes, movements] how far the path may lie from chords between its samples."""
+    attitude_rad: FloatArray
+    """[attitudes, 2] roll and pitch."""
+    duration_s: FloatArray
+    """[movements]"""
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Pieces of an automaton, and where each start pitch lies among the attitudes."""
+
+    automaton: MovementAutomaton
+    pieces: Pieces
+    start: dict[float, int]
+    """Attitude index by start pitch."""
+
+    @property
+    def mirror(self) -> tuple[int, ...] | None:
+        return self.automaton.mirror
+
+
+def movements_deep(automaton: MovementAutomaton, grid: AvoidanceGrid) -> int:
+    """How many movements a trajectory may have: as many as layers, or as straight flight needs."""
+    step = automaton.step_m
+    if step <= 0.0:
+        raise ClearwayError("no movement of the automaton leads anywhere")
+    return max(grid.layers, int(np.ceil(grid.range_m / step - 1e-6)))
+
+
+def build_lattice(
+    automaton: MovementAutomaton,
+    grid: AvoidanceGrid,
+    start_pitches_rad: tuple[float, ...],
+    deep: int,
+) -> Lattice:
+    """Every attitude within `deep` movements of the starts, and what each movement does there.
+
+    Raises ClearwayError when turn steps make more attitudes than a table should hold.
+    """
+    thinnest = float(np.min(np.diff(grid.range_edges_m)))
+    steps = SAMPLES * max(4, int(np.ceil(4.0 * automaton.step_m / thinnest)))
+    attitudes: list[tuple[float, float, Movement | None]] = []
+    known: dict[tuple[int, int, str], int] = {}
+
+    def index_of(roll: float, pitch: float, last: Movement | None) -> int:
+        memory = last.name if last is not None and automaton.forbidden else ""
+        key = (round(roll * 1e9), round(pitch * 1e9), memory)
+        if key not in known:
+            known[key] = len(attitudes)
+            attitudes.append((roll, pitch, last))
+        return known[key]
+
+    start = {pitch: index_of(0.0, pitch, None) for pitch in start_pitches_rad}
+    rows: list[list[tuple[int, FloatArray]]] = []
+    generation_end, generation = len(attitudes), 0
+    while len(rows) < len(attitudes) and generation < deep:
+        row: list[tuple[int, FloatArray]] = []
+        roll, pitch, last = attitudes[len(rows)]
+        state = np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
+        for movement in automaton.movements:
+            times = movement.duration_s * np.arange(1, steps + 1) / steps
+            path = np.array([automaton.predict(state, movement, float(time)) for time in times])
+            reached = -1
+            if automaton.allowed(state, movement, last):
+                reached = index_of(float(path[-1, 3]), float(path[-1, 4]), movement)
+            row.append((reached, path))
+        rows.append(row)
+        if len(rows) == generation_end:
+            generation_end, generation = len(attitudes), generation + 1
+        if len(attitudes) > MOST_ATTITUDES:
+            raise ClearwayError(
+                f"movements reach more than {MOST_ATTITUDES} different attitudes; "
+                "give the automaton a pitch limit, or turn steps that are multiples of each other"
+            )
+    return Lattice(automaton, _pieces(automaton, rows, attitudes), start)
+
+
+def _pieces(
+    automaton: MovementAutomaton,
+    rows: list[list[tuple[int, FloatArray]]],
+    attitudes: list[tuple[float, float, Movement | None]],
+) -> Pieces:
+    following = np.array([[reached for reached, _ in row] for row in rows], dtype=np.int32)
+    paths = np.array([[path for _, path in row] for row in rows])
+    position = np.ascontiguousarray(paths[..., :3])
+    chords = np.diff(position, axis=2, prepend=0.0)
+    flown = np.linalg.norm(chords, axis=-1).sum(axis=-1)
+    durations = np.array([movement.duration_s for movement in automaton.movements])
+    if automaton.table is None:
+        speeds = np.array([movement.speed_mps for movement in automaton.movements])
+        flown = np.maximum(flown, speeds * durations)
+    pitches = np.array([pitch for _, pitch, _ in attitudes])
+    turned = paths[:, :, -1, 5]
+    bend = np.hypot(turned, paths[:, :, -1, 4] - pitches[: len(rows), None])
+    return Pieces(
+        following=following,
+        path=position,
+        turn_rad=np.ascontiguousarray(turned),
+        length_m=np.ascontiguousarray(flown),
+        # A path of length s and curvature k lies within k s^2 / 8 of its chord.
+        sagitta_m=np.ascontiguousarray(flown * bend / (8.0 * SAMPLES**2)),
+        attitude_rad=np.array([[roll, pitch] for roll, pitch, _ in attitudes]),
+        duration_s=durations,
+    )
+
+
+def grid_from_level(start_pitch_rad: float) -> FloatArray:
+    """[3, 3] from level axes at yaw 0 into the grid, the body frame at the start pitch."""
+    rotation: FloatArray = np.ascontiguousarray(world_from_body([0.0, start_pitch_rad, 0.0]).T)
+    return rotation
+
+
+def in_grid(vectors_level: FloatArray, rotation: FloatArray) -> FloatArray:
+    """[n, 3] of the level frame in the grid frame, column by column.
+
+    A matrix product may round rows differently, and mirror images must stay mirror images.
+    """
+    x, y, z = (vectors_level[:, axis, None] for axis in range(3))
+    rotated: FloatArray = x * rotation[:, 0] + y * rotation[:, 1] + z * rotation[:, 2]
+    return rotated

@@ -1,0 +1,61 @@
+"""Turn for a while, then fly straight: the trajectories that every flying set holds.
+
+Yaw and pitch turns are independent: k movements with one yaw turn, n movements with one pitch
+turn, both from the start, and straight from there on.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from clearway.grid import AvoidanceGrid
+from clearway.movements import MovementAutomaton
+from clearway.reach.buffers import ByteArray
+from clearway.reach.lattice import Lattice
+from clearway.reach.trace import completed
+
+Turn = tuple[int, int]
+"""Change of pitch and of yaw by a movement from level flight, in nrad so that they compare."""
+
+
+def primitives(
+    lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
+) -> ByteArray:
+    """Buffers [trajectories, deep] of "turn k, then straight" that lead through the grid."""
+    rows = [row for turns in _turns_by_speed(lattice.automaton) for row in _schedules(turns, deep)]
+    if not rows:
+        return np.zeros((0, deep), dtype=np.uint8)
+    return completed(np.array(rows, dtype=np.uint8), lattice, grid, start_pitch_rad)
+
+
+def _turns_by_speed(automaton: MovementAutomaton) -> list[dict[Turn, int]]:
+    """Per speed and duration: movement index + 1 by what the movement turns."""
+    classes: dict[tuple[float, float], dict[Turn, int]] = {}
+    for index, movement in enumerate(automaton.movements):
+        end = automaton.predict(np.zeros(6), movement)
+        turn = (round(float(end[4]) * 1e9), round(float(end[5]) * 1e9))
+        turns = classes.setdefault((movement.speed_mps, movement.duration_s), {})
+        turns.setdefault(turn, index + 1)
+    return [turns for turns in classes.values() if (0, 0) in turns]
+
+
+def _schedules(turns: dict[Turn, int], deep: int) -> Iterator[list[int]]:
+    """Every pair of a pitch turn held k times and a yaw turn held n times, then straight."""
+    pitches = {pitch for pitch, yaw in turns if pitch and not yaw}
+    yaws = {yaw for pitch, yaw in turns if yaw and not pitch}
+    held_pitches = [(0, 0), *((pitch, k) for pitch in sorted(pitches) for k in range(1, deep + 1))]
+    held_yaws = [(0, 0), *((yaw, k) for yaw in sorted(yaws) for k in range(1, deep + 1))]
+    for (pitch, k), (yaw, n) in itertools.product(held_pitches, held_yaws):
+        both = min(k, n)
+        # Without diagonals the pitch turns come first.
+        joint = (pitch, yaw) in turns or not both
+        order = (
+            [(pitch, yaw)] * both + [(pitch, 0)] * (k - both) + [(0, yaw)] * (n - both)
+            if joint
+            else [(pitch, 0)] * k + [(0, yaw)] * n
+        )
+        row = [turns[turn] for turn in order] + [turns[0, 0]] * deep
+        yield row[:deep]

@@ -1,0 +1,209 @@
+"""Reach sets of all start pitches together, kept in the user's cache between runs.
+
+A file holds parents and movements only; states, samples and cells are recomputed on loading, so
+that what is loaded equals what was built bit for bit. It carries a version, the hash of what it
+was built from and a checksum; whatever does not fit is rebuilt, never used.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.grid import AvoidanceGrid
+from clearway.movements import MovementAutomaton
+from clearway.reach.lattice import Lattice
+from clearway.reach.sets import lattice_for, reach_set_at
+from clearway.reach.trace import reach_set_of
+from clearway.reach.tree import ReachSet
+
+VERSION = 1
+"""Raised whenever the file's layout or any selection of trajectories changes."""
+MAGIC = b"clearway reach\n"
+_HEADER = struct.Struct(f"<{len(MAGIC)}sI32s32s")
+_COUNT = struct.Struct("<I")
+
+Progress = Callable[[int, int], None]
+"""Called with how many reach sets are done, and how many there will be."""
+Notice = Callable[[str], None]
+"""Called with a sentence for the user."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReachLibrary:
+    """One reach set per start pitch of an automaton, ascending by pitch."""
+
+    automaton: MovementAutomaton
+    grid: AvoidanceGrid
+    method: str
+    reach_sets: tuple[ReachSet, ...]
+
+    @classmethod
+    def build(
+        cls,
+        automaton: MovementAutomaton,
+        grid: AvoidanceGrid,
+        method: str = "flying",
+        *,
+        tuning: Mapping[str, float] | None = None,
+        progress: Progress | None = None,
+    ) -> ReachLibrary:
+        """Build all reach sets anew; errors as of `build_reach_set`."""
+        tuning = tuning or {}
+        lattice = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
+        return cls(
+            automaton, grid, method, _built(lattice, grid, method, tuning, progress or _silent)
+        )
+
+    @classmethod
+    def load_or_build(
+        cls,
+        automaton: MovementAutomaton,
+        grid: AvoidanceGrid,
+        method: str = "flying",
+        *,
+        tuning: Mapping[str, float] | None = None,
+        progress: Progress | None = None,
+        notice: Notice | None = None,
+        folder: Path | None = None,
+    ) -> ReachLibrary:
+        """Load from the cache `folder` (default: the user's); build and store what is not there.
+
+        A file that is damaged or of another version is rebuilt, and `notice` says so. A folder
+        that cannot be written only means building again the next time.
+        """
+        tuning, notice = tuning or {}, notice or _unheard
+        lattice = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
+        key = content_key(lattice, grid, method, tuning)
+        path = (folder or cache_folder()) / f"reach-{key.hex()[:32]}.bin"
+        reach_sets = _loaded(path, key, lattice, grid, notice)
+        if reach_sets is None:
+            reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
+            _store(path, key, reach_sets, notice)
+        return cls(automaton, grid, method, reach_sets)
+
+    def nearest(self, pitch_rad: float) -> ReachSet:
+        """The reach set whose start pitch is nearest; the flatter one of two."""
+        return min(
+            self.reach_sets,
+            key=lambda s: (abs(s.start_pitch_rad - pitch_rad), abs(s.start_pitch_rad)),
+        )
+
+
+def cache_folder() -> Path:
+    """`CLEARWAY_CACHE`, else the user's cache folder."""
+    chosen = os.environ.get("CLEARWAY_CACHE")
+    if chosen:
+        return Path(chosen)
+    from platformdirs import user_cache_dir
+
+    return Path(user_cache_dir("clearway", appauthor=False))
+
+
+def content_key(
+    lattice: Lattice, grid: AvoidanceGrid, method: str, tuning: Mapping[str, float]
+) -> bytes:
+    """Hash of all that a library follows from.
+
+    The automaton counts by what its movements do, so that any vehicle is covered; rounded, so
+    that machines whose sine differs in the last digit share a file.
+    """
+    digest = hashlib.sha256(repr((method, sorted(tuning.items()))).encode())
+    movements = [(m.name, m.smooth, m.duration_s) for m in lattice.automaton.movements]
+    digest.update(repr((movements, lattice.mirror)).encode())
+    pieces = lattice.pieces
+    digest.update(repr(pieces.path.shape).encode())
+    digest.update(np.ascontiguousarray(pieces.following).tobytes())
+    for array in (pieces.path, pieces.turn_rad, pieces.attitude_rad, *grid.edges):
+        digest.update((np.round(array, 9) + 0.0).tobytes())
+    digest.update(np.round(sorted(lattice.start), 9).tobytes())
+    return digest.digest()
+
+
+def _built(
+    lattice: Lattice,
+    grid: AvoidanceGrid,
+    method: str,
+    tuning: Mapping[str, float],
+    progress: Progress,
+) -> tuple[ReachSet, ...]:
+    pitches = sorted(lattice.start)
+    reach_sets = []
+    for done, pitch in enumerate(pitches):
+        progress(done, len(pitches))
+        reach_sets.append(reach_set_at(lattice, grid, method, pitch, **tuning))
+    progress(len(pitches), len(pitches))
+    return tuple(reach_sets)
+
+
+def _store(path: Path, key: bytes, reach_sets: tuple[ReachSet, ...], notice: Notice) -> None:
+    """Write beside the target and move into place, so that no one sees half a file."""
+    payload = b"".join(
+        _COUNT.pack(each.nodes) + each.parent.tobytes() + each.movement.tobytes()
+        for each in reach_sets
+    )
+    header = _HEADER.pack(MAGIC, VERSION, key, hashlib.sha256(payload).digest())
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(header + payload)
+            os.replace(name, path)
+        except OSError:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as cause:
+        notice(f"reach sets cannot be stored in {path.parent}: {cause.strerror}")
+
+
+def _loaded(
+    path: Path, key: bytes, lattice: Lattice, grid: AvoidanceGrid, notice: Notice
+) -> tuple[ReachSet, ...] | None:
+    """Reach sets of a file; None, with a notice where there is a file that does not fit."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    try:
+        return _parsed(data, key, lattice, grid)
+    except ClearwayError as cause:
+        notice(f"{path} {cause}; building the reach sets anew")
+        return None
+
+
+def _parsed(data: bytes, key: bytes, lattice: Lattice, grid: AvoidanceGrid) -> tuple[ReachSet, ...]:
+    if len(data) < _HEADER.size or not data.startswith(MAGIC):
+        raise ClearwayError("is damaged")
+    _, version, stored_key, checksum = _HEADER.unpack_from(data)
+    if version != VERSION:
+        raise ClearwayError(f"is of version {version}, not {VERSION}")
+    payload = data[_HEADER.size :]
+    if stored_key != key or hashlib.sha256(payload).digest() != checksum:
+        raise ClearwayError("is damaged")
+    reach_sets, at = [], 0
+    for pitch in sorted(lattice.start):
+        (nodes,) = _COUNT.unpack_from(payload, at)
+        at += _COUNT.size
+        parent = np.frombuffer(payload, dtype="<i4", count=nodes, offset=at).astype(np.int32)
+        at += 4 * nodes
+        movement = np.frombuffer(payload, dtype="<i2", count=nodes, offset=at).astype(np.int16)
+        at += 2 * nodes
+        reach_sets.append(reach_set_of(parent, movement, grid, lattice, pitch))
+    return tuple(reach_sets)
+
+
+def _silent(_done: int, _total: int) -> None:
+    """No progress is shown."""
+
+
+def _unheard(_sentence: str) -> None:
+    """No notice is taken."""

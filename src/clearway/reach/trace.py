@@ -1,0 +1,341 @@
+"""From parents and movements to a reach set: states, samples and passed cells of every node.
+
+A tree is given by its parents and movements; everything else follows from them and the lattice,
+and is recomputed on loading.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.compiled import compiled
+from clearway.frames import FloatArray
+from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
+from clearway.reach.buffers import ByteArray, keys_of, rows_of
+from clearway.reach.lattice import SAMPLES, Lattice, Pieces, grid_from_level
+from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
+
+Int32Array = npt.NDArray[np.int32]
+
+OUT_SIDE = -1
+OUT_BEYOND = -2
+NEAR = -3
+NOT_ALLOWED = -4
+
+
+def reach_set_of(
+    parent: Int32Array,
+    movement: npt.NDArray[np.int16],
+    grid: AvoidanceGrid,
+    lattice: Lattice,
+    start_pitch_rad: float,
+) -> ReachSet:
+    """The reach set of a tree given by its parents and movements."""
+    pieces = lattice.pieces
+    attitude, depth, flown, starts, ends = _chain(
+        parent, movement, lattice.start[start_pitch_rad], pieces
+    )
+    samples, cell_start, cell_index, end_cell, exit_kind = _through_cells(
+        parent,
+        movement,
+        attitude,
+        starts,
+        pieces,
+        grid_from_level(start_pitch_rad),
+        grid.edges,
+    )
+    states = np.empty((len(parent), 6))
+    states[:, :3] = samples[:, -1]
+    states[:, 3:5] = pieces.attitude_rad[attitude[:, 1]]
+    states[:, 5] = ends[:, 3]
+    return ReachSet(
+        grid=grid,
+        start_pitch_rad=start_pitch_rad,
+        movement_names=lattice.automaton.names,
+        movement_smooth=tuple(movement.smooth for movement in lattice.automaton.movements),
+        parent=parent,
+        movement=movement,
+        depth=depth,
+        end_time_s=np.ascontiguousarray(flown[:, 0]),
+        length_m=np.ascontiguousarray(flown[:, 1]),
+        states=states,
+        samples_m=samples,
+        sagitta_m=pieces.sagitta_m[attitude[:, 0], movement],
+        cell_start=cell_start,
+        cell_index=cell_index,
+        end_cell=end_cell,
+        exit_kind=exit_kind,
+    )
+
+
+@compiled
+def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
+    """Cell of a point in the grid frame, or where else it lies: NEAR, OUT_BEYOND, OUT_SIDE."""
+    cell = cell_of_point(x, y, z, edges)
+    if cell >= 0:
+        return cell
+    horizontal = np.sqrt(x * x + y * y)
+    inside = (
+        interval_of(np.arctan2(y, x), edges.azimuth_rad) >= 0
+        and interval_of(np.arctan2(z, horizontal), edges.elevation_rad) >= 0
+    )
+    if not inside:
+        return OUT_SIDE
+    if np.sqrt(x * x + y * y + z * z) < edges.range_m[0]:
+        return NEAR
+    return OUT_BEYOND
+
+
+@compiled
+def _point(
+    origin: tuple[float, float, float, float, float],
+    offset: FloatArray,
+    rotation: FloatArray,
+) -> tuple[float, float, float]:
+    """A piece's point in the grid frame; origin: x, y, z, cos and sin of yaw, level frame."""
+    x, y, z, cosine, sine = origin
+    px = x + cosine * offset[0] - sine * offset[1]
+    py = y + sine * offset[0] + cosine * offset[1]
+    pz = z + offset[2]
+    return (
+        rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz,
+        rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz,
+        rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz,
+    )
+
+
+@compiled
+def end_place(
+    origin: tuple[float, float, float, float, float],
+    path: FloatArray,
+    rotation: FloatArray,
+    edges: GridEdges,
+) -> int:
+    """Where a movement along `path` [steps, 3] ends: a cell, NEAR, or the way it left the grid.
+
+    A movement that ends outside left where its path first did, at the side or beyond the range.
+    """
+    last = len(path) - 1
+    x, y, z = _point(origin, path[last], rotation)
+    place = place_of(x, y, z, edges)
+    if place >= 0 or place == NEAR:
+        return place
+    for step in range(last):
+        x, y, z = _point(origin, path[step], rotation)
+        first = place_of(x, y, z, edges)
+        if first in (OUT_SIDE, OUT_BEYOND):
+            return first
+    return place
+
+
+@compiled
+def expand(
+    position: FloatArray,
+    yaw: FloatArray,
+    attitude: npt.NDArray[np.int32],
+    pieces: Pieces,
+    rotation: FloatArray,
+    edges: GridEdges,
+) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+    """Children of nodes [n] by every movement [n, m]: position, yaw, attitude and place.
+
+    Positions are in the level frame at yaw 0; see `end_place` for places, NOT_ALLOWED where the
+    automaton forbids the movement.
+    """
+    nodes, movements = len(yaw), pieces.following.shape[1]
+    ends = np.empty((nodes, movements, 3))
+    yaws = np.empty((nodes, movements))
+    attitudes = np.empty((nodes, movements), dtype=np.int32)
+    places = np.empty((nodes, movements), dtype=np.int64)
+    for n in range(nodes):
+        at = attitude[n]
+        cosine, sine = np.cos(yaw[n]), np.sin(yaw[n])
+        origin = (position[n, 0], position[n, 1], position[n, 2], cosine, sine)
+        for m in range(movements):
+            path = pieces.path[at, m]
+            last = path[len(path) - 1]
+            ends[n, m, 0] = position[n, 0] + cosine * last[0] - sine * last[1]
+            ends[n, m, 1] = position[n, 1] + sine * last[0] + cosine * last[1]
+            ends[n, m, 2] = position[n, 2] + last[2]
+            yaws[n, m] = yaw[n] + pieces.turn_rad[at, m]
+            attitudes[n, m] = pieces.following[at, m]
+            places[n, m] = NOT_ALLOWED
+            if attitudes[n, m] >= 0:
+                places[n, m] = end_place(origin, path, rotation, edges)
+    return ends, yaws, attitudes, places
+
+
+@compiled
+def _chain(
+    parent: Int32Array, movement: npt.NDArray[np.int16], start: int, pieces: Pieces
+) -> tuple[Int32Array, npt.NDArray[np.int16], FloatArray, FloatArray, FloatArray]:
+    """Attitude index, depth, (time, length) and (x, y, z, yaw) at the start and end of nodes.
+
+    Starts and ends are [nodes, 4] in the level frame at yaw 0.
+    """
+    nodes = len(parent)
+    attitude = np.empty((nodes, 2), dtype=np.int32)
+    depth = np.ones(nodes, dtype=np.int16)
+    flown = np.zeros((nodes, 2))
+    starts, ends = np.zeros((nodes, 4)), np.empty((nodes, 4))
+    for n in range(nodes):
+        above, m = parent[n], movement[n]
+        attitude[n, 0] = start
+        if above >= 0:
+            starts[n] = ends[above]
+            attitude[n, 0] = attitude[above, 1]
+            depth[n] = depth[above] + 1
+            flown[n] = flown[above]
+        at = attitude[n, 0]
+        last = pieces.path[at, m, pieces.path.shape[2] - 1]
+        cosine, sine = np.cos(starts[n, 3]), np.sin(starts[n, 3])
+        ends[n, 0] = starts[n, 0] + cosine * last[0] - sine * last[1]
+        ends[n, 1] = starts[n, 1] + sine * last[0] + cosine * last[1]
+        ends[n, 2] = starts[n, 2] + last[2]
+        ends[n, 3] = starts[n, 3] + pieces.turn_rad[at, m]
+        attitude[n, 1] = pieces.following[at, m]
+        flown[n, 0] += pieces.duration_s[m]
+        flown[n, 1] += pieces.length_m[at, m]
+    return attitude, depth, flown, starts, ends
+
+
+@compiled
+def _through_cells(
+    parent: Int32Array,
+    movement: npt.NDArray[np.int16],
+    attitude: Int32Array,
+    starts: FloatArray,
+    pieces: Pieces,
+    rotation: FloatArray,
+    edges: GridEdges,
+) -> tuple[FloatArray, Int32Array, Int32Array, Int32Array, npt.NDArray[np.int8]]:
+    """Samples, cells passed (CSR), cell and kind of exit at the end of every node."""
+    nodes, steps = len(parent), pieces.path.shape[2]
+    stride = steps // SAMPLES
+    samples = np.empty((nodes, SAMPLES, 3))
+    end_cell = np.full(nodes, -1, dtype=np.int32)
+    exit_kind = np.zeros(nodes, dtype=np.int8)
+    cell_start = np.zeros(nodes + 1, dtype=np.int32)
+    cells = np.empty(nodes * steps, dtype=np.int32)
+    filled = 0
+    for n in range(nodes):
+        path = pieces.path[attitude[n, 0], movement[n]]
+        yaw = starts[n, 3]
+        origin = (starts[n, 0], starts[n, 1], starts[n, 2], np.cos(yaw), np.sin(yaw))
+        for step in range(steps):
+            x, y, z = _point(origin, path[step], rotation)
+            if (step + 1) % stride == 0:
+                sample = samples[n, (step + 1) // stride - 1]
+                sample[0], sample[1], sample[2] = x, y, z
+            cell = cell_of_point(x, y, z, edges)
+            if cell >= 0 and not _passed(cell, n, filled, parent, cell_start, cells):
+                cells[filled] = cell
+                filled += 1
+        cell_start[n + 1] = filled
+        place = end_place(origin, path, rotation, edges)
+        end_cell[n] = max(place, -1)
+        exit_kind[n] = exit_of(place, edges)
+    return samples, cell_start, cells[:filled].copy(), end_cell, exit_kind
+
+
+@compiled
+def exit_of(place: int, edges: GridEdges) -> int:
+    """Kind of exit of a movement that ends at a place; 0 while under way."""
+    if place == OUT_SIDE:
+        return SIDE
+    per_layer = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
+    if place == OUT_BEYOND or place // per_layer == len(edges.range_m) - 2:
+        return LAST_LAYER
+    return 0
+
+
+@compiled
+def _passed(
+    cell: int, node: int, filled: int, parent: Int32Array, start: Int32Array, cells: Int32Array
+) -> bool:
+    """Whether `node` so far, or an ancestor, has passed the cell."""
+    for at in range(start[node], filled):
+        if cells[at] == cell:
+            return True
+    node = parent[node]
+    while node >= 0:
+        for at in range(start[node], start[node + 1]):
+            if cells[at] == cell:
+                return True
+        node = parent[node]
+    return False
+
+
+def completed(
+    buffers: ByteArray, lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float
+) -> ByteArray:
+    """The buffers [n, deep], each cut where its trajectory is complete; each result once.
+
+    Left out are those that are not complete at their end, or that hold a forbidden movement.
+    """
+    lengths = _cut_lengths(
+        np.ascontiguousarray(buffers),
+        lattice.start[start_pitch_rad],
+        lattice.pieces,
+        grid_from_level(start_pitch_rad),
+        grid.edges,
+    )
+    cut = np.where(np.arange(buffers.shape[1]) < lengths[:, None], buffers, 0)[lengths > 0]
+    return rows_of(np.unique(keys_of(cut.astype(np.uint8))), buffers.shape[1])
+
+
+@compiled
+def _cut_lengths(
+    buffers: ByteArray, start: int, pieces: Pieces, rotation: FloatArray, edges: GridEdges
+) -> npt.NDArray[np.int64]:
+    """[n] movements until a buffer's trajectory is complete; 0 if it never is."""
+    lengths = np.zeros(len(buffers), dtype=np.int64)
+    for n in range(len(buffers)):
+        x, y, z, yaw = 0.0, 0.0, 0.0, 0.0
+        at = start
+        for depth in range(buffers.shape[1]):
+            m = np.int64(buffers[n, depth]) - 1
+            if m < 0 or pieces.following[at, m] < 0:
+                break
+            path = pieces.path[at, m]
+            cosine, sine = np.cos(yaw), np.sin(yaw)
+            if exit_of(end_place((x, y, z, cosine, sine), path, rotation, edges), edges) != 0:
+                lengths[n] = depth + 1
+                break
+            last = path[len(path) - 1]
+            x, y, z = (
+                x + cosine * last[0] - sine * last[1],
+                y + sine * last[0] + cosine * last[1],
+                z + last[2],
+            )
+            yaw += pieces.turn_rad[at, m]
+            at = pieces.following[at, m]
+    return lengths
+
+
+@compiled
+def level_states(
+    buffers: ByteArray, start: int, pieces: Pieces
+) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """x, y, z, yaw [n, 4] in the level frame and attitude [n] at the end of buffers [n, deep]."""
+    states = np.zeros((len(buffers), 4))
+    attitude = np.full(len(buffers), start, dtype=np.int64)
+    for n in range(len(buffers)):
+        x, y, z, yaw = 0.0, 0.0, 0.0, 0.0
+        at = start
+        for depth in range(buffers.shape[1]):
+            if buffers[n, depth] == 0:
+                break
+            m = np.int64(buffers[n, depth]) - 1
+            path = pieces.path[at, m]
+            last = path[len(path) - 1]
+            cosine, sine = np.cos(yaw), np.sin(yaw)
+            x += cosine * last[0] - sine * last[1]
+            y += sine * last[0] + cosine * last[1]
+            z += last[2]
+            yaw += pieces.turn_rad[at, m]
+            at = pieces.following[at, m]
+        states[n, 0], states[n, 1], states[n, 2], states[n, 3] = x, y, z, yaw
+        attitude[n] = at
+    return states, attitude
