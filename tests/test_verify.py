@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from clearway.frames import world_from_body
 from clearway.grid import AvoidanceGrid
-from clearway.movement_buffer import rollout_names
 from clearway.movements import MovementAutomaton
 from clearway.obstacles import Obstacle, shapes_of
 from clearway.reach import build_reach_set
@@ -31,7 +30,7 @@ PATHS = paths_of(REACH_SET)
 def true_curve(node):
     """Times and positions in the grid frame, 1 cm apart."""
     start = np.array([0, 0, 0, 0, PITCH, 0.0])
-    track = rollout_names(AUTOMATON, start, REACH_SET.movements_to(node), 0.01)
+    track = AUTOMATON.rollout(start, REACH_SET.movements_to(node), 0.01)
     return track.time_s, track.states[:, :3] @ world_from_body([0, PITCH, 0])
 
 

@@ -20,7 +20,7 @@ from clearway.explain import explanation
 from clearway.frames import FloatArray, wrap_angle
 from clearway.intruders import Intruder
 from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
-from clearway.movement_buffer import MovementBuffer, predicted_end
+from clearway.movement_buffer import MovementBuffer
 from clearway.obstacle_map import ObstacleMap
 from clearway.sensors import (
     Detection,
@@ -260,7 +260,7 @@ class AvoidanceSystem:
             return latest
         _, ahead = self._buffer.split(latest.time_s)
         flown, _ = ahead.split(now_s)
-        vector = predicted_end(self.planner.automaton, latest.vector, flown)
+        vector = flown.rollout(self.planner.automaton, latest.vector, np.inf).states[-1]
         return replace(latest, position_m=vector[:3], attitude_rad=vector[3:], time_s=now_s)
 
     def _state_at(self, time_s: float) -> State:

@@ -5,38 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import math
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from clearway.errors import InputError
 from clearway.simulation import LoggedDecision, Run
 
 TRACK_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
-
-
-@contextmanager
-def whole_folder(folder: Path) -> Iterator[Path]:
-    """A scratch folder whose files are moved to `folder` only if all of them were written.
-
-    Raises InputError if the folder cannot be made or is a file.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
-    except OSError as cause:
-        raise InputError(str(folder), f"cannot be written: {cause.strerror}") from cause
-    try:
-        yield scratch
-        for path in sorted(scratch.iterdir()):
-            path.replace(folder / path.name)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
 
 
 def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
