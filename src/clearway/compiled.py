@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
+import numpy.typing as npt
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -17,3 +19,14 @@ def compiled(function: Function) -> Function:
     """
     dispatcher: Any = numba.njit(cache=True, error_model="numpy")
     return cast(Function, dispatcher(function))
+
+
+def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """A C-contiguous float64 view that cannot be written: one array type for compiled loops.
+
+    Compiled code tells writable from read-only arrays; entry points that pass everything through
+    here never compile a second version in flight. Copies only what is not contiguous float64.
+    """
+    view = np.ascontiguousarray(values, dtype=np.float64).view()
+    view.setflags(write=False)
+    return view

@@ -1,0 +1,32 @@
+"""Sensors: beam patterns, scans, and what they say of every cell."""
+
+from clearway.sensors.beams import BeamPattern
+from clearway.sensors.detection import (
+    Detection,
+    Ground,
+    SensedCells,
+    combine_detections,
+    detect,
+)
+from clearway.sensors.lidar import Lidar, Mounting, Scan
+from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
+from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.visibility import expected_hits, swipe_area_m2, visibility
+
+__all__ = [
+    "NAMED_PATTERNS",
+    "BeamPattern",
+    "Detection",
+    "Ground",
+    "Lidar",
+    "Mounting",
+    "Scan",
+    "SensedCells",
+    "combine_detections",
+    "detect",
+    "expected_hits",
+    "named_pattern",
+    "simulate_scan",
+    "swipe_area_m2",
+    "visibility",
+]

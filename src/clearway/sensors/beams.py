@@ -1,0 +1,157 @@
+"""Beam patterns: the directions in which a LiDAR looks, whether or not anything answers.
+
+A beam without return is evidence of free space, so the set of beams through a cell, (5.39), comes
+from here and not from the returns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.errors import ClearwayError
+from clearway.frames import FloatArray, cartesian_from_spherical
+from clearway.grid import AvoidanceGrid
+from clearway.state import frozen_array
+
+
+@dataclass(frozen=True, eq=False)
+class BeamPattern:
+    """Directions of one sweep in the sensor frame, and the ranges that the sensor can measure.
+
+    Raises ClearwayError naming the field when angles are missing or not finite, or ranges are
+    impossible.
+    """
+
+    name: str
+    azimuth_rad: FloatArray
+    """[beams] left positive."""
+    elevation_rad: FloatArray
+    """[beams] up positive."""
+    min_range_m: float = 0.0
+    """Blind range: nearer returns are dropped."""
+    max_range_m: float = np.inf
+    spacing_rad: float = 0.0
+    """Typical angle between neighbouring beams, along the axis where they lie farther apart."""
+
+    def __post_init__(self) -> None:
+        count = np.size(self.azimuth_rad)
+        if count == 0 or np.size(self.elevation_rad) != count:
+            raise ClearwayError(
+                f"beam pattern {self.name}: needs as many elevations as azimuths and at least one, "
+                f"got {np.size(self.elevation_rad)} and {count}"
+            )
+        for name in ("azimuth_rad", "elevation_rad"):
+            angles = frozen_array(np.ravel(getattr(self, name)), (count,))
+            if not np.all(np.isfinite(angles)):
+                raise ClearwayError(f"beam pattern {self.name}: {name} must be finite numbers")
+            object.__setattr__(self, name, angles)
+        if not 0.0 <= self.min_range_m < self.max_range_m:
+            raise ClearwayError(
+                f"beam pattern {self.name}: needs 0 <= min_range_m < max_range_m, "
+                f"got {self.min_range_m} and {self.max_range_m}"
+            )
+        if not 0.0 <= self.spacing_rad < np.inf:
+            raise ClearwayError(
+                f"beam pattern {self.name}: spacing_rad must be a number >= 0, "
+                f"got {self.spacing_rad}"
+            )
+
+    @property
+    def beams(self) -> int:
+        """Number of beams in a sweep."""
+        return len(self.azimuth_rad)
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """[beams, 3] unit vectors in the sensor frame."""
+        spherical = np.stack([np.ones(self.beams), self.azimuth_rad, self.elevation_rad], axis=-1)
+        directions = np.ascontiguousarray(cartesian_from_spherical(spherical))
+        directions.setflags(write=False)
+        return directions
+
+    @classmethod
+    def from_angles(
+        cls,
+        azimuths_rad: npt.ArrayLike,
+        elevations_rad: npt.ArrayLike,
+        *,
+        name: str = "angles",
+        min_range_m: float = 0.0,
+        max_range_m: float = np.inf,
+        spacing_rad: float | None = None,
+    ) -> BeamPattern:
+        """Every azimuth at every elevation, azimuth outermost; spacing is measured if not given."""
+        azimuths = np.ravel(np.asarray(azimuths_rad, dtype=np.float64))
+        elevations = np.ravel(np.asarray(elevations_rad, dtype=np.float64))
+        if spacing_rad is None:
+            spacing_rad = max(_typical_step(azimuths), _typical_step(elevations))
+        azimuth, elevation = np.meshgrid(azimuths, elevations, indexing="ij")
+        return cls(name, azimuth.ravel(), elevation.ravel(), min_range_m, max_range_m, spacing_rad)
+
+    @classmethod
+    def rotating(
+        cls,
+        elevations_deg: Sequence[float] | FloatArray,
+        azimuth_step_deg: float,
+        azimuth_span_deg: float = 360.0,
+        *,
+        name: str = "rotating",
+        min_range_m: float = 0.0,
+        max_range_m: float = np.inf,
+    ) -> BeamPattern:
+        """A stack of lasers that turns: its azimuths are the middles of equal steps about ahead."""
+        if not 0.0 < azimuth_step_deg <= azimuth_span_deg <= 360.0:
+            raise ClearwayError(
+                f"beam pattern {name}: needs 0 < azimuth_step_deg <= azimuth_span_deg <= 360, "
+                f"got {azimuth_step_deg} and {azimuth_span_deg}"
+            )
+        steps = round(azimuth_span_deg / azimuth_step_deg)
+        azimuths_deg = _midpoints(np.linspace(-0.5, 0.5, 2) * azimuth_span_deg, steps)
+        return cls.from_angles(
+            np.radians(azimuths_deg),
+            np.radians(elevations_deg),
+            name=name,
+            min_range_m=min_range_m,
+            max_range_m=max_range_m,
+        )
+
+    @classmethod
+    def per_cell(
+        cls,
+        grid: AvoidanceGrid,
+        azimuths_per_cell: int = 20,
+        elevations_per_cell: int = 10,
+        *,
+        min_range_m: float = 0.0,
+        max_range_m: float = np.inf,
+    ) -> BeamPattern:
+        """The same number of beams through every column, at angular midpoints of subdivisions."""
+        if azimuths_per_cell < 1 or elevations_per_cell < 1:
+            raise ClearwayError(
+                "beam pattern per cell: at least one azimuth and one elevation are needed, "
+                f"got {azimuths_per_cell} and {elevations_per_cell}"
+            )
+        return cls.from_angles(
+            _midpoints(grid.azimuth_edges_rad, azimuths_per_cell),
+            _midpoints(grid.elevation_edges_rad, elevations_per_cell),
+            name=f"{azimuths_per_cell} x {elevations_per_cell} beams per cell",
+            min_range_m=min_range_m,
+            max_range_m=max_range_m,
+        )
+
+
+def _midpoints(edges: FloatArray, pieces: int) -> FloatArray:
+    """Middles of `pieces` equal parts of every interval, ascending."""
+    parts = (np.arange(pieces) + 0.5) / pieces
+    return (edges[:-1, None] + np.diff(edges)[:, None] * parts).ravel()
+
+
+def _typical_step(angles_rad: FloatArray) -> float:
+    """Median angle between neighbours; 0 for a single angle."""
+    steps = np.diff(np.unique(angles_rad))
+    return float(np.median(steps)) if len(steps) else 0.0

@@ -1,0 +1,218 @@
+"""Detected obstacles: from raw returns to hits, P_OL (5.41) and visibility (5.47) of every cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+
+from clearway.compiled import compiled, read_only
+from clearway.errors import ClearwayError
+from clearway.frames import FloatArray
+from clearway.grid import AvoidanceGrid
+from clearway.sensors.binning import cell_tables, count_beams
+from clearway.sensors.lidar import Lidar, Scan
+from clearway.sensors.returns import REASONS, Filters, bin_returns
+from clearway.sensors.visibility import surface_probability, visible_behind
+from clearway.state import BoolArray, IntArray, State, frozen_array
+
+Rule = Literal["ratio", "surface"]
+
+REFERENCE_AREA_M2 = np.pi / 4.0
+"""Frontal area A_O of a ball of 1 m diameter."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """Ground as a half-space of the grid frame: returns from it are no obstacles."""
+
+    up: FloatArray
+    """[3] unit normal, grid frame."""
+    height_m: float
+    """Ground is where up . point <= height_m + clearance_m; negative below the vehicle."""
+    clearance_m: float = 0.3
+    """Roughness: returns up to this high above the plane still count as ground."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "up", frozen_array(self.up, (3,)))
+
+    @classmethod
+    def at_height(cls, state: State, height_m: float, clearance_m: float = 0.3) -> Ground:
+        """Level ground at a height of the world frame, seen from a vehicle in a state."""
+        up = state.world_from_body[2]
+        return cls(up, height_m - float(state.position_m[2]), clearance_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detection:
+    """What one scan of one sensor says of every cell."""
+
+    grid: AvoidanceGrid
+    sensor: str
+    time_s: float
+    hits: IntArray
+    """[cells] |H| of (5.40)."""
+    beams: IntArray
+    """[columns * rows] |L| of (5.39): beams of the pattern, whether or not they returned."""
+    probability: FloatArray
+    """[cells] P_OD of this sensor: (5.41), or the rule that was asked for."""
+    hindrance: FloatArray
+    """[cells] share of the column's beams that end in the cell: P_OL, and ground returns too."""
+    visibility: FloatArray
+    """[cells] P_V (5.47); 0 where no beam looks."""
+    points_m: FloatArray
+    """[kept, 3] valid returns in the grid frame, also those outside the field of view."""
+    radius_m: FloatArray
+    """[kept] half the beam spacing at the return's distance from the sensor."""
+    counts: Mapping[str, int]
+    """Returns kept, outside the grid, and dropped, by reason."""
+
+    @property
+    def seen(self) -> BoolArray:
+        """[cells] true where some beam looks into the cell's column."""
+        return np.tile(self.beams > 0, self.grid.layers)
+
+
+NO_GROUND = Ground(np.array([0.0, 0.0, 1.0]), -np.inf)
+IDENTITY = (frozen_array(np.eye(3), (3, 3)), frozen_array(np.zeros(3), (3,)))
+
+
+def detect(
+    grid: AvoidanceGrid,
+    lidar: Lidar,
+    scan: Scan,
+    *,
+    grid_from_body: tuple[FloatArray, FloatArray] | None = None,
+    rule: Rule = "ratio",
+    reference_area_m2: float = REFERENCE_AREA_M2,
+    ground: Ground | None = None,
+) -> Detection:
+    """Hits (5.40), P_OL (5.41) and visibility (5.47) of one scan.
+
+    grid_from_body: rotation [3, 3] and translation [3] where the body has moved since the scan.
+    Beams are counted by direction: the sensor's offset from the grid's origin is neglected there.
+    NaN, infinite, blind, too far, own-airframe and ground returns are counted, not binned.
+    """
+    filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
+    beams = count_beams(grid, lidar.pattern, filters.rotation)
+    found = bin_returns(scan.points_m, filters, cell_tables(grid))
+    hindrance, visibility = _hindrance(
+        found.hindering, found.blocked, beams, _layers_in_range(grid, lidar)
+    )
+    probability = RULES[rule](grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2)
+    return Detection(
+        grid,
+        lidar.name,
+        scan.time_s,
+        found.hits,
+        beams,
+        probability,
+        hindrance,
+        visibility,
+        found.points_m,
+        found.radius_m,
+        MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
+    )
+
+
+def _filters(
+    lidar: Lidar, grid_from_body: tuple[FloatArray, FloatArray], ground: Ground
+) -> Filters:
+    rotation, translation = grid_from_body
+    mounting, pattern = lidar.mounting, lidar.pattern
+    return Filters(
+        rotation=read_only(rotation @ mounting.body_from_sensor),
+        origin=read_only(rotation @ mounting.position_m + translation),
+        body=read_only(translation),
+        up=ground.up,
+        ground=float(ground.height_m + ground.clearance_m),
+        min_range=float(pattern.min_range_m),
+        max_range=float(pattern.max_range_m),
+        airframe_radius=float(lidar.airframe_radius_m),
+        half_spacing=0.5 * float(pattern.spacing_rad),
+    )
+
+
+def _layers_in_range(grid: AvoidanceGrid, lidar: Lidar) -> int:
+    """Layers that begin within the sensor's range."""
+    return int(np.searchsorted(grid.range_edges_m[:-1], lidar.pattern.max_range_m - 1e-9))
+
+
+def _ratio(
+    grid: AvoidanceGrid, hits: IntArray, squared: FloatArray, beams: IntArray, area_m2: float
+) -> FloatArray:
+    """(5.41)."""
+    del grid, squared, area_m2
+    return _share(hits, beams)
+
+
+def _surface(
+    grid: AvoidanceGrid, hits: IntArray, squared: FloatArray, beams: IntArray, area_m2: float
+) -> FloatArray:
+    """Hits against those expected of a reference surface at that range."""
+    solid_angle = np.ascontiguousarray(grid.patch_area_m2(1.0)).ravel()
+    return surface_probability(hits, squared, beams, solid_angle, area_m2)
+
+
+RULES: dict[str, Callable[[AvoidanceGrid, IntArray, FloatArray, IntArray, float], FloatArray]] = {
+    "ratio": _ratio,
+    "surface": _surface,
+}
+"""How hits become P_OD; `detect` takes the name."""
+
+
+@compiled
+def _share(hits: IntArray, beams: IntArray) -> FloatArray:
+    """[cells] hits of the column's beams that ended in the cell, within [0, 1]."""
+    columns = len(beams)
+    share = np.zeros(len(hits))
+    for cell in range(len(hits)):
+        count = beams[cell % columns]
+        if count > 0 and hits[cell] > 0:
+            share[cell] = min(1.0, hits[cell] / count)
+    return share
+
+
+@compiled
+def _hindrance(
+    hindering: IntArray, blocked: IntArray, beams: IntArray, layers_in_range: int
+) -> tuple[FloatArray, FloatArray]:
+    """Hindrance and visibility [cells]; beams that the own airframe stops see no cell at all."""
+    hindrance = _share(hindering, beams)
+    start = np.zeros(len(beams))
+    for column in range(len(beams)):
+        if beams[column] > 0:
+            start[column] = max(0.0, 1.0 - blocked[column] / beams[column])
+    return hindrance, visible_behind(hindrance, start, layers_in_range)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensedCells:
+    """All sensors together."""
+
+    detected: FloatArray
+    """[cells] P_OD (5.38)."""
+    visibility: FloatArray
+    """[cells] P_V, the largest over the sensors."""
+    seen: BoolArray
+    """[cells] true where some beam of some sensor looks into the cell's column."""
+    hits: IntArray
+    """[cells] over all sensors."""
+
+
+def combine_detections(detections: Sequence[Detection]) -> SensedCells:
+    """Detected obstacle probability of several sensors (5.38), and the best view of each cell."""
+    if not detections:
+        raise ClearwayError("combine_detections: at least one detection is needed")
+    first, *others = detections
+    free = 1.0 - first.probability
+    visibility, seen, hits = first.visibility, first.seen, first.hits
+    for other in others:
+        free = free * (1.0 - other.probability)
+        visibility = np.maximum(visibility, other.visibility)
+        seen = seen | other.seen
+        hits = hits + other.hits
+    return SensedCells(1.0 - free, visibility, seen, hits)

@@ -1,0 +1,80 @@
+"""A LiDAR on a vehicle, and what one sweep of it returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from clearway.compiled import read_only
+from clearway.errors import ClearwayError
+from clearway.frames import FloatArray, world_from_body
+from clearway.sensors.beams import BeamPattern
+from clearway.state import frozen_array
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """Pose of a sensor in the body frame."""
+
+    position_m: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """[3] origin of the sensor, body frame."""
+    attitude_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """[3] roll, pitch (nose down positive), yaw (left positive) of the sensor in the body."""
+    body_from_sensor: FloatArray = field(init=False, repr=False)
+    """[3, 3] rotation (3.37)."""
+
+    def __post_init__(self) -> None:
+        for name in ("position_m", "attitude_rad"):
+            values = frozen_array(getattr(self, name), (3,))
+            if not np.all(np.isfinite(values)):
+                raise ClearwayError(f"mounting: {name} must be three finite numbers")
+            object.__setattr__(self, name, values)
+        rotation = frozen_array(world_from_body(self.attitude_rad), (3, 3))
+        object.__setattr__(self, "body_from_sensor", rotation)
+
+
+@dataclass(frozen=True, eq=False)
+class Lidar:
+    """A LiDAR: where it looks, where it sits, how well it measures.
+
+    Raises ClearwayError naming the field that is out of its interval.
+    """
+
+    name: str
+    pattern: BeamPattern
+    mounting: Mounting = field(default_factory=Mounting)
+    sigma_m: float = 0.0
+    """Standard deviation of the range."""
+    dropout: float = 0.0
+    """Share of returns that get lost, in [0, 1)."""
+    airframe_radius_m: float = 0.0
+    """Returns within this distance of the body's origin come from the own airframe."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.dropout < 1.0:
+            raise ClearwayError(f"lidar {self.name}: dropout must be in [0, 1), got {self.dropout}")
+        for name in ("sigma_m", "airframe_radius_m"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ClearwayError(
+                    f"lidar {self.name}: {name} must be a number >= 0, got {getattr(self, name)}"
+                )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """Returns of one sweep. Beams of the pattern without return are evidence of free space."""
+
+    points_m: FloatArray
+    """[returns, 3] sensor frame; NaN and infinite ones are counted and skipped where used."""
+    time_s: float = 0.0
+    sensor: str = ""
+    """Name of the LiDAR."""
+
+    def __post_init__(self) -> None:
+        points = read_only(self.points_m)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ClearwayError(
+                f"scan {self.sensor}: points must have shape [n, 3], got {list(points.shape)}"
+            )
+        object.__setattr__(self, "points_m", points)
