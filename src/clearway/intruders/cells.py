@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -47,8 +47,15 @@ class ModelCells:
 
     def of(self, intruder: int) -> ModelCells:
         """The same of one intruder."""
-        values = (getattr(self, part.name) for part in fields(self))
-        return ModelCells(*(None if value is None else value[intruder] for value in values))
+        return ModelCells(
+            self.probability[intruder],
+            self.entry_s[intruder],
+            self.leave_s[intruder],
+            self.dwell_s[intruder],
+            None if self.indicator is None else self.indicator[intruder],
+            None if self.meeting is None else self.meeting[intruder],
+            None if self.timed is None else self.timed[intruder],
+        )
 
 
 def empty_arrays(intruders: int, cells: int) -> ModelArrays:

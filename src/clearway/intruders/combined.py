@@ -83,7 +83,7 @@ def assess_intruders(
 def combine_intruders(each: FloatArray) -> FloatArray:
     """Probability [cells] of meeting any of n intruders of [n, cells], 1 - prod(1 - P) (5.37)."""
     if len(each) == 1:
-        return each[0].copy()
+        return np.array(each[0])
     combined: FloatArray = 1.0 - np.prod(1.0 - each, axis=0)
     return combined
 

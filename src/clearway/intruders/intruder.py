@@ -116,4 +116,5 @@ class Intruder:
 
 def up_seen_from(state: State) -> FloatArray:
     """World up [3] in the body frame of a world state, for the spread's level axis."""
-    return body_points_from_world(np.array([[0.0, 0.0, 1.0]]), np.zeros(3), state.attitude_rad)[0]
+    up: FloatArray = state.world_from_body[2]
+    return up

@@ -11,7 +11,7 @@ from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.intruders.cells import ModelArrays, ModelCells, empty_arrays, motions
 from clearway.intruders.intruder import Intruder
-from clearway.intruders.traverse import Borders, borders_of, scratch, traverse
+from clearway.intruders.traverse import CELL, ENTRY, LEAVE, Borders, borders_of, scratch, traverse
 
 
 def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells:
@@ -43,12 +43,12 @@ def _lines(
             stay(n, cell_of_point(x, y, z, edges), arrays)
             continue
         for m in range(traverse((x, y, z), (vx, vy, vz), np.inf, borders, pieces)):
-            cell = pieces.cell[m]
+            cell = pieces.places[CELL, m]
             if arrays.dwell_s[n, cell] == 0.0:
                 arrays.probability[n, cell] = 1.0
-                arrays.entry_s[n, cell] = pieces.entry_s[m]
-            arrays.leave_s[n, cell] = pieces.leave_s[m]
-            arrays.dwell_s[n, cell] += pieces.leave_s[m] - pieces.entry_s[m]
+                arrays.entry_s[n, cell] = pieces.times[ENTRY, m]
+            arrays.leave_s[n, cell] = pieces.times[LEAVE, m]
+            arrays.dwell_s[n, cell] += pieces.times[LEAVE, m] - pieces.times[ENTRY, m]
 
 
 @compiled

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
 from clearway.intruders.cells import ModelCells
-from clearway.intruders.traverse import Borders, borders_of, scratch, traverse
+from clearway.intruders.traverse import CELL, ENTRY, LEAVE, Borders, borders_of, scratch, traverse
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,10 +106,10 @@ def _reach_set_times(
             velocity = ((to_x - x) / step_s, (to_y - y) / step_s, (to_z - z) / step_s)
             offset_s = begin_s + s * step_s
             for m in range(traverse((x, y, z), velocity, step_s, borders, pieces)):
-                cell = pieces.cell[m]
+                cell = pieces.places[CELL, m]
                 met[cell] = node
-                entry[cell] = min(entry[cell], offset_s + pieces.entry_s[m])
-                leave[cell] = max(leave[cell], offset_s + pieces.leave_s[m])
+                entry[cell] = min(entry[cell], offset_s + pieces.times[ENTRY, m])
+                leave[cell] = max(leave[cell], offset_s + pieces.times[LEAVE, m])
             x, y, z = to_x, to_y, to_z
         for m in range(cell_start[node], cell_start[node + 1]):
             cell = cell_index[m]
@@ -174,9 +174,11 @@ def _overlap(model: ModelCells, vehicle: VehicleTimes) -> FloatArray:
     together = np.minimum(model.leave_s, vehicle.leave_s) - np.maximum(
         model.entry_s, vehicle.entry_s
     )
-    return np.fmax(together, 0.0)
+    longest: FloatArray = np.fmax(together, 0.0)
+    return longest
 
 
 def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
-    result: npt.NDArray[Any] = np.zeros(np.broadcast_shapes(part.shape, whole.shape))
-    return np.divide(part, whole, out=result, where=(part > 0.0) & (whole > 0.0))
+    result: FloatArray = np.zeros(np.broadcast_shapes(part.shape, whole.shape))
+    np.divide(part, whole, out=result, where=(part > 0.0) & (whole > 0.0))
+    return result

@@ -17,58 +17,54 @@ from clearway.frames import FloatArray
 from clearway.grid import BORDER_TOLERANCE, AvoidanceGrid, interval_of
 from clearway.state import IntArray
 
+# Rows of `Borders.table`, of `Pieces.times` and of `Pieces.places`: compiled functions pass a few
+# wide arrays several times faster than many narrow ones.
+RANGE, AZIMUTH, ELEVATION, AZIMUTH_COS, AZIMUTH_SIN, ELEVATION_SIN = range(6)
+ENTRY, LEAVE, LAYER_CUT, COLUMN_CUT, ROW_CUT = range(5)
+CELL, LAYER, COLUMN, ROW = range(4)
+
 
 class Borders(NamedTuple):
     """A grid's borders as the traversal takes them."""
 
-    range_m: FloatArray
-    azimuth_rad: FloatArray
-    elevation_rad: FloatArray
-    azimuth_cos: FloatArray
-    azimuth_sin: FloatArray
-    elevation_sin: FloatArray
+    table: FloatArray
+    """[6, n] edges of range (m), azimuth and elevation (rad), and their cosines and sines."""
+    layers: int
+    columns: int
+    rows: int
     full_circle: bool
     """The first and the last azimuth edge are the same half-plane."""
 
 
 class Pieces(NamedTuple):
-    """Scratch for one traversal: where cells begin and end on the half-line."""
+    """Scratch for one traversal, and its result."""
 
-    cell: IntArray
-    entry_s: FloatArray
-    leave_s: FloatArray
-    cuts_m: FloatArray
-    """[3, n] where layer, column and row change, ascending, as lengths from the closest point."""
-    index: IntArray
-    """[3, n] layer, column, row from that length on; -1 outside the grid."""
+    times: FloatArray
+    """[5, n] entry and leave of each piece (s); then where the layer, the column and the row
+    change, ascending, as lengths from the point closest to the origin (m)."""
+    places: IntArray
+    """[4, n] cell of each piece; then the layer, the column and the row from such a change on,
+    -1 outside the grid."""
 
 
 @lru_cache(maxsize=16)
 def borders_of(grid: AvoidanceGrid) -> Borders:
     """The borders of a grid, computed once."""
-    azimuth = grid.azimuth_edges_rad
-    return Borders(
-        grid.range_edges_m,
-        azimuth,
-        grid.elevation_edges_rad,
-        np.cos(azimuth),
-        np.sin(azimuth),
-        np.sin(grid.elevation_edges_rad),
-        bool(azimuth[-1] - azimuth[0] > 2.0 * np.pi - BORDER_TOLERANCE),
-    )
+    table = np.zeros((6, 1 + max(grid.shape)))
+    for row, edges in enumerate(grid.edges):
+        table[row, : len(edges)] = edges
+    table[AZIMUTH_COS] = np.cos(table[AZIMUTH])
+    table[AZIMUTH_SIN] = np.sin(table[AZIMUTH])
+    table[ELEVATION_SIN] = np.sin(table[ELEVATION])
+    span = grid.azimuth_edges_rad[-1] - grid.azimuth_edges_rad[0]
+    return Borders(table, *grid.shape, bool(span > 2.0 * np.pi - BORDER_TOLERANCE))
 
 
 @compiled
 def scratch(borders: Borders) -> Pieces:
     """Room for the longest traversal of a grid."""
-    count = 2 * len(borders.range_m) + len(borders.azimuth_rad) + 2 * len(borders.elevation_rad) + 8
-    return Pieces(
-        np.empty(count, dtype=np.int64),
-        np.empty(count),
-        np.empty(count),
-        np.empty((3, count)),
-        np.empty((3, count), dtype=np.int64),
-    )
+    count = 2 * borders.layers + borders.columns + 2 * borders.rows + 8
+    return Pieces(np.empty((5, count)), np.empty((4, count), dtype=np.int64))
 
 
 @compiled
@@ -81,8 +77,8 @@ def traverse(
 ) -> int:
     """Cells that position + velocity t passes for 0 <= t <= end_s, in order (5.7)-(5.9).
 
-    Fills `out.cell`, `out.entry_s`, `out.leave_s` and returns how many pieces there are; a cell
-    comes twice if it is re-entered. A touch of measure zero (shorter or shallower than the grid's
+    Fills rows CELL, ENTRY and LEAVE of `out` and returns how many pieces there are; a cell comes
+    twice if it is re-entered. A touch of measure zero (shorter or shallower than the grid's
     border tolerance) does not count; on a border the grid's own rule decides. Without a speed
     nothing is passed.
     """
@@ -97,7 +93,7 @@ def traverse(
     closest = (px + passed * ux, py + passed * uy, pz + passed * uz)
     direction = (ux, uy, uz)
     distance2 = closest[0] ** 2 + closest[1] ** 2 + closest[2] ** 2
-    outer = borders.range_m[-1]
+    outer = borders.table[RANGE, borders.layers]
     inside2 = outer * outer - distance2
     if inside2 <= 2.0 * outer * BORDER_TOLERANCE:
         return 0
@@ -115,33 +111,32 @@ def traverse(
 @compiled
 def _layer_cuts(distance2: float, start: float, end: float, borders: Borders, out: Pieces) -> int:
     """Spheres: inwards to the innermost one that is truly entered, then outwards."""
-    edges = borders.range_m
-    last = len(edges) - 1
-    cuts = out.cuts_m[0]
-    index = out.index[0]
+    table = borders.table
+    last = borders.layers
+    times, places = out.times, out.places
     count = 1
-    cuts[0] = start
-    index[0] = last - 1
+    times[LAYER_CUT, 0] = start
+    places[LAYER, 0] = last - 1
     i = last - 1
     while i >= 0:
-        depth2 = edges[i] * edges[i] - distance2
-        if depth2 <= 2.0 * edges[i] * BORDER_TOLERANCE:
+        depth2 = table[RANGE, i] * table[RANGE, i] - distance2
+        if depth2 <= 2.0 * table[RANGE, i] * BORDER_TOLERANCE:
             break
         cut = -np.sqrt(depth2)
         if cut <= start:
-            index[0] = i - 1
+            places[LAYER, 0] = i - 1
         elif cut < end:
-            cuts[count] = cut
-            index[count] = i - 1
+            times[LAYER_CUT, count] = cut
+            places[LAYER, count] = i - 1
             count += 1
         i -= 1
     for j in range(i + 1, last):
-        cut = np.sqrt(edges[j] * edges[j] - distance2)
+        cut = np.sqrt(table[RANGE, j] * table[RANGE, j] - distance2)
         if cut <= start:
-            index[0] = j
+            places[LAYER, 0] = j
         elif cut < end:
-            cuts[count] = cut
-            index[count] = j
+            times[LAYER_CUT, count] = cut
+            places[LAYER, count] = j
             count += 1
     return count
 
@@ -158,44 +153,48 @@ def _column_cuts(
     """Vertical half-planes: the azimuth only rises, or only falls, by less than pi in all."""
     cx, cy, _ = closest
     ux, uy, _ = direction
-    cuts = out.cuts_m[1]
-    index = out.index[1]
-    cuts[0] = start
+    times, places = out.times, out.places
+    times[COLUMN_CUT, 0] = start
     moment = cx * uy - cy * ux
     level2 = ux * ux + uy * uy
     if moment * moment <= BORDER_TOLERANCE**2 * level2:
         return _column_cuts_through_axis(closest, direction, start, end, borders, out)
-    columns = len(borders.azimuth_rad) - 1
+    columns = borders.columns
     left = moment > 0.0
+    from_x, from_y = cx + start * ux, cy + start * uy
+    to_x, to_y = cx + end * ux, cy + end * uy
     count = 1
     for n in range(columns if borders.full_circle else columns + 1):
         j = n if left else (columns - 1 - n if borders.full_circle else columns - n)
-        cosine, sine = borders.azimuth_cos[j], borders.azimuth_sin[j]
-        rate = uy * cosine - ux * sine
-        # On the half-plane itself, not on its other half: the distance moment / rate is positive.
-        if rate * moment <= 0.0:
+        cosine, sine = borders.table[AZIMUTH_COS, j], borders.table[AZIMUTH_SIN, j]
+        before = from_y * cosine - from_x * sine
+        after = to_y * cosine - to_x * sine
+        # Crossed leftwards by a line that turns left, or rightwards by one that turns right:
+        # the other half of the same plane is crossed the other way.
+        if not (before < 0.0 < after if left else after < 0.0 < before):
             continue
-        cut = (cx * sine - cy * cosine) / rate
-        if cut <= start or cut >= end:
-            continue
+        cut = start + (end - start) * before / (before - after)
         place = count
-        while place > 1 and cuts[place - 1] > cut:
-            cuts[place] = cuts[place - 1]
-            index[place] = index[place - 1]
+        while place > 1 and times[COLUMN_CUT, place - 1] > cut:
+            times[COLUMN_CUT, place] = times[COLUMN_CUT, place - 1]
+            places[COLUMN, place] = places[COLUMN, place - 1]
             place -= 1
-        cuts[place] = cut
-        index[place] = j if left else j - 1
+        times[COLUMN_CUT, place] = cut
+        places[COLUMN, place] = j if left else j - 1
         count += 1
     if count == 1:
         middle = 0.5 * (start + end)
-        index[0] = interval_of(np.arctan2(cy + middle * uy, cx + middle * ux), borders.azimuth_rad)
+        places[COLUMN, 0] = interval_of(
+            np.arctan2(cy + middle * uy, cx + middle * ux),
+            borders.table[AZIMUTH, : borders.columns + 1],
+        )
         return 1
-    index[0] = index[1] - 1 if left else index[1] + 1
+    places[COLUMN, 0] = places[COLUMN, 1] - 1 if left else places[COLUMN, 1] + 1
     for n in range(count):
         if borders.full_circle:
-            index[n] = index[n] % columns
-        elif index[n] == columns:
-            index[n] = -1
+            places[COLUMN, n] = places[COLUMN, n] % columns
+        elif places[COLUMN, n] == columns:
+            places[COLUMN, n] = -1
     return count
 
 
@@ -212,18 +211,18 @@ def _column_cuts_through_axis(
     cx, cy, _ = closest
     ux, uy, _ = direction
     level2 = ux * ux + uy * uy
-    azimuth = borders.azimuth_rad
+    azimuth = borders.table[AZIMUTH, : borders.columns + 1]
     if level2 == 0.0:
-        out.index[1, 0] = interval_of(np.arctan2(cy, cx), azimuth)
+        out.places[COLUMN, 0] = interval_of(np.arctan2(cy, cx), azimuth)
         return 1
     axis = -(cx * ux + cy * uy) / level2
     if axis <= start or axis >= end:
         sign = 1.0 if axis <= start else -1.0
-        out.index[1, 0] = interval_of(np.arctan2(sign * uy, sign * ux), azimuth)
+        out.places[COLUMN, 0] = interval_of(np.arctan2(sign * uy, sign * ux), azimuth)
         return 1
-    out.index[1, 0] = interval_of(np.arctan2(-uy, -ux), azimuth)
-    out.cuts_m[1, 1] = axis
-    out.index[1, 1] = interval_of(np.arctan2(uy, ux), azimuth)
+    out.places[COLUMN, 0] = interval_of(np.arctan2(-uy, -ux), azimuth)
+    out.times[COLUMN_CUT, 1] = axis
+    out.places[COLUMN, 1] = interval_of(np.arctan2(uy, ux), azimuth)
     return 2
 
 
@@ -243,44 +242,57 @@ def _row_cuts(
     c_z cos(psi) + u_z sin(psi) at the length |closest| tan(psi).
     """
     _, _, uz = direction
-    rows = len(borders.elevation_rad) - 1
-    index = out.index[2]
-    out.cuts_m[2, 0] = start
+    rows = borders.rows
+    times, places = out.times, out.places
+    times[ROW_CUT, 0] = start
     distance = np.sqrt(distance2)
     if distance <= BORDER_TOLERANCE:
         return _row_cuts_through_origin(uz, start, end, borders, out)
     cz = closest[2] / distance
     incline2 = cz * cz + uz * uz
+    top = np.sqrt(incline2)
+    sine_from = (closest[2] + start * uz) / np.sqrt(distance2 + start * start)
+    sine_to = (closest[2] + end * uz) / np.sqrt(distance2 + end * end)
+    # Where the elevation turns; the half before it rises if that is the top.
+    turn = distance * uz / cz if cz != 0.0 else -np.inf
+    peak = top if cz > 0.0 else -top
     count = 1
     for half in range(2):
-        rising = (half == 0) == (cz >= 0.0)
+        if half == 0:
+            if turn <= start:
+                continue
+            low, high = sine_from, (peak if turn < end else sine_to)
+        else:
+            if turn >= end:
+                continue
+            low, high = (peak if turn > start else sine_from), sine_to
+        rising = high > low
         for n in range(rows + 1):
             k = n if rising else rows - n
-            sine = borders.elevation_sin[k]
+            sine = borders.table[ELEVATION_SIN, k]
+            if not (low < sine < high if rising else high < sine < low):
+                continue
             beyond = incline2 - sine * sine
             # Touched but not crossed: the top of the great circle is within the tolerance.
             if beyond <= 2.0 * abs(sine) * BORDER_TOLERANCE:
                 continue
             root = -np.sqrt(beyond) if rising else np.sqrt(beyond)
-            cos_psi = cz * sine - uz * root
-            if cos_psi <= 0.0:
-                continue
-            cut = distance * (uz * sine + cz * root) / cos_psi
-            if cut <= start or cut >= end:
-                continue
-            out.cuts_m[2, count] = cut
-            index[count] = k if rising else k - 1
+            cut = distance * (uz * sine + cz * root) / (cz * sine - uz * root)
+            times[ROW_CUT, count] = min(max(cut, start), end)
+            places[ROW, count] = k if rising else k - 1
             if count == 1:
-                index[0] = k - 1 if rising else k
+                places[ROW, 0] = k - 1 if rising else k
             count += 1
     if count == 1:
         middle = 0.5 * (start + end)
         height = closest[2] + middle * uz
         level = np.sqrt(max(0.0, distance2 + middle * middle - height * height))
-        index[0] = interval_of(np.arctan2(height, level), borders.elevation_rad)
+        places[ROW, 0] = interval_of(
+            np.arctan2(height, level), borders.table[ELEVATION, : borders.rows + 1]
+        )
     for n in range(count):
-        if index[n] == rows:
-            index[n] = -1
+        if places[ROW, n] == rows:
+            places[ROW, n] = -1
     return count
 
 
@@ -292,11 +304,13 @@ def _row_cuts_through_origin(
     elevation = np.arcsin(min(1.0, max(-1.0, uz)))
     if start >= 0.0 or end <= 0.0:
         sign = 1.0 if start >= 0.0 else -1.0
-        out.index[2, 0] = interval_of(sign * elevation, borders.elevation_rad)
+        out.places[ROW, 0] = interval_of(
+            sign * elevation, borders.table[ELEVATION, : borders.rows + 1]
+        )
         return 1
-    out.index[2, 0] = interval_of(-elevation, borders.elevation_rad)
-    out.cuts_m[2, 1] = 0.0
-    out.index[2, 1] = interval_of(elevation, borders.elevation_rad)
+    out.places[ROW, 0] = interval_of(-elevation, borders.table[ELEVATION, : borders.rows + 1])
+    out.times[ROW_CUT, 1] = 0.0
+    out.places[ROW, 1] = interval_of(elevation, borders.table[ELEVATION, : borders.rows + 1])
     return 2
 
 
@@ -313,23 +327,21 @@ def _merge(
     out: Pieces,
 ) -> int:
     """Walk the three lists of cuts together and write the cells between them."""
-    cuts = out.cuts_m
-    index = out.index
-    column_count = len(borders.azimuth_rad) - 1
-    row_count = len(borders.elevation_rad) - 1
+    column_count = borders.columns
+    row_count = borders.rows
     i = j = k = 0
     here = start
     count = 0
     while here < end:
-        next_i = cuts[0, i + 1] if i + 1 < layers else end
-        next_j = cuts[1, j + 1] if j + 1 < columns else end
-        next_k = cuts[2, k + 1] if k + 1 < rows else end
+        next_i = out.times[LAYER_CUT, i + 1] if i + 1 < layers else end
+        next_j = out.times[COLUMN_CUT, j + 1] if j + 1 < columns else end
+        next_k = out.times[ROW_CUT, k + 1] if k + 1 < rows else end
         following = min(next_i, next_j, next_k)
-        layer, column, row = index[0, i], index[1, j], index[2, k]
+        layer, column, row = out.places[LAYER, i], out.places[COLUMN, j], out.places[ROW, k]
         if following - here > BORDER_TOLERANCE and layer >= 0 and column >= 0 and row >= 0:
-            out.cell[count] = (layer * column_count + column) * row_count + row
-            out.entry_s[count] = max(0.0, (here + passed) / speed)
-            out.leave_s[count] = (following + passed) / speed
+            out.places[CELL, count] = (layer * column_count + column) * row_count + row
+            out.times[ENTRY, count] = max(0.0, (here + passed) / speed)
+            out.times[LEAVE, count] = (following + passed) / speed
             count += 1
         here = following
         if i + 1 < layers and next_i <= following:
