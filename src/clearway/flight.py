@@ -1,0 +1,186 @@
+"""From a mission file's values to everything that a simulated flight needs, and to the flight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.avoidance import AvoidanceSettings, Planner
+from clearway.costs import Prices
+from clearway.errors import FlightRefusedError, InputError
+from clearway.grid import AvoidanceGrid
+from clearway.io.mission_file import LidarSection, MissionFile, PointCloudSection
+from clearway.mission import Mission
+from clearway.movements import MovementAutomaton
+from clearway.obstacle_map import ObstacleMap
+from clearway.point_world import PointWorld
+from clearway.reach import ReachLibrary
+from clearway.route import check_mission
+from clearway.sensors import BeamPattern, Lidar, Mounting, named_pattern
+from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
+from clearway.state import State
+from clearway.system import AvoidanceSystem, DataLimits
+from clearway.world import CombinedWorld, World
+
+Notice = Callable[[str], None]
+"""Called with a sentence for the user."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlightSetup:
+    """A mission, ready to be flown any number of times."""
+
+    planner: Planner
+    mission: Mission
+    lidars: tuple[Lidar, ...]
+    world: World
+    """What is really there."""
+    obstacle_map: ObstacleMap
+    """What the vehicle is told."""
+    simulation: SimulationSettings
+    limits: DataLimits
+    detection_rule: str
+    notes: tuple[str, ...] = ()
+    """What was left out or assumed while reading the mission's files."""
+
+    def system(self) -> AvoidanceSystem:
+        """A fresh system on the ground."""
+        return AvoidanceSystem(
+            self.planner,
+            self.mission,
+            self.lidars,
+            self.obstacle_map,
+            limits=self.limits,
+            detection_rule=self.detection_rule,
+        )
+
+    def refuse_impossible(self) -> None:
+        """Raise FlightRefusedError with the reasons if the map shows that the mission cannot be."""
+        reasons = check_mission(
+            np.concatenate([self.mission.start.position_m[None], self.mission.goals_m]),
+            self.obstacle_map,
+            self.planner.settings.safety_margin_m,
+            self.mission.reach_radius_m,
+        )
+        if reasons:
+            raise FlightRefusedError(
+                "\n".join(f"mission {self.mission.name!r} refused: {reason}" for reason in reasons)
+            )
+
+    def fly(self, on_decision: OnDecision | None = None) -> Run:
+        """Refuse or fly; the decisions of the flight never compile, a warm-up has done it."""
+        self.refuse_impossible()
+        system = self.system()
+        system.warm_up()
+        return simulate(system, self.world, self.lidars, self.simulation, on_decision)
+
+
+def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
+    """Build automaton, reach sets, sensors and worlds of a mission.
+
+    Raises InputError for files that cannot be read and values that contradict each other.
+    """
+    grid = file.grid.to_grid()
+    vehicle = file.vehicle
+    automaton = MovementAutomaton.plane(
+        vehicle.speed_mps, vehicle.turn_step_deg, vehicle.movement_s, vehicle.pitch_limit_deg
+    )
+    library = ReachLibrary.load_or_build(automaton, grid, file.reach_set.method, notice=notice)
+    start = State(np.array(vehicle.position_m), np.radians(vehicle.attitude_deg))
+    mission = Mission(
+        file.mission.name,
+        start,
+        np.array(file.mission.waypoints_m),
+        file.mission.reach_radius_m,
+        np.array(file.mission.landing_m).reshape(-1, 3),
+    )
+    there = [part.to_obstacle() for part in file.obstacle if part.known != "map"]
+    charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
+    worlds: list[World] = [ObstacleMap(there)]
+    notes: tuple[str, ...] = ()
+    if file.point_cloud is not None:
+        cloud, notes = point_world(file.point_cloud)
+        worlds.append(cloud)
+    return FlightSetup(
+        planner=Planner.of(library, avoidance_settings(file)),
+        mission=mission,
+        lidars=tuple(lidar_of(part, grid) for part in file.lidar),
+        world=worlds[0] if len(worlds) == 1 else CombinedWorld(worlds),
+        obstacle_map=ObstacleMap(charted),
+        simulation=SimulationSettings(**file.simulation.model_dump()),
+        limits=DataLimits(patience_turns=file.safety.patience_turns),
+        detection_rule=file.rating.detection,
+        notes=notes,
+    )
+
+
+def avoidance_settings(file: MissionFile) -> AvoidanceSettings:
+    """How decisions of a mission are taken."""
+    rating, safety = file.rating, file.safety
+    return AvoidanceSettings(
+        rating=rating.name,
+        unknown=rating.unknown,
+        unknown_unseen=rating.unknown_unseen,
+        threshold=rating.threshold,
+        verify=file.verify.method == "evidence",
+        safety_margin_m=safety.margin_m,
+        sigmas=safety.sigmas,
+        own_drift_mps=safety.own_drift_mps,
+        point_sigmas=safety.point_sigmas,
+        prices=Prices(**file.prices.model_dump()),
+    )
+
+
+def lidar_of(section: LidarSection, grid: AvoidanceGrid) -> Lidar:
+    """A sensor with its beams; they cover the grid's cells evenly unless the file says otherwise."""
+    far = section.max_range_m or grid.range_m
+    if section.pattern is not None:
+        pattern = named_pattern(section.pattern)
+    elif section.azimuth_deg is not None:
+        pattern = BeamPattern.from_angles(
+            np.radians(section.azimuth_deg),
+            np.radians(section.elevation_deg or ()),
+            min_range_m=section.min_range_m,
+            max_range_m=far,
+        )
+    else:
+        pattern = BeamPattern.per_cell(
+            grid,
+            *(section.beams_per_cell or (20, 10)),
+            min_range_m=section.min_range_m,
+            max_range_m=far,
+        )
+    return Lidar(
+        section.name,
+        pattern,
+        Mounting(np.array(section.position_m), np.radians(section.attitude_deg)),
+        section.sigma_m,
+        section.dropout,
+        section.airframe_radius_m,
+    )
+
+
+def point_world(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
+    """A surveyed place as balls at its points, and what was left out of it."""
+    from clearway.io.pointcloud import read_points
+
+    cloud = read_points(section.file)
+    points = cloud.points_m
+    keep = np.ones(len(points), dtype=np.bool_)
+    if section.leave_out_classes:
+        if cloud.classes is None:
+            raise InputError(section.file, "leave_out_classes: the file has no classes")
+        keep = ~np.isin(cloud.classes, section.leave_out_classes)
+    if not keep.any():
+        raise InputError(section.file, "leave_out_classes: no point is left")
+    if section.origin_m == "lowest-corner":
+        points = points - points.min(axis=0)
+    elif section.origin_m != "file":
+        points = points - np.array(section.origin_m)
+    left_out = [f"{number} points left out: {reason}" for reason, number in cloud.counts.items()]
+    if not keep.all():
+        left_out.append(f"{int((~keep).sum())} points left out: class not wanted")
+    world = PointWorld(np.ascontiguousarray(points[keep]), section.point_radius_m)
+    return world, tuple(f"{section.file}: {note}" for note in (*left_out, *cloud.notes))

@@ -1,0 +1,217 @@
+"""The mission file of `clearway fly`: its tables and keys, with defaults, as typed sections."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from clearway.errors import InputError
+from clearway.io.scene_file import GridSection, Numbers, ObstacleSection, Point, Share
+from clearway.io.toml import Section, read_model
+
+Points = Annotated[tuple[Point, ...], Field(strict=False)]
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+class MissionSection(Section):
+    """`[mission]`: where to go."""
+
+    name: str
+    waypoints_m: Annotated[Points, Field(min_length=1)]
+    reach_radius_m: Positive = 1.5
+    landing_m: Points = ()
+    """Points of the landing sequence, after the last waypoint."""
+
+
+class VehicleSection(Section):
+    """`[vehicle]`: start pose and movement automaton."""
+
+    position_m: Point = (0.0, 0.0, 0.0)
+    attitude_deg: Point = (0.0, 0.0, 0.0)
+    """Roll, pitch (nose down positive), yaw (left positive)."""
+    speed_mps: Positive = 1.0
+    turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
+    """Turn in one movement."""
+    movement_s: Positive = 1.0
+    """Duration of a movement."""
+    pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
+    body_radius_m: NotNegative = 0.3
+
+
+class ReachSetSection(Section):
+    """`[reach_set]`: the trajectories to choose from."""
+
+    method: Literal["flying", "primitives", "combined", "harmonic", "chaotic"] = "flying"
+
+
+class SafetySection(Section):
+    """`[safety]`: what to keep clear by."""
+
+    margin_m: Positive = 0.6
+    """From the vehicle's centre to any obstacle's surface."""
+    conservative_turning_radius_m: Positive | None = None
+    """Turning radius of (6.14), for the picture only; default: the automaton's."""
+    sigmas: NotNegative = 3.0
+    own_drift_mps: NotNegative = 0.05
+    point_sigmas: NotNegative = 2.0
+    patience_turns: Positive = 1.5
+    """Full circles' worth of time without progress before a detour."""
+
+
+class RatingSection(Section):
+    """`[rating]`: how evidence becomes a rating, and what a trajectory must have of it."""
+
+    name: Literal["total", "printed", "visible", "evidence"] = "total"
+    unknown: Share = 0.0
+    unknown_unseen: Share = 1.0
+    threshold: Share = 0.3
+    detection: Literal["ratio", "surface"] = "ratio"
+
+
+class VerifySection(Section):
+    """`[verify]`: whether candidates are held against the evidence itself."""
+
+    method: Literal["evidence", "none"] = "evidence"
+
+
+class PricesSection(Section):
+    """`[prices]`: small prices beside the length flown."""
+
+    turn: NotNegative = 0.05
+    change: NotNegative = 0.05
+    vertical: NotNegative = 0.15
+    risk: NotNegative = 0.5
+    other_side: NotNegative = 4.0
+    other_plan: NotNegative = 0.1
+
+
+class LidarSection(Section):
+    """`[[lidar]]`: a sensor, its beams and its faults."""
+
+    name: str = "lidar"
+    pattern: str | None = None
+    """A sensor by name; otherwise `beams_per_cell`, or lists of angles."""
+    beams_per_cell: Annotated[tuple[int, int], Field(strict=False)] | None = None
+    azimuth_deg: Numbers | None = None
+    elevation_deg: Numbers | None = None
+    position_m: Point = (0.0, 0.0, 0.0)
+    attitude_deg: Point = (0.0, 0.0, 0.0)
+    min_range_m: NotNegative = 0.0
+    max_range_m: Positive | None = None
+    """Default: the grid's range."""
+    sigma_m: NotNegative = 0.0
+    dropout: float = Field(default=0.0, ge=0.0, lt=1.0)
+    airframe_radius_m: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _is_one_of_three(self) -> Self:
+        if (self.azimuth_deg is None) != (self.elevation_deg is None):
+            raise ValueError("azimuth_deg and elevation_deg are needed together")
+        ways = [self.pattern, self.beams_per_cell, self.azimuth_deg]
+        if sum(way is not None for way in ways) > 1:
+            raise ValueError(
+                "give one of pattern, beams_per_cell, or azimuth_deg and elevation_deg"
+            )
+        if self.beams_per_cell is not None and min(self.beams_per_cell) < 1:
+            raise ValueError(f"beams_per_cell must be at least [1, 1], got {self.beams_per_cell}")
+        if self.azimuth_deg == () or self.elevation_deg == ():
+            raise ValueError("azimuth_deg and elevation_deg need at least one angle each")
+        return self
+
+
+class WorldObstacleSection(ObstacleSection):
+    """`[[obstacle]]`: a shape of the world, of the map, or of both."""
+
+    known: Literal["world", "map", "both"] = "world"
+    """world: really there, not on the map; map: on the map only, a false positive; both."""
+
+
+class PointCloudSection(Section):
+    """`[point_cloud]`: a surveyed place as the world to fly in."""
+
+    file: str
+    """Relative to the mission file."""
+    point_radius_m: Positive
+    """What a stored point stands for: half the spacing of the survey, or more."""
+    origin_m: Point | Literal["lowest-corner", "file"] = "lowest-corner"
+    """What becomes the world's origin: a point of the survey, its lowest corner, or its own."""
+    leave_out_classes: Annotated[tuple[int, ...], Field(strict=False)] = ()
+    """ASPRS classes that are not there; noise never is."""
+
+
+class SimulationSection(Section):
+    """`[simulation]`: what truth is like."""
+
+    seed: int = Field(default=0, ge=0)
+    step_s: float = Field(default=0.05, gt=0.0, le=0.05)
+    scan_latency_s: NotNegative = 0.0
+    state_noise_mps: NotNegative = 0.0
+    input_noise: NotNegative = 0.0
+    position_sigma_m: NotNegative = 0.0
+    time_limit_s: Positive | None = None
+
+
+class MissionFile(Section):
+    """All of a mission file; only `[mission]` is needed."""
+
+    mission: MissionSection
+    vehicle: VehicleSection = VehicleSection()
+    grid: GridSection = GridSection()
+    reach_set: ReachSetSection = ReachSetSection()
+    safety: SafetySection = SafetySection()
+    rating: RatingSection = RatingSection()
+    verify: VerifySection = VerifySection()
+    prices: PricesSection = PricesSection()
+    simulation: SimulationSection = SimulationSection()
+    point_cloud: PointCloudSection | None = None
+    lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
+    obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> Self:
+        names = [lidar.name for lidar in self.lidar]
+        if len(set(names)) < len(names):
+            raise ValueError(f"lidar: names must differ, got {names}")
+        return self
+
+    def effective(self) -> dict[str, Any]:
+        """Tables that fly the same mission again from anywhere, defaults filled in."""
+        tables = self.model_dump(exclude_none=True)
+        tables["grid"] = self.grid.effective()
+        return tables
+
+    def changed(self, section: str, **values: object) -> MissionFile:
+        """The same mission with some values of one section replaced."""
+        part = getattr(self, section).model_copy(update=values)
+        return self.model_copy(update={section: part})
+
+
+def read_mission(name_or_path: str) -> MissionFile:
+    """A mission of clearway by name, or a file; raises InputError with every problem of it."""
+    built_in = built_in_missions()
+    if name_or_path in built_in:
+        with resources.as_file(built_in[name_or_path]) as path:
+            return read_model(path, MissionFile)
+    path = Path(name_or_path)
+    if not path.exists() and path.suffix != ".toml":
+        names = ", ".join(sorted(built_in))
+        raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
+    mission = read_model(path, MissionFile)
+    if mission.point_cloud is not None:
+        place = str((path.parent / mission.point_cloud.file).absolute())
+        mission = mission.changed("point_cloud", file=place)
+    return mission
+
+
+def built_in_missions() -> dict[str, Any]:
+    """Missions that come with clearway, by name."""
+    folder = resources.files("clearway") / "missions"
+    return {
+        entry.name.removesuffix(".toml"): entry
+        for entry in folder.iterdir()
+        if entry.name.endswith(".toml")
+    }
