@@ -29,7 +29,8 @@ def without_duplicate_states(
     """
     rows = np.concatenate([preferred, others])
     first = np.arange(len(rows)) < len(preferred)
-    for depth in range(1, rows.shape[1] + 1):
+    longest = int(np.count_nonzero(rows, axis=1).max(initial=0))
+    for depth in range(1, longest + 1):
         reaching = np.flatnonzero(rows[:, depth - 1] > 0)
         way, alive = _one_way(
             np.ascontiguousarray(rows[reaching, :depth]), first[reaching], lattice, start_pitch_rad
@@ -38,6 +39,8 @@ def without_duplicate_states(
         keep = np.ones(len(rows), dtype=np.bool_)
         keep[reaching[~alive]] = False
         rows, first = rows[keep], first[keep]
+        if not len(rows):
+            break
     return np.unique(rows, axis=0)
 
 
