@@ -1,12 +1,14 @@
 """Sensors: beam patterns, scans, and what they say of every cell."""
 
 from clearway.sensors.beams import BeamPattern
+from clearway.sensors.coating import coated_cells, thin_points
 from clearway.sensors.detection import (
     Detection,
     Ground,
     SensedCells,
     combine_detections,
     detect,
+    unseen,
 )
 from clearway.sensors.lidar import Lidar, Mounting, Scan
 from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
@@ -22,11 +24,14 @@ __all__ = [
     "Mounting",
     "Scan",
     "SensedCells",
+    "coated_cells",
     "combine_detections",
     "detect",
     "expected_hits",
     "named_pattern",
     "simulate_scan",
     "swipe_area_m2",
+    "thin_points",
+    "unseen",
     "visibility",
 ]

@@ -118,6 +118,24 @@ def detect(
     )
 
 
+def unseen(grid: AvoidanceGrid, lidar: Lidar, time_s: float = -np.inf) -> Detection:
+    """What a LiDAR that gave no scan says: no beam looks anywhere, so nothing is visible."""
+    zeros = np.zeros(grid.cells)
+    return Detection(
+        grid,
+        lidar.name,
+        time_s,
+        hits=np.zeros(grid.cells, dtype=np.int64),
+        beams=np.zeros(grid.columns * grid.rows, dtype=np.int64),
+        probability=zeros,
+        hindrance=zeros,
+        visibility=zeros,
+        points_m=np.zeros((0, 3)),
+        radius_m=np.zeros(0),
+        counts=MappingProxyType(dict.fromkeys(REASONS, 0)),
+    )
+
+
 def _filters(
     lidar: Lidar, grid_from_body: tuple[FloatArray, FloatArray], ground: Ground
 ) -> Filters:
