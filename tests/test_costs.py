@@ -71,7 +71,8 @@ def test_arrival_marks_paths_through_the_goal():
 def test_the_next_goal_counts_once_the_first_is_passed():
     goal = goal_at([5.0, 0, 0], final=False, following=[5.0, 20.0, 0])
     arrived = arrival(REACH_SET, goal)
-    to_go = curved_distance_to_go(REACH_SET, goal, arrived, AUTOMATON)
+    every = np.arange(REACH_SET.nodes)
+    to_go = curved_distance_to_go(REACH_SET, every, goal, arrived, AUTOMATON)
     assert np.all(to_go[~arrived.reached] >= 20.0)
     leaf = REACH_SET.trajectories
     best = leaf[np.argmin((REACH_SET.length_m + to_go)[leaf])]

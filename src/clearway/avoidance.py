@@ -41,7 +41,7 @@ from clearway.obstacles import Shapes
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import Detection, combine_detections, thin_points
 from clearway.sensors import coated_cells as coated_by_points
-from clearway.state import State
+from clearway.state import IntArray, State
 from clearway.verify import Hazards, MovingHazards, PointHazards, no_movers
 
 THINNING = 0.1
@@ -193,7 +193,10 @@ def decide(
 
     goal = _goal(situation)
     arrived = arrival(repertoire.reach_set, goal)
-    to_go = planner.terminal_cost(repertoire.reach_set, goal, arrived, planner.automaton)
+
+    def to_go(nodes: IntArray) -> FloatArray:
+        return planner.terminal_cost(repertoire.reach_set, nodes, goal, arrived, planner.automaton)
+
     candidates = price_candidates(
         repertoire, reach, goal, arrived, to_go, settings.prices, commitment or Commitment()
     )  # (4.6)

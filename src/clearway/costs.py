@@ -16,7 +16,7 @@ from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.movements import MovementAutomaton
 from clearway.reach.tree import ReachSet
-from clearway.state import BoolArray, IndexArray
+from clearway.state import BoolArray, IndexArray, IntArray
 
 STEEPEST_PITCH_RAD = np.radians(60.0)
 """Climb assumed by the cost to go of an automaton without a pitch limit."""
@@ -65,8 +65,8 @@ class Arrival(NamedTuple):
     """[nodes] it does so in this movement."""
 
 
-TerminalCost = Callable[[ReachSet, Goal, Arrival, MovementAutomaton], FloatArray]
-"""Cost to go [nodes] from the end of each movement, in metres."""
+TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], FloatArray]
+"""Cost to go [n] in metres from the ends of some nodes [n] of a reach set."""
 
 
 def length_and_prices(reach_set: ReachSet, prices: Prices) -> FloatArray:
@@ -105,7 +105,11 @@ def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
 
 
 def curved_distance_to_go(
-    reach_set: ReachSet, goal: Goal, arrived: Arrival, automaton: MovementAutomaton
+    reach_set: ReachSet,
+    nodes: IntArray,
+    goal: Goal,
+    arrived: Arrival,
+    automaton: MovementAutomaton,
 ) -> FloatArray:
     """Shortest turn-then-straight length to the goal and on to the next; the default terminal cost.
 
@@ -115,6 +119,7 @@ def curved_distance_to_go(
     limit = automaton.pitch_limit_rad
     return _to_go(
         reach_set.states,
+        nodes,
         reach_set.start_pitch_rad,
         arrived.reached,
         goal.target_m,
@@ -195,6 +200,7 @@ def _turn_then_straight(x: float, y: float, radius: float, reach_radius: float) 
 @compiled
 def _to_go(
     states: FloatArray,
+    nodes: IntArray,
     start_pitch: float,
     reached: BoolArray,
     target: FloatArray,
@@ -203,11 +209,10 @@ def _to_go(
     radius: float,
     steepest: float,
 ) -> FloatArray:
-    nodes = len(states)
-    result = np.empty(nodes)
+    result = np.empty(len(nodes))
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
     leg = np.sqrt(np.sum((following - target) ** 2))
-    for n in range(nodes):
+    for at, n in enumerate(nodes):
         x = cos_start * states[n, 0] + sin_start * states[n, 2]
         z = -sin_start * states[n, 0] + cos_start * states[n, 2]
         goal = following if reached[n] else target
@@ -222,7 +227,7 @@ def _to_go(
             length = abs(dz) / np.sin(steepest)
         wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, max(level, 1e-9))))
         off = wanted_pitch - states[n, 4]
-        result[n] = length + 0.5 * radius * off * off
+        result[at] = length + 0.5 * radius * off * off
         if not reached[n]:
-            result[n] += leg
+            result[at] += leg
     return result

@@ -7,7 +7,7 @@ margin, the emergency rule takes the complete trajectory with the best clearance
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -173,21 +173,24 @@ def price_candidates(
     assessment: ReachAssessment,
     goal: Goal,
     arrived: Arrival,
-    to_go_m: FloatArray,
+    to_go: Callable[[IntArray], FloatArray],
     prices: Prices,
     commitment: Commitment,
 ) -> Candidates:
-    """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind."""
+    """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
+
+    to_go: cost to go in metres from the ends of given nodes.
+    """
     reach_set, step_m = repertoire.reach_set, repertoire.step_m
     complete = reach_set.complete
     if goal.final:
         complete = (complete & ~arrived.reached) | arrived.first
     nodes = np.flatnonzero(complete)
-    to_go = to_go_m[nodes]
+    to_go_m = to_go(nodes)
     if goal.final:
-        to_go = np.where(arrived.reached[nodes], 0.0, to_go)
+        to_go_m = np.where(arrived.reached[nodes], 0.0, to_go_m)
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
-    cost = repertoire.path_cost_m[nodes] + to_go - prices.risk * step_m * np.log(rating)
+    cost = repertoire.path_cost_m[nodes] + to_go_m - prices.risk * step_m * np.log(rating)
     sides = sides_of(reach_set, nodes, goal)
     if commitment.side in (Side.LEFT, Side.RIGHT):
         committed = 1 if commitment.side is Side.LEFT else -1
@@ -290,7 +293,7 @@ class _Report:
         )
 
     def _ruled_out(self, tried: Sequence[tuple[IntArray, Verification]]) -> tuple[RuledOut, ...]:
-        kept = []
+        kept: list[RuledOut] = []
         for tier, verification in tried:
             for at in range(min(len(verification.causes), RULED_OUT_KEPT - len(kept))):
                 candidate = int(tier[at])

@@ -134,7 +134,7 @@ def avoidance_settings(file: MissionFile) -> AvoidanceSettings:
 
 
 def lidar_of(section: LidarSection, grid: AvoidanceGrid) -> Lidar:
-    """A sensor with its beams; they cover the grid's cells evenly unless the file says otherwise."""
+    """A sensor with its beams: evenly through the grid's cells unless the file says otherwise."""
     far = section.max_range_m or grid.range_m
     if section.pattern is not None:
         pattern = named_pattern(section.pattern)

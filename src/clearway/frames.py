@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from clearway.compiled import compiled
+
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -19,22 +21,29 @@ def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
     attitude_rad: [..., 3] roll, pitch (nose down positive), yaw (left positive).
     """
     attitude = np.asarray(attitude_rad, dtype=np.float64)
-    sin_roll, sin_pitch, sin_yaw = np.moveaxis(np.sin(attitude), -1, 0)
-    cos_roll, cos_pitch, cos_yaw = np.moveaxis(np.cos(attitude), -1, 0)
-    rows = [
-        [
-            cos_pitch * cos_yaw,
-            cos_yaw * sin_roll * sin_pitch - cos_roll * sin_yaw,
-            sin_roll * sin_yaw + cos_roll * cos_yaw * sin_pitch,
-        ],
-        [
-            cos_pitch * sin_yaw,
-            cos_roll * cos_yaw + sin_roll * sin_pitch * sin_yaw,
-            cos_roll * sin_pitch * sin_yaw - cos_yaw * sin_roll,
-        ],
-        [-sin_pitch, cos_pitch * sin_roll, cos_roll * cos_pitch],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    if attitude.ndim == 1:
+        return _rotation(*attitude)
+    flat = [_rotation(*angles) for angles in attitude.reshape(-1, 3)]
+    return np.array(flat).reshape(*attitude.shape[:-1], 3, 3)
+
+
+@compiled
+def _rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """(3.37) for one attitude."""
+    sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+    sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+    sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+    rotation = np.empty((3, 3))
+    rotation[0, 0] = cos_pitch * cos_yaw
+    rotation[0, 1] = cos_yaw * sin_roll * sin_pitch - cos_roll * sin_yaw
+    rotation[0, 2] = sin_roll * sin_yaw + cos_roll * cos_yaw * sin_pitch
+    rotation[1, 0] = cos_pitch * sin_yaw
+    rotation[1, 1] = cos_roll * cos_yaw + sin_roll * sin_pitch * sin_yaw
+    rotation[1, 2] = cos_roll * sin_pitch * sin_yaw - cos_yaw * sin_roll
+    rotation[2, 0] = -sin_pitch
+    rotation[2, 1] = cos_pitch * sin_roll
+    rotation[2, 2] = cos_roll * cos_pitch
+    return rotation
 
 
 def body_from_world(attitude_rad: npt.ArrayLike) -> FloatArray:

@@ -1,0 +1,175 @@
+"""`clearway fly`: a mission from start to end in a simulated world, with its pictures and logs."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from clearway.flight import FlightSetup
+    from clearway.io.mission_file import MissionFile
+    from clearway.mission import Progress
+    from clearway.simulation import LoggedDecision, Run
+
+
+def fly(
+    mission: Annotated[
+        str, typer.Argument(help="A mission by name (static-obstacles) or a mission file (TOML).")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for logs and pictures; default clearway-out/<mission>."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of noise and drop-outs.")] = None,
+    rating: Annotated[str | None, typer.Option(help="total, printed, visible or evidence.")] = None,
+    verify: Annotated[
+        str | None,
+        typer.Option(help="evidence holds candidates against it; none flies on cell ratings."),
+    ] = None,
+    plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on standard output.")
+    ] = False,
+) -> None:
+    """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
+    from clearway.flight import prepare
+    from clearway.io.run_files import summary
+
+    file = _changed(_read(mission), seed, rating, verify)
+    say("preparing reach sets and sensors; the first run compiles, which takes a while")
+    setup = prepare(file, say)
+    for note in setup.notes:
+        say(note)
+    setup.refuse_impossible()
+    run = _flown(setup)
+    folder = out or Path("clearway-out") / file.mission.name
+    written = _write(run, setup, file, folder, plots)
+    if as_json:
+        print(json.dumps(summary(run)))
+    else:
+        print(_in_words(run))
+    say(f"wrote {', '.join(written)} to {folder}")
+    raise typer.Exit(0 if run.safe else 1)
+
+
+def say(sentence: str) -> None:
+    """A message for people; standard output is kept for results."""
+    print(sentence, file=sys.stderr)
+
+
+def _read(mission: str) -> MissionFile:
+    from clearway.io.mission_file import read_mission
+
+    return read_mission(mission)
+
+
+def _changed(
+    file: MissionFile, seed: int | None, rating: str | None, verify: str | None
+) -> MissionFile:
+    """The mission with what the command line overrides, checked like a file."""
+    from clearway.io.mission_file import MissionFile
+    from clearway.io.toml import parse_model
+
+    tables = file.effective()
+    if seed is not None:
+        tables["simulation"]["seed"] = seed
+    if rating is not None:
+        tables["rating"]["name"] = rating
+    if verify is not None:
+        tables["verify"]["method"] = verify
+    return parse_model("command line", tables, MissionFile)
+
+
+def _flown(setup: FlightSetup) -> Run:
+    """Fly with a progress bar: the share of the straight way that is behind."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[status]}"),
+        TimeElapsedColumn(),
+    )
+    total = setup.mission.straight_length_m
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(setup.mission.name, total=total, status="")
+
+        def show(entry: LoggedDecision, progress: Progress) -> None:
+            flight = entry.flight
+            goals = len(setup.mission.goals_m)
+            status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"
+            bar.update(task, completed=_flown_length(setup, entry), status=status)
+            if flight.mode == "emergency":
+                bar.console.print(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
+
+        return setup.fly(show)
+
+
+def _flown_length(setup: FlightSetup, entry: LoggedDecision) -> float:
+    """Straight length up to the present goal, less what is left to it."""
+    import numpy as np
+
+    mission = setup.mission
+    corners = np.concatenate([mission.start.position_m[None], mission.goals_m])
+    legs = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    goal = min(entry.flight.goal, len(legs) - 1)
+    left = np.linalg.norm(corners[goal + 1] - entry.flight.decision.state.position_m)
+    return float(max(0.0, legs[: goal + 1].sum() - left))
+
+
+def _write(run: Run, setup: FlightSetup, file: MissionFile, folder: Path, plots: bool) -> list[str]:
+    """Everything that the flight leaves behind; all of it or nothing."""
+    from clearway.io.run_files import summary, write_decisions, write_track
+    from clearway.io.staging import staged
+    from clearway.io.toml import write_toml
+
+    with staged(folder) as scratch:
+        write_toml(file.effective(), scratch / "mission.toml")
+        write_track(run, scratch / "track.csv")
+        write_decisions(run, scratch / "decisions.jsonl")
+        (scratch / "summary.json").write_text(json.dumps(summary(run), indent=2) + "\n")
+        if plots:
+            _draw(run, setup, file, scratch)
+        return sorted(path.name for path in scratch.iterdir())
+
+
+def _draw(run: Run, setup: FlightSetup, file: MissionFile, folder: Path) -> None:
+    from clearway.plot.flight import Margins
+    from clearway.plot.flight_set import draw_flight
+
+    body = file.vehicle.body_radius_m
+    turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
+    margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
+    for name, figure in draw_flight(run, margins):
+        figure.savefig(folder / f"{name}.png", dpi=110)
+
+
+def _in_words(run: Run) -> str:
+    metrics = run.metrics
+    goals = len(run.mission.waypoints_m)
+    from clearway.io.run_files import decision_times_ms
+
+    times = decision_times_ms(run)
+    lines = [
+        f"mission            {run.mission.name}",
+        f"reached            {'yes' if run.reached else 'NO'}, "
+        f"{run.progress.waypoints_reached(run.mission)} of {goals} waypoints",
+        f"time               {metrics.time_s:.2f} s",
+        f"path               {metrics.path_length_m:.2f} m",
+        f"nearest obstacle   {metrics.min_obstacle_distance_m:.3f} m, "
+        f"margin {run.safety_margin_m:.2f} m, violations {metrics.margin_violations}",
+        f"decisions          {len(run.decisions)}, emergencies {run.emergencies}, "
+        f"p50 {times['p50']} ms, p99 {times['p99']} ms, max {times['max']} ms",
+        f"tracking           {metrics.tracking_m.mean():.2f} m on average, "
+        f"{metrics.tracking_m.max():.2f} m at most",
+    ]
+    if run.counts:
+        lines.append(
+            "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())
+        )
+    return "\n".join(lines)
