@@ -113,21 +113,20 @@ def _projection(
 @compiled
 def voxel_key(x: float, y: float, z: float, per_voxel: float) -> int:
     """One integer for the voxel of a point; repeats only after two million voxels an axis."""
-    i = np.int64(np.floor(x * per_voxel)) & 0x1FFFFF
-    j = np.int64(np.floor(y * per_voxel)) & 0x1FFFFF
-    k = np.int64(np.floor(z * per_voxel)) & 0x1FFFFF
-    key: int = (i << 42) | (j << 21) | k
-    return key
+    i = int(np.floor(x * per_voxel)) & 0x1FFFFF
+    j = int(np.floor(y * per_voxel)) & 0x1FFFFF
+    k = int(np.floor(z * per_voxel)) & 0x1FFFFF
+    return (i << 42) | (j << 21) | k
 
 
 @compiled
 def slot_of(key: int, keys: IntArray, shift: int) -> int:
     """Where a key is, or goes, in a hash table of a power of two slots; -1 marks empty ones."""
     mask = np.uint64(len(keys) - 1)
-    slot = (np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(shift)
+    slot = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(shift)
     while keys[slot] != -1 and keys[slot] != key:
         slot = (slot + np.uint64(1)) & mask
-    return np.int64(slot)  # type: ignore[return-value]
+    return int(slot)
 
 
 @compiled
@@ -147,15 +146,16 @@ def number_voxels(points: FloatArray, voxel: float) -> tuple[IntArray, int]:
     numbers = np.empty(1 << bits, dtype=np.int64)
     voxel_of = np.empty(len(points), dtype=np.int64)
     per_voxel, shift = 1.0 / voxel, 64 - bits
-    count, last_key, number = 0, np.int64(-1), 0
+    count, last_key, number = 0, -1, 0
     for n in range(len(points)):
         key = voxel_key(points[n, 0], points[n, 1], points[n, 2], per_voxel)
         if key != last_key:  # neighbours in a scan mostly share their voxel
             slot = slot_of(key, keys, shift)
             if keys[slot] == -1:
-                keys[slot], numbers[slot] = key, count
+                keys[slot] = key
+                numbers[slot] = count
                 count += 1
-            last_key, number = key, numbers[slot]
+            last_key, number = key, int(numbers[slot])
         voxel_of[n] = number
     return voxel_of, count
 
