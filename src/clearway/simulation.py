@@ -1,4 +1,4 @@
-"""Closed loop: truth in small steps, sensors that see it, a system that decides, and what came of it.
+"""Closed loop: truth in small steps, sensors that see it, a system that decides, and the outcome.
 
 The vehicle flies movement by movement, as a movement automaton does: a decision takes effect when
 a movement ends. Bounded disturbances (3.20) act on the state's rates (w) and on the inputs (v).
@@ -18,6 +18,7 @@ from clearway.metrics import FlightMetrics, measure
 from clearway.mission import Mission, Mode, advanced
 from clearway.mission import Progress as MissionProgress
 from clearway.movements import Movement
+from clearway.prediction import corrected_movement, needs_correction, prediction_error
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
 from clearway.system import AvoidanceSystem, FlightDecision
@@ -79,6 +80,9 @@ class Run:
     metrics: FlightMetrics
     safety_margin_m: float
     seed: int
+    corrections: int = 0
+    """Movements flown with corrected turn rates, since the prediction error took more than its
+    share of the margin (4.2.2)."""
     counts: dict[str, int] = field(default_factory=dict)
     """Data that the system left out, by reason."""
 
@@ -135,6 +139,8 @@ class _Flight:
         self.progress = MissionProgress()
         self.movements: list[str] = []
         self.turn_rate = max(m.turn_rate_rps for m in self.automaton.movements)
+        self.predicted = start.vector
+        self.corrections = 0
 
     def run(self, on_decision: OnDecision | None) -> Run:
         system, mission = self.system, self.mission
@@ -186,6 +192,7 @@ class _Flight:
         self.movements.append(movement.name)
         start = self.times[-1]
         origin = self.states[-1]
+        movement = self._corrected(movement)
         disturbed = settings.state_noise_mps > 0.0 or settings.input_noise > 0.0
         for number in range(1, steps + 1):
             if disturbed:
@@ -197,6 +204,22 @@ class _Flight:
             self.progress = advanced(self.mission, self.progress, state[:3], self.times[-1])
             if self.progress.done(self.mission):
                 return
+
+    def _corrected(self, movement: Movement) -> Movement:
+        """The movement that brings the attitude back to what the chain of movements predicts.
+
+        Attitude is predicted along the whole chain, position from where the movement begins: the
+        next decision starts from the true position anyway.
+        """
+        state, predicted = self.states[-1], self.predicted
+        anchored = np.concatenate([state[:3], predicted[3:]])
+        self.predicted = self.automaton.predict(anchored, movement)
+        radius = self.automaton.turning_radius_m
+        error = prediction_error(state, predicted, radius if np.isfinite(radius) else 0.0)
+        if not needs_correction(error, self.system.planner.settings.safety_margin_m):
+            return movement
+        self.corrections += 1
+        return corrected_movement(self.automaton, movement, state, anchored)
 
     def _disturbed(self, state: FloatArray, movement: Movement, step: float) -> FloatArray:
         settings = self.settings
@@ -231,5 +254,6 @@ class _Flight:
             metrics=measure(times, states, self.world, nominal, margin),
             safety_margin_m=margin,
             seed=self.settings.seed,
+            corrections=self.corrections,
             counts=dict(self.system.counts),
         )

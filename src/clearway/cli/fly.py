@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.flight import FlightSetup
@@ -49,16 +50,12 @@ def fly(
     folder = out or Path("clearway-out") / file.mission.name
     written = _write(run, setup, file, folder, plots)
     if as_json:
-        print(json.dumps(summary(run)))
+        print_json(summary(run))
     else:
         print(_in_words(run))
     say(f"wrote {', '.join(written)} to {folder}")
-    raise typer.Exit(0 if run.safe else 1)
-
-
-def say(sentence: str) -> None:
-    """A message for people; standard output is kept for results."""
-    print(sentence, file=sys.stderr)
+    if not run.safe:
+        leave(NOT_REACHED)
 
 
 def _read(mission: str) -> MissionFile:

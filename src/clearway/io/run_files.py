@@ -38,6 +38,7 @@ def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
         "tracking_max_m": _number(float(run.metrics.tracking_m.max())),
         "climb_m": _number(run.metrics.climb_m),
         "effort_m2ps3": _number(run.metrics.effort_m2ps3),
+        "corrections": run.corrections,
         "data_left_out": dict(sorted(run.counts.items())),
     }
 

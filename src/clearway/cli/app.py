@@ -1,0 +1,50 @@
+"""The command line: `clearway fly`, `clearway assess`, `clearway reach-set`.
+
+Only typer is imported here and at the head of the command modules, so that `--help` answers at
+once; each command imports what it needs when it runs.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from clearway import __version__
+from clearway.cli.fly import fly
+from clearway.cli.reach_set import reach_set
+from clearway.cli.report import run_guarded
+
+app = typer.Typer(
+    name="clearway",
+    help="Detect and avoid for unmanned aircraft: see, rate, decide, fly.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("fly")(run_guarded(fly))
+app.command("reach-set")(run_guarded(reach_set))
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Detect and avoid for unmanned aircraft: see, rate, decide, fly."""
+
+
+def main() -> None:
+    """Entry point of the `clearway` command."""
+    app()
