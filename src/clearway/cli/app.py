@@ -12,6 +12,8 @@ import typer
 
 from clearway import __version__
 from clearway.cli.fly import fly
+from clearway.cli.assess import assess
+from clearway.cli.fly import fly
 from clearway.cli.reach_set import reach_set
 from clearway.cli.report import run_guarded
 
@@ -24,6 +26,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("fly")(run_guarded(fly))
+app.command("fly")(run_guarded(fly))
+app.command("assess")(run_guarded(assess))
 app.command("reach-set")(run_guarded(reach_set))
 
 

@@ -1,0 +1,59 @@
+"""What all commands share: exit status, messages apart from results, JSON alone on output."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import sys
+from collections.abc import Callable
+from typing import Any, NoReturn, ParamSpec, TypeVar
+
+from clearway.errors import ClearwayError
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+NOT_REACHED = 1
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+
+def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """The command with errors that a user can meet told in a message, exit status 2.
+
+    Ctrl-C ends with 130, and a reader that has gone away (`| head`) with the usual 141.
+    """
+
+    @functools.wraps(command)
+    def guarded(*args: Parameters.args, **options: Parameters.kwargs) -> Result:
+        try:
+            return command(*args, **options)
+        except ClearwayError as error:
+            say(str(error))
+            leave(BAD_INPUT)
+        except KeyboardInterrupt:
+            say("interrupted")
+            leave(INTERRUPTED)
+        except BrokenPipeError:
+            # Python would else complain once more when it flushes on its way out.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            leave(141)
+
+    return guarded
+
+
+def leave(status: int) -> NoReturn:
+    """End the command with an exit status."""
+    raise SystemExit(status)
+
+
+def say(message: str) -> None:
+    """A message to the user: on standard error, so that results stay alone on output."""
+    print(message, file=sys.stderr)
+
+
+def print_json(result: dict[str, Any]) -> None:
+    """One JSON object on standard output."""
+    print(json.dumps(result, allow_nan=False))
+    sys.stdout.flush()

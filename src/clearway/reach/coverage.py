@@ -1,0 +1,81 @@
+"""What a reach set covers, measured: footprints, cells, smoothness (def. 22-25)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.frames import FloatArray
+from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
+from clearway.state import BoolArray, IntArray
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Figures of table 6.1, of the trajectories that end in the last layer and their nodes.
+
+    Trajectories that leave through the side are counted apart, as they have no place in the
+    paper's table.
+    """
+
+    nodes: int
+    trajectories: int
+    side_exits: int
+    """Trajectories that leave through the side of the field of view."""
+    nodes_with_side_exits: int
+    """Nodes of the whole tree, as it flies."""
+    footprints: int
+    """Distinct footprints (def. 22) of movement end points."""
+    cells_covered: int
+    """Distinct cells in which movements end."""
+    smoothness: float
+    """Mean share of smooth movements (4.28); 0 without a trajectory."""
+    smoothness_worst: float
+
+
+def measure(reach_set: ReachSet) -> Coverage:
+    """Coverage of a reach set."""
+    leaves = np.flatnonzero(reach_set.exit_kind == LAST_LAYER)
+    nodes = leading_to(reach_set, leaves)
+    cells = reach_set.end_cell[nodes]
+    smooth = smoothness(reach_set, leaves)
+    return Coverage(
+        nodes=int(np.count_nonzero(nodes)),
+        trajectories=len(leaves),
+        side_exits=int(np.count_nonzero(reach_set.exit_kind == SIDE)),
+        nodes_with_side_exits=reach_set.nodes,
+        footprints=len({footprint(reach_set, int(leaf)) for leaf in leaves}),
+        cells_covered=len(np.unique(cells[cells >= 0])),
+        smoothness=float(np.mean(smooth)) if len(smooth) else 0.0,
+        smoothness_worst=float(np.min(smooth)) if len(smooth) else 0.0,
+    )
+
+
+def leading_to(reach_set: ReachSet, leaves: IntArray) -> BoolArray:
+    """[nodes] the leaves and their ancestors."""
+    mask = np.zeros(reach_set.nodes, dtype=np.bool_)
+    while len(leaves):
+        mask[leaves] = True
+        above = reach_set.parent[leaves]
+        leaves = np.unique(above[above >= 0])
+        leaves = leaves[~mask[leaves]]
+    return mask
+
+
+def footprint(reach_set: ReachSet, leaf: int) -> tuple[int, ...]:
+    """Q of a trajectory (def. 22): cells of its movements' ends, repeats collapsed."""
+    cells = [int(reach_set.end_cell[node]) for node in reach_set.path(leaf)]
+    return tuple(
+        cell for at, cell in enumerate(cells) if cell >= 0 and (at == 0 or cell != cells[at - 1])
+    )
+
+
+def smoothness(reach_set: ReachSet, leaves: IntArray) -> FloatArray:
+    """[leaves] share of smooth movements in each trajectory's buffer (4.28)."""
+    smooth = np.array(reach_set.movement_smooth, dtype=np.float64)[reach_set.movement]
+    counts = np.zeros(reach_set.nodes)
+    for node in range(reach_set.nodes):
+        above = reach_set.parent[node]
+        counts[node] = smooth[node] + (counts[above] if above >= 0 else 0.0)
+    return counts[leaves] / reach_set.depth[leaves]

@@ -1,0 +1,116 @@
+"""`clearway reach-set` and what all commands share, through the real entry point."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+COMMAND = shutil.which("clearway", path=os.fspath(Path(sys.executable).parent))
+
+
+def run(*arguments, cwd):
+    assert COMMAND, "the package is installed with its entry point"
+    return subprocess.run([COMMAND, *arguments], cwd=cwd, capture_output=True, text=True)
+
+
+def test_json_is_alone_on_output_and_states_its_terms(tmp_path):
+    done = run("reach-set", "--json", "--no-plots", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    (line,) = done.stdout.splitlines()
+    result = json.loads(line)
+    assert result["method"] == "flying"
+    assert (result["layers"], result["columns"], result["rows"]) == (10, 7, 5)
+    assert result["range_m"] == 10.0
+    assert result["pitch_limit_deg"] == 30.0
+    assert result["side_exits"] > 0
+    assert 400 <= result["nodes_with_side_exits"] <= 1500
+    assert 0 < result["nodes"] < result["nodes_with_side_exits"]
+    assert 0.0 <= result["smoothness_worst"] <= result["smoothness"] <= 1.0
+    assert {"trajectories", "footprints", "cells_covered", "build_s"} <= set(result)
+    assert not list(tmp_path.iterdir())
+
+
+def test_reference_row_of_the_paper_s_table(tmp_path):
+    done = run(
+        *("reach-set", "--method", "harmonic", "--harmonic", "1", "--layers", "15"),
+        *("--pitch-limit-deg", "none", "--json", "--no-plots"),
+        cwd=tmp_path,
+    )
+    result = json.loads(done.stdout)
+    assert result["pitch_limit_deg"] is None
+    assert (result["nodes"], result["trajectories"], result["footprints"]) == (207, 81, 9)
+    assert result["smoothness"] == pytest.approx(0.63, abs=0.005)
+
+
+def test_text_and_picture(tmp_path):
+    done = run(
+        *("reach-set", "--layers", "4", "--speed", "5", "--out", "here", "--method", "chaotic"),
+        *("--azimuth-deg=-60,30", "--columns", "6", "--rows", "2", "--start-pitch-deg", "-15"),
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "4 x 6 x 2 cells to 20 m" in done.stdout
+    assert "-15 deg at the start, limit 30 deg" in done.stdout
+    (picture,) = (tmp_path / "here").iterdir()
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert str(Path("here") / picture.name) in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--method", "best"], "there are full, chaotic"),
+        (["--method", "flying", "--spread", "3"], "unknown tuning spread"),
+        (["--layers", "0"], "at least 1 is needed"),
+        (["--range", "-1"], "range_edges_m"),
+        (["--azimuth-deg", "wide"], "--azimuth-deg: 'wide'"),
+        (["--azimuth-deg", "200"], "azimuth_edges_rad"),
+        (["--speed", "0"], "--speed: 0.0"),
+        (["--duration", "nan"], "--duration: nan"),
+        (["--pitch-limit-deg", "90"], "--pitch-limit-deg: 90"),
+        (["--start-pitch-deg", "45"], "beyond the pitch limit"),
+        (["--movements", "7"], "neither 5 nor 9"),
+        (["--method", "full"], "outgrows"),
+        (["--layers", "x"], "--layers"),
+        (["--colour"], "No such option"),
+    ],
+)
+def test_bad_input_exits_with_2_and_a_message(arguments, words, tmp_path):
+    done = run("reach-set", "--no-plots", "--json", *arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_in_the_way_of_the_output_folder(tmp_path):
+    (tmp_path / "taken").write_text("")
+    done = run("reach-set", "--layers", "3", "--out", "taken", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "taken: cannot be written" in done.stderr
+
+
+def test_version_and_help(tmp_path):
+    from clearway import __version__
+
+    assert run("--version", cwd=tmp_path).stdout.strip() == __version__
+    helped = run("--help", cwd=tmp_path)
+    assert helped.returncode == 0
+    assert "reach-set" in helped.stdout
+
+
+def test_help_imports_nothing_heavy():
+    """What keeps `clearway --help` quick."""
+    code = (
+        "import sys, clearway.cli.app;"
+        "print([m for m in ('numpy', 'numba', 'pydantic', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]", done.stderr
