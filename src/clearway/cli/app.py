@@ -11,7 +11,6 @@ from typing import Annotated
 import typer
 
 from clearway import __version__
-from clearway.cli.fly import fly
 from clearway.cli.assess import assess
 from clearway.cli.fly import fly
 from clearway.cli.reach_set import reach_set
@@ -25,7 +24,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("fly")(run_guarded(fly))
 app.command("fly")(run_guarded(fly))
 app.command("assess")(run_guarded(assess))
 app.command("reach-set")(run_guarded(reach_set))
