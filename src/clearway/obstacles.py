@@ -243,6 +243,29 @@ def rounded_box_distance(
 
 
 @compiled
+def outward_normal(
+    lx: float, ly: float, lz: float, half: FloatArray, rotation: FloatArray
+) -> tuple[float, float, float]:
+    """Direction, in the obstacle's frame, in which its distance grows at a local point."""
+    qx, qy, qz = abs(lx) - half[0], abs(ly) - half[1], abs(lz) - half[2]
+    nearest_face = max(qx, max(qy, qz))
+    ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
+    if nearest_face <= 0.0:
+        ox = 1.0 if qx == nearest_face else 0.0
+        oy = 1.0 if qy == nearest_face and ox == 0.0 else 0.0
+        oz = 1.0 - ox - oy
+    length = math.sqrt(ox * ox + oy * oy + oz * oz)
+    ox = math.copysign(ox / length, lx)
+    oy = math.copysign(oy / length, ly)
+    oz = math.copysign(oz / length, lz)
+    return (
+        rotation[0, 0] * ox + rotation[0, 1] * oy + rotation[0, 2] * oz,
+        rotation[1, 0] * ox + rotation[1, 1] * oy + rotation[1, 2] * oz,
+        rotation[2, 0] * ox + rotation[2, 1] * oy + rotation[2, 2] * oz,
+    )
+
+
+@compiled
 def local_distance(x: float, y: float, z: float, shapes: Shapes) -> float:
     """Signed distance of a point to the nearest of all shapes; infinite without any."""
     nearest = np.inf
