@@ -15,6 +15,7 @@ from clearway.grid import AvoidanceGrid
 from clearway.intruders.cells import ModelCells
 from clearway.intruders.intruder import Intruder
 from clearway.intruders.line import line_cells
+from clearway.intruders.spread import spread_cells
 from clearway.intruders.timing import TIMED_RULES, VehicleTimes
 
 IntersectionModel = Callable[[AvoidanceGrid, Sequence[Intruder], FloatArray], ModelCells]
@@ -22,6 +23,7 @@ IntersectionModel = Callable[[AvoidanceGrid, Sequence[Intruder], FloatArray], Mo
 
 MODELS: dict[str, IntersectionModel] = {
     "line": lambda grid, intruders, _up: line_cells(grid, intruders),
+    "spread": spread_cells,
 }
 """Intersection models by name: the flags l, b and s of (5.36)."""
 
