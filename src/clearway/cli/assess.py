@@ -76,7 +76,7 @@ def assess(
     from clearway.io.scene_result import scene_result
     from clearway.scene import assess_scene
 
-    overrides = {
+    overrides: dict[str, dict[str, Any]] = {
         "grid": {
             "range_m": range_m,
             "layers": layers,

@@ -30,7 +30,7 @@ def read_model(path: str | Path, model: type[Model]) -> Model:
     Raises InputError with one line for each problem in the file: the key's path, what is wrong,
     what was given and what is valid.
     """
-    return parse_model(str(path), _read(Path(path)), model)
+    return parse_model(str(path), read_toml(path), model)
 
 
 def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Model:
@@ -42,9 +42,10 @@ def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Mod
     raise InputError(source, problems)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Plain tables of a TOML file; InputError with line and column where it is none."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = Path(path).read_bytes().decode("utf-8-sig")
         return tomllib.loads(text)
     except OSError as cause:
         raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause

@@ -1,0 +1,182 @@
+"""Scenes from files: the parsed tables become the values that `clearway.scene` assesses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError, InputError
+from clearway.grid import AvoidanceGrid
+from clearway.io.pointcloud import SCAN_LIMIT_M, PointCloud, read_points
+from clearway.io.scene_file import ScanSection, SceneFile, SimulateSection
+from clearway.io.toml import parse_model, read_toml
+from clearway.obstacle_map import ObstacleMap
+from clearway.scene import (
+    RatingSettings,
+    ReachSettings,
+    Scene,
+    Sighting,
+    TimingSettings,
+    Traffic,
+)
+from clearway.sensors import (
+    BeamPattern,
+    Lidar,
+    Scan,
+    estimate_pattern,
+    named_pattern,
+    simulate_scan,
+)
+from clearway.state import State
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneInput:
+    """A scene, and what a user should see of how it was read."""
+
+    scene: Scene
+    tables: Mapping[str, Any]
+    """The effective scene file: all defaults filled in, paths absolute."""
+    cloud: PointCloud | None
+    """The scan's file, where there is one."""
+
+
+def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> SceneInput:
+    """Read a scene file; `overrides` are tables whose keys take the place of the file's; a
+    scan's file takes the place of the whole `[scan]`.
+
+    Raises InputError naming every problem of the file, and those of the scan that it names.
+    """
+    path = Path(path)
+    tables = read_toml(path)
+    changes = dict(overrides or {})
+    if "file" in changes.get("scan", {}):
+        tables.pop("scan", None)
+    tables = merged(tables, changes)
+    return scene_of(str(path), tables, path.parent, path.stem)
+
+
+def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
+    """The scene of plain tables; `folder` is where relative paths in them start."""
+    file = parse_model(source, tables, SceneFile)
+    grid, state = file.grid.to_grid(), _state(file)
+    cloud = None
+    if file.scan is not None and file.scan.file is not None:
+        cloud = read_points(folder / file.scan.file)
+    scene = Scene(
+        name=name,
+        grid=grid,
+        state=state,
+        obstacle_map=ObstacleMap([obstacle.to_obstacle() for obstacle in file.obstacle]),
+        sightings=(_sighting(source, file, grid, state, cloud),) if file.scan else (),
+        traffic=_traffic(file),
+        timing=TimingSettings(file.vehicle_timing.model, file.vehicle_timing.speed_mps),
+        reach=_reach_settings(file),
+        rating=RatingSettings(**file.rating.model_dump()),
+    )
+    return SceneInput(scene, file.effective(folder), cloud)
+
+
+def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables with the keys of `overrides` in place of theirs, tables within tables likewise."""
+    result = dict(tables)
+    for key, value in overrides.items():
+        old = result.get(key)
+        if isinstance(value, Mapping) and isinstance(old, Mapping):
+            value = merged(old, value)
+        result[key] = value
+    return result
+
+
+def _state(file: SceneFile) -> State:
+    if file.vehicle is None:
+        return State(np.zeros(3))
+    return State(np.array(file.vehicle.position_m), np.radians(file.vehicle.attitude_deg))
+
+
+def _traffic(file: SceneFile) -> tuple[Traffic, ...]:
+    return tuple(
+        Traffic(
+            section.to_intruder(),
+            section.chosen_models,
+            section.timed,
+            None if section.up is None else np.array(section.up),
+        )
+        for section in file.intruder
+    )
+
+
+def _reach_settings(file: SceneFile) -> ReachSettings:
+    section = file.reach_set
+    pitch = section.start_pitch_deg
+    return ReachSettings(
+        section.method,
+        None if pitch is None else float(np.radians(pitch)),
+        section.speed_mps,
+        section.turn_step_deg,
+        section.pitch_limit_deg,
+    )
+
+
+def _sighting(
+    source: str, file: SceneFile, grid: AvoidanceGrid, state: State, cloud: PointCloud | None
+) -> Sighting:
+    assert file.scan is not None
+    if cloud is not None:
+        return _measured(source, file.scan, cloud)
+    assert file.scan.simulate is not None
+    return _simulated(file, file.scan.simulate, grid, state)
+
+
+def _measured(source: str, section: ScanSection, cloud: PointCloud) -> Sighting:
+    """The scan of a file, with the pattern that was named or else an estimate."""
+    nearest = float(np.sqrt(np.min(np.einsum("ij,ij->i", cloud.points_m, cloud.points_m))))
+    if nearest > SCAN_LIMIT_M:
+        raise InputError(
+            cloud.source,
+            f"the nearest point is {nearest:,.0f} m from the origin: map coordinates, not the scan "
+            "of a sensor; valid: points in the sensor's frame",
+        )
+    stated = section.pattern != "auto"
+    try:
+        pattern = named_pattern(section.pattern) if stated else estimate_pattern(cloud.points_m)
+    except ClearwayError as error:
+        raise InputError(source, f"scan.pattern: {error}; or auto") from error
+    lidar = Lidar(pattern.name, pattern)
+    scan = Scan(cloud.points_m, sensor=lidar.name)
+    return Sighting(lidar, scan, "stated" if stated else "estimated")
+
+
+def _simulated(
+    file: SceneFile, section: SimulateSection, grid: AvoidanceGrid, state: State
+) -> Sighting:
+    """A scan of those obstacles that are really there, cast from the vehicle's position."""
+    chosen = section.obstacles
+    if chosen is None:
+        chosen = () if section.obstacle else tuple(range(len(file.obstacle)))
+    present = [*(file.obstacle[n] for n in chosen), *section.obstacle]
+    world = ObstacleMap([obstacle.to_obstacle() for obstacle in present])
+    lidar = Lidar(
+        "simulated",
+        _pattern(section, grid),
+        sigma_m=section.sigma_m,
+        dropout=section.dropout,
+    )
+    return Sighting(lidar, simulate_scan(lidar, world, state, section.seed), "simulated")
+
+
+def _pattern(section: SimulateSection, grid: AvoidanceGrid) -> BeamPattern:
+    range_m = section.max_range_m or grid.range_m
+    if section.azimuth_deg is not None and section.elevation_deg is not None:
+        return BeamPattern.from_angles(
+            np.radians(section.azimuth_deg),
+            np.radians(section.elevation_deg),
+            name="listed angles",
+            max_range_m=range_m,
+        )
+    azimuths, elevations = section.beams_per_cell
+    return BeamPattern.per_cell(grid, azimuths, elevations, max_range_m=range_m)
