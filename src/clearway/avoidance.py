@@ -131,7 +131,7 @@ class Situation:
     detections: Sequence[Detection] = ()
     """One per sensor, in the grid frame; none at all leaves everything visible (4.19)."""
     remembered: PointHazards | None = None
-    """Points of earlier scans, world frame."""
+    """Points of all scans up to now, world frame; None takes those of the detections alone."""
     obstacle_map: ObstacleMap | None = None
     intruders: Sequence[Intruder] = ()
     """At the decision time."""
@@ -289,20 +289,18 @@ def _points(
     world_from_grid: FloatArray,
     reach_m: float,
 ) -> PointHazards:
-    """Returns and remembered points within reach, merged in voxels, grown by range noise."""
-    places = [d.points_m for d in situation.detections]
-    radii = [d.radius_m for d in situation.detections]
-    if situation.remembered is not None and len(situation.remembered.radius_m):
-        places.append((situation.remembered.position_m - position) @ world_from_grid)
-        radii.append(situation.remembered.radius_m)
-    if not places:
-        return PointHazards(np.zeros((0, 3)), np.zeros(0))
-    place, radius = np.concatenate(places), np.concatenate(radii)
-    near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
-    thinned, grown = thin_points(
-        np.ascontiguousarray(place[near]), radius[near], THINNING * settings.safety_margin_m
+    """What is remembered, or else the returns at hand merged in voxels; grown by range noise."""
+    if situation.remembered is not None:
+        place = (situation.remembered.position_m - position) @ world_from_grid
+        radius = situation.remembered.radius_m
+    else:
+        place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
+        radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
+        near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
+        place, radius = thin_points(place[near], radius[near], THINNING * settings.safety_margin_m)
+    return PointHazards(
+        np.ascontiguousarray(place), radius + settings.point_sigmas * situation.range_sigma_m
     )
-    return PointHazards(thinned, grown + settings.point_sigmas * situation.range_sigma_m)
 
 
 def _in_grid(intruder: Intruder, position: FloatArray, world_from_grid: FloatArray) -> Intruder:

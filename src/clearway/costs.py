@@ -38,14 +38,16 @@ class Goal(NamedTuple):
 class Prices:
     """Small prices beside the length flown, in metres of flight."""
 
-    turn: float = 0.02
+    turn: float = 0.2
     """Per movement that is not smooth, as a share of its length."""
-    change: float = 0.02
+    change: float = 0.1
     """Per movement unlike the one before it, as a share of its length."""
     vertical: float = 0.15
     """Per metre of height changed."""
     risk: float = 0.5
     """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
+    miss: float = 2.0
+    """For grazing the reach radius of the goal, in movement lengths; little well inside it."""
     other_side: float = 4.0
     """For passing on another side than the one committed to, in movement lengths."""
     other_plan: float = 0.1
@@ -63,6 +65,8 @@ class Arrival(NamedTuple):
     """[nodes] the path to the node's end comes within the reach radius of the target."""
     first: BoolArray
     """[nodes] it does so in this movement."""
+    miss_m: FloatArray
+    """[nodes] closest approach to the target on the path so far."""
 
 
 TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], FloatArray]
@@ -137,10 +141,11 @@ def _arrival(
     start_pitch: float,
     target: FloatArray,
     reach_radius: float,
-) -> tuple[BoolArray, BoolArray]:
+) -> tuple[BoolArray, BoolArray, FloatArray]:
     nodes, count = samples.shape[0], samples.shape[1]
     reached = np.zeros(nodes, dtype=np.bool_)
     first = np.zeros(nodes, dtype=np.bool_)
+    miss = np.empty(nodes)
     # The target in the grid frame: the level frame pitched by the start pitch.
     cos, sin = np.cos(start_pitch), np.sin(start_pitch)
     tx = cos * target[0] - sin * target[2]
@@ -148,16 +153,16 @@ def _arrival(
     tz = sin * target[0] + cos * target[2]
     for n in range(nodes):
         p = parent[n]
-        if p >= 0 and reached[p]:
-            reached[n] = True
-            continue
         ax, ay, az = 0.0, 0.0, 0.0
+        nearest2 = tx * tx + ty * ty + tz * tz
         if p >= 0:
             ax, ay, az = (
                 samples[p, count - 1, 0],
                 samples[p, count - 1, 1],
                 samples[p, count - 1, 2],
             )
+            nearest2 = miss[p] * miss[p]
+            reached[n] = reached[p]
         for q in range(count):
             bx, by, bz = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
             ux, uy, uz = bx - ax, by - ay, bz - az
@@ -165,11 +170,12 @@ def _arrival(
             share = ((tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz) / length2
             share = min(1.0, max(0.0, share))
             dx, dy, dz = tx - ax - share * ux, ty - ay - share * uy, tz - az - share * uz
-            if dx * dx + dy * dy + dz * dz <= reach_radius * reach_radius:
-                reached[n], first[n] = True, True
-                break
+            nearest2 = min(nearest2, dx * dx + dy * dy + dz * dz)
             ax, ay, az = bx, by, bz
-    return reached, first
+        miss[n] = np.sqrt(nearest2)
+        if not reached[n] and miss[n] <= reach_radius:
+            reached[n], first[n] = True, True
+    return reached, first, miss
 
 
 @compiled

@@ -189,8 +189,10 @@ def price_candidates(
     to_go_m = to_go(nodes)
     if goal.final:
         to_go_m = np.where(arrived.reached[nodes], 0.0, to_go_m)
+    grazing = np.where(arrived.reached, arrived.miss_m / goal.reach_radius_m, 0.0)[nodes] ** 4
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
-    cost = repertoire.path_cost_m[nodes] + to_go_m - prices.risk * step_m * np.log(rating)
+    cost = repertoire.path_cost_m[nodes] + to_go_m
+    cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
     sides = sides_of(reach_set, nodes, goal)
     if commitment.side in (Side.LEFT, Side.RIGHT):
         committed = 1 if commitment.side is Side.LEFT else -1

@@ -19,6 +19,7 @@ from clearway.point_world import PointWorld
 from clearway.reach import ReachLibrary
 from clearway.route import check_mission
 from clearway.sensors import BeamPattern, Lidar, Mounting, named_pattern
+from clearway.sensors.detection import Rule
 from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem, DataLimits
@@ -41,7 +42,7 @@ class FlightSetup:
     """What the vehicle is told."""
     simulation: SimulationSettings
     limits: DataLimits
-    detection_rule: str
+    detection_rule: Rule
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 

@@ -29,11 +29,16 @@ from clearway.sensors import (
     Scan,
     detect,
     unseen,
+    update_memory,
 )
+from clearway.sensors.detection import Rule
 from clearway.state import State
 from clearway.verify import PointHazards
 
 Reading = State | Scan | Intruder
+
+MEMORY_VOXEL = 0.2
+"""Voxels in which returns are merged, as a share of the safety margin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +86,7 @@ class AvoidanceSystem:
         obstacle_map: ObstacleMap | None = None,
         limits: DataLimits | None = None,
         detour: Detour | None = None,
+        detection_rule: Rule = "ratio",
     ) -> None:
         self.planner = planner
         self.mission = mission
@@ -90,12 +96,13 @@ class AvoidanceSystem:
         self.counts: Counter[str] = Counter()
         self._lidars = {lidar.name: lidar for lidar in lidars}
         self._detour = detour
+        self._detection_rule = detection_rule
         self._states: deque[State] = deque()
         self._scans: dict[str, Scan] = {}
         self._intruders: dict[str, Intruder] = {}
-        margin = planner.settings.safety_margin_m
-        self._memory = PointMemory.empty(0.5 * margin, self.limits.memory_s)
-        self._remembered: dict[str, float] = {}
+        self._memory = PointMemory.empty(
+            MEMORY_VOXEL * planner.settings.safety_margin_m, self.limits.memory_s
+        )
         self._buffer = MovementBuffer()
         self._side = Side.STRAIGHT
         self._decide_by_s = -np.inf
@@ -135,6 +142,14 @@ class AvoidanceSystem:
             self.counts["scan: no own state of its time"] += 1
         else:
             self._scans[scan.sensor] = scan
+            state = self._state_at(scan.time_s)
+            self._memory = update_memory(
+                self._memory,
+                self._lidars[scan.sensor],
+                scan,
+                state,
+                tolerance_m=self.planner.settings.sigmas * state.position_std_m,
+            )
 
     def _take_intruder(self, intruder: Intruder) -> None:
         known = self._intruders.get(intruder.name)
@@ -192,7 +207,7 @@ class AvoidanceSystem:
             next_m=None,
             reach_radius_m=self.mission.reach_radius_m,
             detections=detections,
-            remembered=self._recall(state, detections, now_s),
+            remembered=self._remembered_near(state),
             obstacle_map=self.obstacle_map,
             intruders=self._present_intruders(now_s),
             state_age_s=now_s - self._states[-1].time_s,
@@ -293,15 +308,22 @@ class AvoidanceSystem:
             pose = self._state_at(scan.time_s)
             rotation = world_from_grid.T @ pose.world_from_body
             offset = world_from_grid.T @ (pose.position_m - position)
+            still = pose.time_s == state.time_s and pose.attitude_rad[0] == 0.0
             detections.append(
-                detect(self.planner.grid, lidar, scan, grid_from_body=(rotation, offset))
+                detect(
+                    self.planner.grid,
+                    lidar,
+                    scan,
+                    grid_from_body=None if still else (rotation, offset),
+                    rule=self._detection_rule,
+                )
             )
         return detections, max(ages, default=float("nan"))
 
-    def _recall(
-        self, state: State, detections: Sequence[Detection], now_s: float
-    ) -> PointHazards | None:
-        raise ClearwayError("memory not wired yet")
+    def _remembered_near(self, state: State) -> PointHazards:
+        """Points of this and earlier scans that a trajectory could come near to."""
+        reach = self.planner.grid.range_m + 2.0 * self.planner.settings.safety_margin_m
+        return PointHazards(*self._memory.near(state.position_m, reach))
 
     def _present_intruders(self, now_s: float) -> list[Intruder]:
         present = {}

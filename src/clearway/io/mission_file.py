@@ -81,10 +81,11 @@ class VerifySection(Section):
 class PricesSection(Section):
     """`[prices]`: small prices beside the length flown."""
 
-    turn: NotNegative = 0.05
-    change: NotNegative = 0.05
+    turn: NotNegative = 0.2
+    change: NotNegative = 0.1
     vertical: NotNegative = 0.15
     risk: NotNegative = 0.5
+    miss: NotNegative = 2.0
     other_side: NotNegative = 4.0
     other_plan: NotNegative = 0.1
 
