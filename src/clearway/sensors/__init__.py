@@ -11,6 +11,7 @@ from clearway.sensors.detection import (
     unseen,
 )
 from clearway.sensors.lidar import Lidar, Mounting, Scan
+from clearway.sensors.memory import PointMemory, update_memory
 from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
 from clearway.sensors.simulate import simulate_scan
 from clearway.sensors.visibility import expected_hits, swipe_area_m2, visibility
@@ -22,6 +23,7 @@ __all__ = [
     "Ground",
     "Lidar",
     "Mounting",
+    "PointMemory",
     "Scan",
     "SensedCells",
     "coated_cells",
@@ -33,5 +35,6 @@ __all__ = [
     "swipe_area_m2",
     "thin_points",
     "unseen",
+    "update_memory",
     "visibility",
 ]
