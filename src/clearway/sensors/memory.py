@@ -8,26 +8,17 @@ A nearer return hides the point and says nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from clearway.compiled import compiled, read_only
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
-from clearway.sensors.beams import BeamPattern
-from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar, Scan
+from clearway.sensors.passing import Sensor, beam_raster, count_passes
 from clearway.sensors.simulate import sensor_pose
 from clearway.sensors.voxels import merge_balls, number_voxels, slot_of, table_bits, voxel_key
 from clearway.state import BoolArray, IntArray, State
-
-MAX_COLUMNS, MAX_ROWS = 512, 256
-MAX_WINDOW = 8
-"""Columns on either side looked at, however narrow they are towards the poles."""
-REACH_OF_BEAM = 1.2
-"""Half beam spacings within which a beam counts as pointing at something."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +94,7 @@ def update_memory(
     """
     rotation, origin = sensor_pose(lidar, state)
     pattern = lidar.pattern
-    sensor = _Sensor(
+    sensor = Sensor(
         read_only(rotation),
         read_only(origin),
         state.position_m,
@@ -116,14 +107,14 @@ def update_memory(
     points, radii = _in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
     voxel_of, voxels = number_voxels(points, memory.voxel_m)
     seen, seen_radii = merge_balls(points, radii, voxel_of, voxels)
-    passes = _count_passes(
+    passes = count_passes(
         memory.position_m,
         memory.radius_m,
         memory.voxel_m,
         memory.passes,
         scan.points_m,
         sensor,
-        _beam_raster(pattern),
+        beam_raster(pattern),
     )
     again = _in_voxels_of(memory.position_m, seen, memory.voxel_m)
     fresh = memory.last_seen_s >= scan.time_s - memory.horizon_s
@@ -142,87 +133,9 @@ def update_memory(
     )
 
 
-class _Sensor(NamedTuple):
-    """Pose and limits of the sensor as the loops take them."""
-
-    rotation: FloatArray
-    """[3, 3] world from sensor."""
-    origin: FloatArray
-    """[3] world frame."""
-    body: FloatArray
-    """[3] body's origin, world frame."""
-    min_range: float
-    max_range: float
-    airframe_radius: float
-    half_spacing: float
-    tolerance: float
-
-
-class _BeamRaster(NamedTuple):
-    """Bins of direction, at least as wide as the beam spacing: where the pattern has beams.
-
-    Azimuth by its pseudo-angle and elevation by its sine, as in `binning`.
-    """
-
-    low: FloatArray
-    """[columns, rows] sine of the lowest beam in the bin; inf where there is none."""
-    high: FloatArray
-    """[columns, rows] sine of the highest; -inf where there is none."""
-    per_column: float
-    """Columns per unit of pseudo-angle."""
-    per_row: float
-    """Rows per unit of sine."""
-    bottom: float
-    """Sine at which the first row begins."""
-
-
-@lru_cache(maxsize=16)
-def _beam_raster(pattern: BeamPattern) -> _BeamRaster:
-    spacing = max(pattern.spacing_rad, 1e-3)
-    sines = pattern.directions[:, 2]
-    columns = int(np.clip(4.0 / spacing, 8, MAX_COLUMNS))
-    height = max(spacing, (sines.max() - sines.min()) / (MAX_ROWS - 3))
-    # One empty row above and below the pattern, and the window never leaves the raster.
-    bottom = float(sines.min()) - 1.5 * height
-    rows = int((sines.max() - bottom) / height) + 2
-    low, high = np.full((columns, rows), np.inf), np.full((columns, rows), -np.inf)
-    raster = _BeamRaster(low, high, columns / 4.0, 1.0 / height, bottom)
-    _note_beams(pattern.directions, raster)
-    return raster
-
-
-@compiled
-def _note_beams(directions: FloatArray, raster: _BeamRaster) -> None:
-    """Fill in the raster of a pattern."""
-    for n in range(len(directions)):
-        x, y, z = directions[n, 0], directions[n, 1], directions[n, 2]
-        column, row = _bin(x, y, z, raster.low, raster.per_column, raster.per_row, raster.bottom)
-        raster.low[column, row] = min(raster.low[column, row], z)
-        raster.high[column, row] = max(raster.high[column, row], z)
-
-
-@compiled
-def _bin(
-    x: float,
-    y: float,
-    sine: float,
-    bins: FloatArray,
-    per_column: float,
-    per_row: float,
-    bottom: float,
-) -> tuple[int, int]:
-    """Column and row of a direction; row -1 outside the raster."""
-    forward = y / (abs(x) + abs(y) + TINY)
-    turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
-    column = min(int((turned + 2.0) * per_column), bins.shape[0] - 1)
-    offset = (sine - bottom) * per_row
-    row = int(offset) if 0.0 <= offset < bins.shape[1] else -1
-    return column, row
-
-
 @compiled
 def _in_world(
-    points: FloatArray, sensor: _Sensor, reach: float, ground: float
+    points: FloatArray, sensor: Sensor, reach: float, ground: float
 ) -> tuple[FloatArray, FloatArray]:
     """Returns worth remembering [m, 3] in the world frame, and half the beam spacing there."""
     r, o, e = sensor.rotation, sensor.origin, sensor.body
@@ -247,87 +160,6 @@ def _in_world(
         radii[m] = half_spacing * np.sqrt(squared)
         m += 1
     return placed[:m], radii[:m]
-
-
-@compiled
-def _nearest_returns(points: FloatArray, raster: _BeamRaster) -> FloatArray:
-    """[columns, rows] range of the nearest return per bin; inf without any."""
-    nearest = np.full(raster.low.shape, np.inf)
-    per_column, per_row, bottom = raster.per_column, raster.per_row, raster.bottom
-    for n in range(len(points)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        distance = np.sqrt(x * x + y * y + z * z)
-        if distance < np.inf:
-            column, row = _bin(x, y, z / (distance + TINY), nearest, per_column, per_row, bottom)
-            if row >= 0:
-                nearest[column, row] = min(nearest[column, row], distance)
-    return nearest
-
-
-@compiled
-def _count_passes(
-    positions: FloatArray,
-    radii: FloatArray,
-    voxel: float,
-    passes: IntArray,
-    points: FloatArray,
-    sensor: _Sensor,
-    raster: _BeamRaster,
-) -> IntArray:
-    """[n] sweeps through each remembered point in a row, this one included if it passed."""
-    nearest = _nearest_returns(points, raster)
-    r, o = sensor.rotation, sensor.origin
-    r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]
-    r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
-    r20, r21, r22, oz = r[2, 0], r[2, 1], r[2, 2], o[2]
-    low, high, per_column, per_row = raster.low, raster.high, raster.per_column, raster.per_row
-    slack_angle = REACH_OF_BEAM * sensor.half_spacing
-    counted = passes.copy()
-    for n in range(len(positions)):
-        a, b, c = positions[n, 0] - ox, positions[n, 1] - oy, positions[n, 2] - oz
-        x = r00 * a + r10 * b + r20 * c
-        y = r01 * a + r11 * b + r21 * c
-        z = r02 * a + r12 * b + r22 * c
-        distance = np.sqrt(x * x + y * y + z * z)
-        beyond = distance + sensor.tolerance
-        if distance < sensor.min_range or beyond > sensor.max_range:
-            continue
-        if slack_angle * distance > max(radii[n], 0.5 * voxel):
-            continue  # beams lie too far apart here: all may miss what is left
-        sine = z / (distance + TINY)
-        column, row = _bin(x, y, sine, low, per_column, per_row, raster.bottom)
-        slack = slack_angle * np.sqrt(max(0.0, 1.0 - sine * sine))
-        # The raster has an empty row below and above the pattern's beams.
-        if row < 1 or row + 1 >= low.shape[1]:
-            continue
-        looks_here = (
-            (low[column, row] - slack <= sine and sine <= high[column, row] + slack)
-            or high[column, row - 1] + slack >= sine
-            or low[column, row + 1] - slack <= sine
-        )
-        if looks_here and _passed(column, row, sine, beyond, nearest, low):
-            counted[n] += 1
-    return counted
-
-
-@compiled
-def _passed(
-    column: int, row: int, sine: float, beyond: float, nearest: FloatArray, low: FloatArray
-) -> bool:
-    """Whether all beams around a direction go on beyond a range, and there are some either side."""
-    columns = nearest.shape[0]
-    cosine = np.sqrt(max(0.0, 1.0 - sine * sine))
-    window = MAX_WINDOW if cosine * MAX_WINDOW < 1.0 else int(np.ceil(1.0 / cosine))
-    for neighbour in ((column - 1) % columns, (column + 1) % columns):
-        beams = min(low[neighbour, row - 1], low[neighbour, row], low[neighbour, row + 1])
-        if beams == np.inf:
-            return False
-    for shift in range(-window, window + 1):
-        j = (column + shift) % columns
-        for k in range(row - 1, row + 2):
-            if nearest[j, k] <= beyond:
-                return False
-    return True
 
 
 @compiled
