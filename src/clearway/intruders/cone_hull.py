@@ -19,6 +19,8 @@ from clearway.intruders.traverse import (
     AZIMUTH_SIN,
     ELEVATION,
     ELEVATION_SIN,
+    ENTRY,
+    LEAVE,
     RANGE,
     Borders,
 )
@@ -93,20 +95,19 @@ def _widen(
         for b in range(max(0, j - on_plane), min(j + 1, columns)):
             for c in range(max(0, k - on_cone), min(k + 1, rows)):
                 cell = (a * columns + b) * rows + c
-                if times[0, cell] > time:
-                    times[0, cell] = time
-                if times[1, cell] < time:
-                    times[1, cell] = time
+                if times[cell, ENTRY] <= times[cell, LEAVE]:
+                    times[cell, ENTRY] = min(times[cell, ENTRY], time)
+                    times[cell, LEAVE] = max(times[cell, LEAVE], time)
 
 
 @compiled
 def widen_by_edges(
-    cone: FloatArray, borders: Borders, corners: FloatArray, steps: int, times: FloatArray
+    cone: FloatArray, borders: Borders, corners: FloatArray, tolerance: float, times: FloatArray
 ) -> None:
-    """Widen times [2, cells], entry and leave, by corners in the cone and edges that it cuts.
+    """Widen times [cells, ENTRY and LEAVE] by corners in the cone and edges that it cuts.
 
     corners: scratch [layers + 1, columns + 1, rows + 1, 3]. A cut is first taken on the edge's
-    chord; `steps` - 1 bisections refine it.
+    chord, and right within `tolerance` as a share of the cone's width.
     """
     table = borders.table
     low, high = _met_box(borders, times)
@@ -125,11 +126,17 @@ def widen_by_edges(
         for j in range(low[1], high[1] + 1):
             for k in range(low[2], high[2] + 1):
                 if i < high[0] and _may_cut(corners, i, j, k, i + 1, j, k):
-                    _widen_edge((i, j, k), (i + 1, j, k), 0, cone, borders, corners, steps, times)
+                    _widen_edge(
+                        (i, j, k), (i + 1, j, k), 0, cone, borders, corners, tolerance, times
+                    )
                 if j < high[1] and _may_cut(corners, i, j, k, i, j + 1, k):
-                    _widen_edge((i, j, k), (i, j + 1, k), 1, cone, borders, corners, steps, times)
+                    _widen_edge(
+                        (i, j, k), (i, j + 1, k), 1, cone, borders, corners, tolerance, times
+                    )
                 if k < high[2] and _may_cut(corners, i, j, k, i, j, k + 1):
-                    _widen_edge((i, j, k), (i, j, k + 1), 2, cone, borders, corners, steps, times)
+                    _widen_edge(
+                        (i, j, k), (i, j, k + 1), 2, cone, borders, corners, tolerance, times
+                    )
 
 
 @compiled
@@ -143,7 +150,7 @@ def _met_box(
     for i in range(borders.layers):
         for j in range(borders.columns):
             for k in range(borders.rows):
-                if times[0, cell] == times[0, cell]:
+                if times[cell, ENTRY] <= times[cell, LEAVE]:
                     low_i, high_i = min(low_i, i), max(high_i, i + 1)
                     low_j, high_j = min(low_j, j), max(high_j, j + 1)
                     low_k, high_k = min(low_k, k), max(high_k, k + 1)
@@ -173,7 +180,7 @@ def _widen_edge(
     cone: FloatArray,
     borders: Borders,
     corners: FloatArray,
-    steps: int,
+    tolerance: float,
     times: FloatArray,
 ) -> None:
     """Widen by where the cone's surface cuts one edge: once, or twice if both ends are outside.
@@ -195,20 +202,20 @@ def _widen_edge(
     if first or second:
         guess = -c / (b + np.sqrt(max(0.0, b * b - a * c)))
         if first:
-            cut_s = _cut(place, along, 0.0, 1.0, guess, cone, borders, steps)
+            cut_s = _cut(place, along, 0.0, 1.0, guess, cone, borders, tolerance)
         else:
-            cut_s = _cut(place, along, 1.0, 0.0, 1.0 - guess, cone, borders, steps)
+            cut_s = _cut(place, along, 1.0, 0.0, 1.0 - guess, cone, borders, tolerance)
         _widen(cut_s, place, borderline, borders, times)
         return
     beyond = b * b - a * c
     if not (a > 0.0 and b < 0.0 and a + b > 0.0 and beyond > 0.0 and time * a > b * dt):
         return
     middle, half = -b / a, np.sqrt(beyond) / a
-    if steps > 1 and not _inside(*_arrival_on_edge(place, along, middle, cone, borders)):
+    if not _inside(*_arrival_on_edge(place, along, middle, cone, borders)):
         return
-    cut_s = _cut(place, along, middle, 0.0, middle - half, cone, borders, steps)
+    cut_s = _cut(place, along, middle, 0.0, middle - half, cone, borders, tolerance)
     _widen(cut_s, place, borderline, borders, times)
-    cut_s = _cut(place, along, middle, 1.0, middle + half, cone, borders, steps)
+    cut_s = _cut(place, along, middle, 1.0, middle + half, cone, borders, tolerance)
     _widen(cut_s, place, borderline, borders, times)
 
 
@@ -221,14 +228,20 @@ def _cut(
     guess: float,
     cone: FloatArray,
     borders: Borders,
-    steps: int,
+    tolerance: float,
 ) -> float:
-    """Time of arrival where an edge leaves the cone between an inner and an outer part of it."""
+    """Time of arrival where an edge leaves the cone between an inner and an outer part of it.
+
+    Bisection from a guess, which the chord mostly gives well enough.
+    """
     part = min(max(guess, 0.0), 1.0)
     time = 0.0
-    for _ in range(steps):
+    for _ in range(60):
         time, u, w = _arrival_on_edge(place, along, part, cone, borders)
-        if _inside(time, u, w):
+        beyond = np.sqrt(u * u + w * w) - time
+        if abs(beyond) <= tolerance * time:
+            break
+        if beyond <= 0.0:
             inner = part
         else:
             outer = part

@@ -31,9 +31,13 @@ from clearway.intruders.traverse import (
     scratch,
     traverse,
 )
-from clearway.state import IntArray
 
 Accuracy = Literal["fast", "reference"]
+
+
+# Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
+DWELL, MEETING, RAY = range(2, 5)
+NOT_MET = np.array([np.inf, -np.inf, 0.0, 0.0, -1.0])
 
 
 class DiscNodes(NamedTuple):
@@ -61,11 +65,11 @@ def disc_nodes(inner: int, ring: int) -> DiscNodes:
     )
 
 
-NODES = {"fast": (150, 24), "reference": (200_000, 4_000)}
+NODES = {"fast": (180, 20), "reference": (200_000, 4_000)}
 """Inner and ring nodes; fast keeps P_T within 0.015 (0.004 in the mean), reference within 1e-4."""
 
-CUT_STEPS = {"fast": 1, "reference": 40}
-"""Steps of the search for the times at which the cone's surface cuts an edge."""
+CUT_TOLERANCE = {"fast": 0.05, "reference": 1e-9}
+"""Of the times at which the cone's surface cuts an edge, as a share of the cone's width."""
 
 
 def spread_cells(
@@ -89,7 +93,7 @@ def spread_cells(
         np.sin(np.array([i.spread_rad for i in intruders]).reshape(-1, 2)),
         up,
         disc_nodes(*NODES[accuracy]),
-        CUT_STEPS[accuracy],
+        CUT_TOLERANCE[accuracy],
         borders_of(grid),
         grid.edges,
         arrays,
@@ -122,16 +126,15 @@ def _spreads(
     sine: FloatArray,
     up: FloatArray,
     nodes: DiscNodes,
-    steps: int,
+    tolerance: float,
     borders: Borders,
     edges: GridEdges,
     arrays: ModelArrays,
     meeting: FloatArray,
 ) -> None:
     pieces = scratch(borders)
-    last = np.empty(arrays.dwell_s.shape[1], dtype=np.int64)
+    sums = np.empty((arrays.dwell_s.shape[1], 5))
     corners = np.empty((borders.layers + 1, borders.columns + 1, borders.rows + 1, 3))
-    times = np.empty((2, len(last)))
     for n in range(len(position)):
         if not np.any(velocity[n]):
             cell = cell_of_point(position[n, 0], position[n, 1], position[n, 2], edges)
@@ -141,9 +144,8 @@ def _spreads(
             continue
         along, level, across = cone_axes(velocity[n], up)
         speed = np.sqrt(np.sum(velocity[n] ** 2))
-        last[:] = -1
+        sums[:] = NOT_MET
         _trace_rays(
-            n,
             position[n],
             velocity[n],
             level * (speed * sine[n, 0]),
@@ -152,9 +154,7 @@ def _spreads(
             nodes,
             borders,
             pieces,
-            last,
-            arrays,
-            meeting,
+            sums,
         )
         if sine[n, 0] > 0.0 and sine[n, 1] > 0.0:
             cone = cone_of(
@@ -163,11 +163,9 @@ def _spreads(
                 level / (speed * sine[n, 0]),
                 across / (speed * sine[n, 1]),
             )
-            times[0], times[1] = arrays.entry_s[n], arrays.leave_s[n]
-            widen_by_edges(cone, borders, corners, steps, times)
-            widen_by_turns(cone, borders, times)
-            arrays.entry_s[n], arrays.leave_s[n] = times[0], times[1]
-        _average(n, arrays, meeting)
+            widen_by_edges(cone, borders, corners, tolerance, sums)
+            widen_by_turns(cone, borders, sums)
+        _average(n, sums, arrays, meeting)
 
 
 @compiled
@@ -188,7 +186,6 @@ def _weights(sine_level: float, sine_across: float, nodes: DiscNodes) -> FloatAr
 
 @compiled
 def _trace_rays(
-    n: int,
     apex: FloatArray,
     velocity: FloatArray,
     level: FloatArray,
@@ -197,9 +194,7 @@ def _trace_rays(
     nodes: DiscNodes,
     borders: Borders,
     pieces: Pieces,
-    last: IntArray,
-    arrays: ModelArrays,
-    meeting: FloatArray,
+    sums: FloatArray,
 ) -> None:
     """Sum the rays' times in each cell, and find the hull of their entries and leaves."""
     start = (apex[0], apex[1], apex[2])
@@ -213,24 +208,22 @@ def _trace_rays(
         for piece in range(traverse(start, ray, np.inf, borders, pieces)):
             cell = pieces.places[CELL, piece]
             entry, leave = pieces.times[ENTRY, piece], pieces.times[LEAVE, piece]
-            if not arrays.entry_s[n, cell] <= entry:
-                arrays.entry_s[n, cell] = entry
-            if not arrays.leave_s[n, cell] >= leave:
-                arrays.leave_s[n, cell] = leave
-            arrays.dwell_s[n, cell] += weights[m] * (leave - entry)
-            if last[cell] != m:
-                meeting[n, cell] += weights[m]
-                last[cell] = m
+            sums[cell, ENTRY] = min(sums[cell, ENTRY], entry)
+            sums[cell, LEAVE] = max(sums[cell, LEAVE], leave)
+            sums[cell, DWELL] += weights[m] * (leave - entry)
+            if sums[cell, RAY] != m:
+                sums[cell, RAY] = m
+                sums[cell, MEETING] += weights[m]
 
 
 @compiled
-def _average(n: int, arrays: ModelArrays, meeting: FloatArray) -> None:
+def _average(n: int, sums: FloatArray, arrays: ModelArrays, meeting: FloatArray) -> None:
     """(5.23): the mean over the hull; cells that only rays of the ring touch are not met."""
-    for cell in range(meeting.shape[1]):
-        if meeting[n, cell] > 0.0:
-            hull = arrays.leave_s[n, cell] - arrays.entry_s[n, cell]
-            arrays.probability[n, cell] = min(1.0, arrays.dwell_s[n, cell] / hull)
-            meeting[n, cell] = min(1.0, meeting[n, cell])
-        else:
-            arrays.entry_s[n, cell] = np.nan
-            arrays.leave_s[n, cell] = np.nan
+    for cell in range(len(sums)):
+        if sums[cell, MEETING] > 0.0:
+            arrays.entry_s[n, cell] = sums[cell, ENTRY]
+            arrays.leave_s[n, cell] = sums[cell, LEAVE]
+            arrays.dwell_s[n, cell] = sums[cell, DWELL]
+            hull = sums[cell, LEAVE] - sums[cell, ENTRY]
+            arrays.probability[n, cell] = min(1.0, sums[cell, DWELL] / hull)
+            meeting[n, cell] = min(1.0, sums[cell, MEETING])
