@@ -42,8 +42,9 @@ from clearway.reach.store import ReachLibrary
 from clearway.sensors import Detection, combine_detections, thin_points
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.state import IntArray, State
-from clearway.verify import Hazards, MovingHazards, PointHazards, no_movers
+from clearway.verify import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
 
+NO_SHAPES = no_shapes()
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
 
@@ -278,8 +279,9 @@ def _goal(situation: Situation) -> Goal:
 def _shapes_near(
     situation: Situation, position: FloatArray, world_from_grid: FloatArray, grid: AvoidanceGrid
 ) -> Shapes:
-    world = situation.obstacle_map or ObstacleMap(())
-    return world.in_grid(position, world_from_grid, grid)
+    if situation.obstacle_map is None or not len(situation.obstacle_map):
+        return NO_SHAPES
+    return situation.obstacle_map.in_grid(position, world_from_grid, grid)
 
 
 def _points(

@@ -21,7 +21,7 @@ from clearway.movements import Movement
 from clearway.prediction import corrected_movement, needs_correction, prediction_error
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
-from clearway.system import AvoidanceSystem, FlightDecision
+from clearway.system import AvoidanceSystem, FlightDecision, Reading
 from clearway.world import World
 
 LARGEST_STEP_S = 0.05
@@ -164,13 +164,13 @@ class _Flight:
             self._fly(queue.pop(0))
         return self._finished(decisions)
 
-    def _sense(self, now: float) -> list[State | object]:
+    def _sense(self, now: float) -> list[Reading]:
         """What arrives at this moment: the own state, and scans as old as the latency."""
         settings = self.settings
         sigma = settings.position_sigma_m
         state = self._true_state(now)
         error = self.state_rng.normal(0.0, 1.0, 3) * sigma
-        readings: list[State | object] = [
+        readings: list[Reading] = [
             replace(state, position_m=state.position_m + error, position_std_m=sigma)
         ]
         seen_from = self._true_state(max(self.times[0], now - settings.scan_latency_s))

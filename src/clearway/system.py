@@ -15,6 +15,7 @@ import numpy as np
 
 from clearway.avoidance import Decision, Planner, Situation, decide, grid_frame
 from clearway.decision import Basis, Commitment, Side
+from clearway.detour import known_way
 from clearway.errors import ClearwayError
 from clearway.explain import explanation
 from clearway.frames import FloatArray, wrap_angle
@@ -345,10 +346,12 @@ class AvoidanceSystem:
         patience = self.limits.patience_turns * 2.0 * np.pi * radius / speed
         if stuck(self.progress, now_s, patience):
             self.progress = detoured(
-                self.mission, self.progress, state, now_s, radius, self._detour or _no_detour
+                self.mission, self.progress, state, now_s, radius, self._detour or self._known_way
             )
 
-
-def _no_detour(position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
-    del position_m, target_m
-    return ()
+    def _known_way(self, position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
+        """Round what the map and the memory show, with room to turn if there is any."""
+        margin = self.planner.settings.safety_margin_m
+        wide = margin + 0.5 * self.planner.automaton.turning_radius_m
+        remembered = PointHazards(self._memory.position_m, self._memory.radius_m)
+        return known_way(self.obstacle_map, remembered, position_m, target_m, (wide, margin))

@@ -13,7 +13,7 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 if TYPE_CHECKING:
     from clearway.flight import FlightSetup
     from clearway.io.mission_file import MissionFile
-    from clearway.mission import Progress
+    from clearway.mission import Progress as MissionProgress
     from clearway.simulation import LoggedDecision, Run
 
 
@@ -96,7 +96,7 @@ def _flown(setup: FlightSetup) -> Run:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(setup.mission.name, total=total, status="")
 
-        def show(entry: LoggedDecision, progress: Progress) -> None:
+        def show(entry: LoggedDecision, progress: MissionProgress) -> None:
             flight = entry.flight
             goals = len(setup.mission.goals_m)
             status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"

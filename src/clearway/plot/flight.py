@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from clearway.avoidance import grid_frame
@@ -35,26 +36,36 @@ class Margins:
 
 
 def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
-    """Indices of decisions nearest to obstacles: the deepest well-separated approaches, in order.
+    """Indices of telling decisions: before each closest approach, the one with most in its way.
 
-    Only approaches nearer than twice the smallest count, at most `most` of them.
+    Approaches count when they come nearer than 2.5 times the smallest distance or four margins,
+    and lie well apart; at most `most` of them, in the order of flight.
     """
     distance = run.metrics.obstacle_distance_m
-    times = np.array([entry.flight.time_s for entry in run.decisions])
-    if not np.isfinite(distance).any():
+    if not run.decisions or not np.isfinite(distance).any():
         return []
-    at = np.minimum(np.searchsorted(run.time_s, times), len(run.time_s) - 1)
-    values = distance[at]
-    chosen: list[int] = []
-    for index in np.argsort(values):
-        if values[index] > max(2.5 * values.min(), 4.0 * run.safety_margin_m):
+    times = np.array([entry.flight.time_s for entry in run.decisions])
+    apart = run.metrics.time_s / (2.0 * most + 2.0)
+    limit = max(2.5 * float(distance.min()), 4.0 * run.safety_margin_m)
+    approaches: list[float] = []
+    for at in np.argsort(distance):
+        when = float(run.time_s[at])
+        if distance[at] > limit or len(approaches) == most:
             break
-        apart = run.metrics.time_s / (2.0 * most + 2.0)
-        if all(abs(times[index] - times[other]) > apart for other in chosen):
-            chosen.append(int(index))
-        if len(chosen) == most:
-            break
-    return sorted(chosen)
+        if all(abs(when - other) > apart for other in approaches):
+            approaches.append(when)
+    chosen = []
+    for when in sorted(approaches):
+        before = np.flatnonzero((times <= when) & (times >= when - apart))
+        if len(before):
+            blocked = [_blocked_cells(run.decisions[index]) for index in before]
+            chosen.append(int(before[int(np.argmax(blocked))]))
+    return chosen
+
+
+def _blocked_cells(entry: LoggedDecision) -> int:
+    reach = entry.flight.decision.reach
+    return int(np.count_nonzero(reach.passed & (reach.reachability == 0.0)))
 
 
 def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
@@ -79,6 +90,7 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
         axes.set_xlabel(f"{horizontal} (m)")
         axes.set_ylabel(f"{vertical} (m)")
     handles, labels = above.get_legend_handles_labels()
+    handles[0] = Line2D([], [], color=SEEN, marker="o", markersize=4, linestyle="none")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     return figure
 
@@ -142,8 +154,8 @@ def _draw_space(
         axes.plot(*line.T, color="black", linewidth=0.7, linestyle="--")
     goals = run.mission.waypoints_m
     axes.plot(*goals.T, "s", color=WAYPOINT, markersize=7)
-    for number, goal in enumerate(goals, start=1):
-        axes.text(*goal, f"  W{number}", color=WAYPOINT)
+    for place, label in _labels(goals).items():
+        axes.text(*place, f"  {label}", color=WAYPOINT)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.set_zlabel("z (m)")
@@ -160,6 +172,15 @@ def _equal_box(axes: Axes3D, points: FloatArray) -> None:
     axes.set_ylim(low[1], high[1])
     axes.set_zlim(low[2], high[2])
     axes.set_box_aspect(tuple(high - low))
+
+
+def _labels(places: FloatArray) -> dict[tuple[float, ...], str]:
+    """Waypoint numbers by place; those that coincide in a view share a label."""
+    labels: dict[tuple[float, ...], str] = {}
+    for number, place in enumerate(places, start=1):
+        key = tuple(round(float(value), 3) for value in place)
+        labels[key] = f"{labels[key]}, W{number}" if key in labels else f"W{number}"
+    return labels
 
 
 def _draw_plane(
@@ -183,10 +204,10 @@ def _draw_plane(
         axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)
     goals = run.mission.waypoints_m
     axes.plot(goals[:, a], goals[:, b], "s", color=WAYPOINT, markersize=7, label="waypoints")
-    for number, goal in enumerate(goals, start=1):
+    for place, label in _labels(goals[:, [a, b]]).items():
         axes.annotate(
-            f"W{number}",
-            (goal[a], goal[b]),
+            label,
+            place,
             xytext=(5, 5),
             textcoords="offset points",
             color=WAYPOINT,
@@ -197,7 +218,7 @@ def _draw_plane(
 
 def draw_obstacle_distance(run: Run, margins: Margins) -> Figure:
     """Distance to the nearest obstacle over time with the three margins (fig. 6.21)."""
-    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(10.0, 5.2), layout="constrained")
     axes = figure.add_subplot()
     distance = run.metrics.obstacle_distance_m
     axes.plot(run.time_s, distance, color=EXECUTED, label="distance to the nearest obstacle")
@@ -214,15 +235,16 @@ def draw_obstacle_distance(run: Run, margins: Margins) -> Figure:
         axes.annotate(
             f"{distance[lowest]:.2f} m at {run.time_s[lowest]:.1f} s",
             (run.time_s[lowest], distance[lowest]),
-            xytext=(8, -14),
+            xytext=(0, 9),
             textcoords="offset points",
+            horizontalalignment="center",
         )
     axes.set_xlabel("time (s)")
     axes.set_ylabel("distance (m)")
     axes.set_ylim(bottom=0.0)
     axes.set_title(f"{run.mission.name}: distance to obstacles")
     axes.grid(alpha=0.25)
-    axes.legend(loc="upper right")
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
