@@ -8,9 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
-from clearway.frames import spherical_from_cartesian, world_from_body
+from clearway.frames import (
+    cartesian_from_spherical,
+    spherical_from_cartesian,
+    world_from_body,
+)
 from clearway.grid import AvoidanceGrid
-from clearway.sensors import BeamPattern, named_pattern
+from clearway.sensors import BeamPattern, estimate_pattern, named_pattern
 from clearway.sensors.binning import count_beams
 
 
@@ -132,3 +136,81 @@ def test_impossible_constructions_are_refused():
         BeamPattern.rotating([0.0], 0.0)
     with pytest.raises(ClearwayError, match="at least one azimuth"):
         BeamPattern.per_cell(AvoidanceGrid.uniform(), 0)
+
+
+def scan_of(pattern: BeamPattern, seed: int = 0, share: float = 1.0) -> np.ndarray:
+    """Returns of a share of the beams at random ranges."""
+    rng = np.random.default_rng(seed)
+    kept = rng.random(pattern.beams) < share
+    return pattern.directions[kept] * rng.uniform(2.0, 40.0, (np.count_nonzero(kept), 1))
+
+
+@pytest.mark.parametrize("name", ["vlp16", "vls128", "os1-128", "os0-128"])
+def test_sensors_on_sale_are_recognised(name):
+    stated = named_pattern(name)
+    guess = estimate_pattern(scan_of(stated, share=0.8))
+    assert guess.name.startswith(f"estimated: {name} recognised")
+    assert guess.beams == pytest.approx(stated.beams, rel=0.01)
+    assert (guess.min_range_m, guess.max_range_m) == (stated.min_range_m, stated.max_range_m)
+
+
+def test_rings_of_an_unknown_sensor_are_found():
+    stated = BeamPattern.from_angles(
+        np.radians(np.arange(-60.0, 60.1, 0.4)), np.radians([-31.0, -17.0, -4.0, 3.0, 22.0])
+    )
+    guess = estimate_pattern(scan_of(stated, share=0.9))
+    assert "5 rings, azimuth step 0.4 deg, azimuth -60 to 60 deg" in guess.name
+    assert guess.beams == pytest.approx(stated.beams, abs=10)
+    np.testing.assert_allclose(
+        np.unique(guess.elevation_rad), np.unique(stated.elevation_rad), atol=1e-6
+    )
+
+
+def test_a_field_of_view_across_the_rear_is_found():
+    stated = BeamPattern.from_angles(np.radians(np.arange(120.0, 240.1, 1.0)), np.radians([0, 5]))
+    guess = estimate_pattern(scan_of(stated))
+    assert guess.beams == stated.beams
+    np.testing.assert_allclose(guess.directions.min(axis=0), stated.directions.min(axis=0))
+
+
+@pytest.mark.parametrize(("count", "seed"), [(300, 0), (20_000, 1)])
+def test_scattered_returns_get_a_raster_as_dense(count, seed):
+    rng = np.random.default_rng(seed)
+    azimuth, elevation = np.radians(rng.uniform([-40, -20], [40, 25], (count, 2))).T
+    spherical = np.stack([rng.uniform(3.0, 30.0, count), azimuth, elevation], axis=-1)
+    guess = estimate_pattern(cartesian_from_spherical(spherical))
+    assert "no rings found, raster of" in guess.name
+    assert guess.beams == pytest.approx(count, rel=0.35)
+    assert np.degrees(guess.azimuth_rad.min()) == pytest.approx(-40, abs=1)
+    assert np.degrees(guess.elevation_rad.max()) == pytest.approx(25, abs=1)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 7])
+def test_a_few_returns_give_some_pattern(count):
+    points = np.random.default_rng(count).normal(0.0, 5.0, (count, 3))
+    assert estimate_pattern(points).beams >= 1
+
+
+def test_bad_points_are_left_out_and_nothing_else_is_refused():
+    points = scan_of(named_pattern("vlp16"))
+    spoilt = np.concatenate([points, [[np.nan, 0, 0], [np.inf, 1, 1], [0, 0, 0]]])
+    assert estimate_pattern(spoilt).name == estimate_pattern(points).name
+    with pytest.raises(ClearwayError, match="no point is finite"):
+        estimate_pattern(np.full((3, 3), np.nan))
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("vlp16_1673400472138016708.pcd", "vlp16 recognised by 15 of 16 rings"),
+        ("vls128_1585897255376374245.pcd", "vls128 recognised by 127 of 128 rings"),
+    ],
+)
+def test_real_scans_are_recognised(data_dir, file, name):
+    pypcd4 = pytest.importorskip("pypcd4")
+    cloud = pypcd4.PointCloud.from_path(data_dir / "lidar" / "pcd" / file)
+    points = cloud.numpy(("x", "y", "z")).astype(np.float64)
+    guess = estimate_pattern(points)
+    assert name in guess.name
+    assert "azimuth step 0.2 deg measured, full turn assumed" in guess.name
+    assert guess.beams > len(points)

@@ -10,6 +10,7 @@ from clearway.sensors.detection import (
     detect,
     unseen,
 )
+from clearway.sensors.estimate import estimate_pattern
 from clearway.sensors.lidar import Lidar, Mounting, Scan
 from clearway.sensors.memory import PointMemory, update_memory
 from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
@@ -29,6 +30,7 @@ __all__ = [
     "coated_cells",
     "combine_detections",
     "detect",
+    "estimate_pattern",
     "expected_hits",
     "named_pattern",
     "simulate_scan",
