@@ -15,6 +15,7 @@ from clearway.sensors.lidar import Lidar, Mounting, Scan
 from clearway.sensors.memory import PointMemory, update_memory
 from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
 from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.space import SpaceCells, SpaceClass, classify_space
 from clearway.sensors.visibility import expected_hits, swipe_area_m2, visibility
 
 __all__ = [
@@ -27,6 +28,9 @@ __all__ = [
     "PointMemory",
     "Scan",
     "SensedCells",
+    "SpaceCells",
+    "SpaceClass",
+    "classify_space",
     "coated_cells",
     "combine_detections",
     "detect",
