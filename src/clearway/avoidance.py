@@ -108,7 +108,12 @@ class Planner:
         """Evaluate the costs of (4.6) that do not change; either cost can be the user's own."""
         settings = settings or AvoidanceSettings()
         repertoires = tuple(
-            (reach_set.start_pitch_rad, Repertoire.of(reach_set, settings.prices, stage_cost))
+            (
+                reach_set.start_pitch_rad,
+                Repertoire.of(
+                    reach_set, settings.prices, stage_cost, library.automaton.turning_radius_m
+                ),
+            )
             for reach_set in library.reach_sets
         )
         return cls(library.automaton, library.grid, repertoires, settings, terminal_cost)

@@ -22,11 +22,13 @@ from clearway.verify import (
     Cause,
     Hazards,
     Paths,
+    Refuge,
     Verification,
     clearances,
     first_clear,
     path_clearance,
     paths_of,
+    refuge_of,
 )
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
@@ -43,6 +45,7 @@ class Basis(StrEnum):
     RATED = "rated above the threshold and verified"
     RATED_ONLY = "rated above the threshold, not verified"
     VERIFIED = "verified, though cell ratings are below the threshold"
+    NO_REFUGE = "verified, but without room to circle at its end"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 
 
@@ -115,6 +118,7 @@ class Repertoire:
 
     reach_set: ReachSet
     paths: Paths
+    refuge: Refuge
     path_cost_m: FloatArray
     """[nodes] stage costs from the start to each node."""
     first_movement: IntArray
@@ -124,9 +128,13 @@ class Repertoire:
 
     @classmethod
     def of(
-        cls, reach_set: ReachSet, prices: Prices, stage_cost: StageCost = length_and_prices
+        cls,
+        reach_set: ReachSet,
+        prices: Prices,
+        stage_cost: StageCost = length_and_prices,
+        turning_radius_m: float = 0.0,
     ) -> Repertoire:
-        """Evaluate the stage cost (4.6) on a reach set."""
+        """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles."""
         cost = stage_cost(reach_set, prices).copy()
         first = reach_set.movement.astype(np.int64)
         for node, parent in enumerate(reach_set.parent):
@@ -134,7 +142,8 @@ class Repertoire:
                 cost[node] += cost[parent]
                 first[node] = first[parent]
         step_m = float(np.max(reach_set.length_m[reach_set.parent < 0]))
-        return cls(reach_set, paths_of(reach_set), cost, first, step_m)
+        refuge = refuge_of(reach_set, turning_radius_m)
+        return cls(reach_set, paths_of(reach_set), refuge, cost, first, step_m)
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -224,8 +233,13 @@ def choose(
         best, kept = _emergency(paths, candidates, hazards, margin_m)
         return report.chosen(best, Basis.EMERGENCY, kept, ())
     tried: list[tuple[IntArray, Verification]] = []
-    for basis, tier in ((Basis.RATED, order[rated]), (Basis.VERIFIED, order[~rated])):
-        verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m)
+    tiers = (
+        (Basis.RATED, order[rated], repertoire.refuge),
+        (Basis.VERIFIED, order[~rated], repertoire.refuge),
+        (Basis.NO_REFUGE, order, None),
+    )
+    for basis, tier, refuge in tiers:
+        verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m, refuge)
         tried.append((tier, verification))
         if verification.chosen >= 0:
             return report.chosen(int(tier[verification.chosen]), basis, margin_m, tried)

@@ -17,9 +17,11 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.obstacles import Shapes, rounded_box_distance, shapes_of
-from clearway.reach.tree import ReachSet
-from clearway.state import IndexArray, IntArray
+from clearway.reach.tree import SIDE, ReachSet
+from clearway.state import BoolArray, IndexArray, IntArray
 
+CIRCLE_SAMPLES = 96
+"""Points on a circle that shapes are held against; half their spacing is taken off."""
 TERNARY_STEPS = 24
 """Halvings (by a third) of a chord: enough for 1e-4 of its length."""
 
@@ -85,6 +87,41 @@ class Paths(NamedTuple):
     end_time_s: FloatArray
 
 
+class Refuge(NamedTuple):
+    """Circles that a vehicle can hold at the end of trajectories that leave through the side.
+
+    Such a trajectory ends near, possibly in a pocket: it is complete only if the vehicle could
+    circle there, on one side or the other, for as long as it takes.
+    """
+
+    needed: BoolArray
+    """[nodes] where a trajectory leaves through the side."""
+    end_m: FloatArray
+    """[nodes, 3] grid frame."""
+    left: FloatArray
+    """[nodes, 3] level unit vector to the left of the heading there, grid frame."""
+    up: FloatArray
+    """[3] vertical in the grid frame."""
+    radius_m: float
+    """Turning radius."""
+
+
+def refuge_of(reach_set: ReachSet, turning_radius_m: float) -> Refuge:
+    """Circles at the ends of a reach set's side exits; none for a vehicle that need not circle."""
+    pitch = reach_set.start_pitch_rad
+    yaw = reach_set.states[:, 5]
+    across = -np.sin(yaw)
+    left = np.stack([np.cos(pitch) * across, np.cos(yaw), np.sin(pitch) * across], axis=1)
+    circles = np.isfinite(turning_radius_m) and turning_radius_m > 0.0
+    return Refuge(
+        np.equal(reach_set.exit_kind, SIDE) & circles,
+        np.ascontiguousarray(reach_set.states[:, :3]),
+        left,
+        np.array([-np.sin(pitch), 0.0, np.cos(pitch)]),
+        float(turning_radius_m) if circles else 0.0,
+    )
+
+
 def paths_of(reach_set: ReachSet) -> Paths:
     """What verification needs of a reach set."""
     return Paths(reach_set.parent, reach_set.samples_m, reach_set.sagitta_m, reach_set.end_time_s)
@@ -107,12 +144,32 @@ class Verification:
 
 
 def first_clear(
-    paths: Paths, candidates: IntArray, hazards: Hazards, margin_m: float
+    paths: Paths,
+    candidates: IntArray,
+    hazards: Hazards,
+    margin_m: float,
+    refuge: Refuge | None = None,
 ) -> Verification:
-    """The first of `candidates` (nodes, best first) that keeps the margin, and why not others."""
+    """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
+
+    With a refuge, a trajectory out through the side must also leave room to circle at its end.
+    """
     return Verification(
-        *_first_clear(paths, candidates, hazards.points, hazards.shapes, hazards.movers, margin_m)
+        *_first_clear(
+            paths,
+            candidates,
+            hazards.points,
+            hazards.shapes,
+            hazards.movers,
+            margin_m,
+            refuge or NO_REFUGE,
+        )
     )
+
+
+NO_REFUGE = Refuge(
+    np.zeros(0, dtype=np.bool_), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(3), 0.0
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,6 +354,60 @@ def _node_clearance(
 
 
 @compiled
+def _room_to_circle(
+    refuge: Refuge, n: int, points: PointHazards, shapes: Shapes, enough: float
+) -> tuple[float, int, int]:
+    """Clearance of the better of the two circles at the end of a node: distance, cause, index."""
+    best, best_cause, best_index = -np.inf, 0, -1
+    for side in (1.0, -1.0):
+        center = refuge.end_m[n] + side * refuge.radius_m * refuge.left[n]
+        distance, cause, index = _circle_clearance(refuge, center, points, shapes, enough)
+        if distance > best:
+            best, best_cause, best_index = distance, cause, index
+        if best >= enough:
+            break
+    return best, best_cause, best_index
+
+
+@compiled
+def _circle_clearance(
+    refuge: Refuge, center: FloatArray, points: PointHazards, shapes: Shapes, enough: float
+) -> tuple[float, int, int]:
+    """Clearance of a level circle, exact where it is below `enough`: distance, cause, index."""
+    radius, up = refuge.radius_m, refuge.up
+    best, cause, index = enough, 0, -1
+    for m in range(len(points.radius_m)):
+        wx = points.position_m[m, 0] - center[0]
+        wy = points.position_m[m, 1] - center[1]
+        wz = points.position_m[m, 2] - center[2]
+        height = wx * up[0] + wy * up[1] + wz * up[2]
+        if abs(height) - points.radius_m[m] >= best:
+            continue
+        level = np.sqrt(max(0.0, wx * wx + wy * wy + wz * wz - height * height))
+        distance = np.hypot(level - radius, height) - points.radius_m[m]
+        if distance < best:
+            best, cause, index = distance, 1, m
+    # A level circle: `forward` completes `up` to a level frame.
+    forward = np.array([up[2], 0.0, -up[0]])
+    for s in range(len(shapes.radius_m)):
+        for corner in range(CIRCLE_SAMPLES):
+            angle = 2.0 * np.pi * corner / CIRCLE_SAMPLES
+            ahead, across = radius * np.cos(angle), radius * np.sin(angle)
+            distance = rounded_box_distance(
+                center[0] + ahead * forward[0],
+                center[1] + across,
+                center[2] + ahead * forward[2],
+                shapes.center_m[s],
+                shapes.rotation[s],
+                shapes.half_m[s],
+                shapes.radius_m[s],
+            )
+            if distance - radius * np.pi / CIRCLE_SAMPLES < best:
+                best, cause, index = distance - radius * np.pi / CIRCLE_SAMPLES, 2, s
+    return best, cause, index
+
+
+@compiled
 def _first_clear(
     paths: Paths,
     candidates: IntArray,
@@ -304,6 +415,7 @@ def _first_clear(
     shapes: Shapes,
     movers: MovingHazards,
     margin: float,
+    refuge: Refuge,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
     nodes = len(paths.parent)
     # 0 not looked at, 1 keeps the margin, -1 does not: paths share their first movements.
@@ -332,6 +444,12 @@ def _first_clear(
                 blocked_at[c], shortfall[c] = n, clearance[n]
                 causes[c], cause_index[c] = found[n, 0], found[n, 1]
                 break
+        end = candidates[c]
+        if blocked_at[c] < 0 and len(refuge.needed) and refuge.needed[end]:
+            room, cause, index = _room_to_circle(refuge, end, points, shapes, margin)
+            if room < margin - 1e-9:
+                blocked_at[c], shortfall[c] = end, room
+                causes[c], cause_index[c] = cause, index
         if blocked_at[c] < 0:
             return c, blocked_at[:c], causes[:c], cause_index[:c], shortfall[:c]
     return -1, blocked_at, causes, cause_index, shortfall
