@@ -172,7 +172,7 @@ def _surface(
 ) -> FloatArray:
     """Hits against those expected of a reference surface at that range."""
     solid_angle = np.ascontiguousarray(grid.patch_area_m2(1.0)).ravel()
-    return surface_probability(hits, squared, beams, solid_angle, area_m2)
+    return surface_probability(hits, squared, beams, solid_angle, float(area_m2))
 
 
 RULES: dict[str, Callable[[AvoidanceGrid, IntArray, FloatArray, IntArray, float], FloatArray]] = {

@@ -78,3 +78,4 @@ class Scan:
                 f"scan {self.sensor}: points must have shape [n, 3], got {list(points.shape)}"
             )
         object.__setattr__(self, "points_m", points)
+        object.__setattr__(self, "time_s", float(self.time_s))

@@ -8,6 +8,7 @@ A nearer return hides the point and says nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -117,8 +118,12 @@ def update_memory(
         beam_raster(pattern),
     )
     again = _in_voxels_of(memory.position_m, seen, memory.voxel_m)
-    fresh = memory.last_seen_s >= scan.time_s - memory.horizon_s
-    keep = fresh & (passes < memory.passes_to_clear) & ~again
+    position, radius, last_seen, passes = _joined(
+        Balls(memory.position_m, memory.radius_m, memory.last_seen_s, passes),
+        ~again & (passes < memory.passes_to_clear),
+        scan.time_s - memory.horizon_s,
+        Balls(seen, seen_radii, np.full(voxels, scan.time_s), np.zeros(voxels, dtype=np.int64)),
+    )
     room = slice(-memory.capacity, None)
     return PointMemory(
         memory.voxel_m,
@@ -126,11 +131,40 @@ def update_memory(
         memory.reach_m,
         memory.capacity,
         memory.passes_to_clear,
-        np.concatenate([memory.position_m[keep], seen])[room],
-        np.concatenate([memory.radius_m[keep], seen_radii])[room],
-        np.concatenate([memory.last_seen_s[keep], np.full(voxels, scan.time_s)])[room],
-        np.concatenate([passes[keep], np.zeros(voxels, dtype=np.int64)])[room],
+        position[room],
+        radius[room],
+        last_seen[room],
+        passes[room],
     )
+
+
+class Balls(NamedTuple):
+    """The columns of `PointMemory` as the loops take them."""
+
+    position_m: FloatArray
+    radius_m: FloatArray
+    last_seen_s: FloatArray
+    passes: IntArray
+
+
+@compiled
+def _joined(old: Balls, keep: BoolArray, expiry: float, new: Balls) -> Balls:
+    """Old balls that are kept and have not expired, then the new ones."""
+    size = len(keep) + len(new.radius_m)
+    positions, radii = np.empty((size, 3)), np.empty(size)
+    last_seen, passes = np.empty(size), np.empty(size, dtype=np.int64)
+    m = 0
+    for n in range(len(keep)):
+        if keep[n] and old.last_seen_s[n] >= expiry:
+            for axis in range(3):
+                positions[m, axis] = old.position_m[n, axis]
+            radii[m], last_seen[m] = old.radius_m[n], old.last_seen_s[n]
+            passes[m] = old.passes[n]
+            m += 1
+    end = m + len(new.radius_m)
+    positions[m:end], radii[m:end] = new.position_m, new.radius_m
+    last_seen[m:end], passes[m:end] = new.last_seen_s, new.passes
+    return Balls(positions[:end], radii[:end], last_seen[:end], passes[:end])
 
 
 @compiled

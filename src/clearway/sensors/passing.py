@@ -16,7 +16,7 @@ from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
-from clearway.state import IntArray
+from clearway.state import BoolArray, IntArray
 
 MAX_COLUMNS, MAX_ROWS = 512, 256
 MAX_WINDOW = 8
@@ -51,6 +51,8 @@ class BeamRaster(NamedTuple):
     """[columns, rows] sine of the lowest beam in the bin; inf where there is none."""
     high: FloatArray
     """[columns, rows] sine of the highest; -inf where there is none."""
+    flanked: BoolArray
+    """[columns, rows] true where there are beams on either side too."""
     per_column: float
     """Columns per unit of pseudo-angle."""
     per_row: float
@@ -69,19 +71,34 @@ def beam_raster(pattern: BeamPattern) -> BeamRaster:
     bottom = float(sines.min()) - 1.5 * height
     rows = int((sines.max() - bottom) / height) + 2
     low, high = np.full((columns, rows), np.inf), np.full((columns, rows), -np.inf)
-    raster = BeamRaster(low, high, columns / 4.0, 1.0 / height, bottom)
-    _note_beams(pattern.directions, raster)
-    return raster
+    per_column, per_row = columns / 4.0, 1.0 / height
+    _note_beams(pattern.directions, low, high, per_column, per_row, bottom)
+    return BeamRaster(low, high, _flanked(low < np.inf), per_column, per_row, bottom)
+
+
+def _flanked(beams: BoolArray) -> BoolArray:
+    """[columns, rows] whether both neighbouring columns have beams in about the same row."""
+    band = beams.copy()
+    band[:, 1:] |= beams[:, :-1]
+    band[:, :-1] |= beams[:, 1:]
+    return np.ascontiguousarray(np.roll(band, 1, axis=0) & np.roll(band, -1, axis=0))
 
 
 @compiled
-def _note_beams(directions: FloatArray, raster: BeamRaster) -> None:
-    """Fill in the raster of a pattern."""
+def _note_beams(
+    directions: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    per_column: float,
+    per_row: float,
+    bottom: float,
+) -> None:
+    """Fill in the lowest and highest beam of every bin."""
     for n in range(len(directions)):
         x, y, z = directions[n, 0], directions[n, 1], directions[n, 2]
-        column, row = _bin(x, y, z, raster.low, raster.per_column, raster.per_row, raster.bottom)
-        raster.low[column, row] = min(raster.low[column, row], z)
-        raster.high[column, row] = max(raster.high[column, row], z)
+        column, row = _bin(x, y, z, low, per_column, per_row, bottom)
+        low[column, row] = min(low[column, row], z)
+        high[column, row] = max(high[column, row], z)
 
 
 @compiled
@@ -135,6 +152,7 @@ def count_passes(
     r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
     r20, r21, r22, oz = r[2, 0], r[2, 1], r[2, 2], o[2]
     low, high, per_column, per_row = raster.low, raster.high, raster.per_column, raster.per_row
+    flanked, bottom = raster.flanked, raster.bottom
     slack_angle = REACH_OF_BEAM * sensor.half_spacing
     counted = passes.copy()
     for n in range(len(positions)):
@@ -149,35 +167,33 @@ def count_passes(
         if slack_angle * distance > max(radii[n], 0.5 * voxel):
             continue  # beams lie too far apart here: all may miss what is left
         sine = z / (distance + TINY)
-        column, row = _bin(x, y, sine, low, per_column, per_row, raster.bottom)
+        column, row = _bin(x, y, sine, low, per_column, per_row, bottom)
         slack = slack_angle * np.sqrt(max(0.0, 1.0 - sine * sine))
         # The raster has an empty row below and above the pattern's beams.
-        if row < 1 or row + 1 >= low.shape[1]:
+        if row < 1 or row + 1 >= low.shape[1] or not flanked[column, row]:
             continue
         looks_here = (
             (low[column, row] - slack <= sine and sine <= high[column, row] + slack)
             or high[column, row - 1] + slack >= sine
             or low[column, row + 1] - slack <= sine
         )
-        if looks_here and _passed(column, row, sine, beyond, nearest, low):
+        if looks_here and _passed(column, row, sine, beyond, nearest):
             counted[n] += 1
     return counted
 
 
 @compiled
-def _passed(
-    column: int, row: int, sine: float, beyond: float, nearest: FloatArray, low: FloatArray
-) -> bool:
-    """Whether all beams around a direction go on beyond a range, and there are some either side."""
+def _passed(column: int, row: int, sine: float, beyond: float, nearest: FloatArray) -> bool:
+    """Whether all beams around a direction go on beyond a range."""
     columns = nearest.shape[0]
     cosine = np.sqrt(max(0.0, 1.0 - sine * sine))
     window = MAX_WINDOW if cosine * MAX_WINDOW < 1.0 else int(np.ceil(1.0 / cosine))
-    for neighbour in ((column - 1) % columns, (column + 1) % columns):
-        beams = min(low[neighbour, row - 1], low[neighbour, row], low[neighbour, row + 1])
-        if beams == np.inf:
-            return False
     for shift in range(-window, window + 1):
-        j = (column + shift) % columns
+        j = column + shift
+        if j < 0:
+            j += columns
+        elif j >= columns:
+            j -= columns
         for k in range(row - 1, row + 2):
             if nearest[j, k] <= beyond:
                 return False
