@@ -30,6 +30,7 @@ from clearway.fusion import (
     assess_cells,
     rate_reach_set,
     rating_named,
+    untouched,
 )
 from clearway.grid import AvoidanceGrid
 from clearway.intruders import Intruder, assess_intruders
@@ -194,8 +195,8 @@ def decide(
     )  # (4.17), (5.54)
 
     repertoire = planner.repertoire(float(situation.state.attitude_rad[1]))
-    flyable = np.where(evidence.coated, 0.0, cells.rating)  # def. 6: the coating blocks in flight
-    reach = rate_reach_set(repertoire.reach_set, flyable, settings.threshold)  # (4.22), (4.23)
+    reach = rate_reach_set(repertoire.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
+    clear = untouched(repertoire.reach_set, evidence.coated)  # def. 6
 
     goal = _goal(situation)
     arrived = arrival(repertoire.reach_set, goal)
@@ -204,7 +205,7 @@ def decide(
         return planner.terminal_cost(repertoire.reach_set, nodes, goal, arrived, planner.automaton)
 
     candidates = price_candidates(
-        repertoire, reach, goal, arrived, to_go, settings.prices, commitment or Commitment()
+        repertoire, reach, clear, goal, arrived, to_go, settings.prices, commitment or Commitment()
     )  # (4.6)
     choice = choose(
         repertoire,

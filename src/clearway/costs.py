@@ -46,6 +46,9 @@ class Prices:
     """Per metre of height changed."""
     risk: float = 0.5
     """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
+    coated: float = 3.0
+    """For passing cells that the safety margin around evidence reaches into, in movement lengths:
+    cells are coarse, so a verified path may, but need not."""
     miss: float = 2.0
     """For grazing the reach radius of the goal, in movement lengths; little well inside it."""
     other_side: float = 4.0

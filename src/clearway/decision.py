@@ -17,7 +17,7 @@ from clearway.costs import Arrival, Goal, Prices, StageCost, length_and_prices
 from clearway.frames import FloatArray
 from clearway.fusion import ReachAssessment
 from clearway.reach.tree import ReachSet
-from clearway.state import IntArray
+from clearway.state import BoolArray, IntArray
 from clearway.verify import (
     Cause,
     Hazards,
@@ -175,11 +175,14 @@ class Candidates:
     """[candidates] path, cost to go and prices."""
     sides: IntArray
     """[candidates]"""
+    untouched: BoolArray
+    """[candidates] whether it passes no coated cell."""
 
 
 def price_candidates(
     repertoire: Repertoire,
     assessment: ReachAssessment,
+    untouched: BoolArray,
     goal: Goal,
     arrived: Arrival,
     to_go: Callable[[IntArray], FloatArray],
@@ -188,7 +191,8 @@ def price_candidates(
 ) -> Candidates:
     """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
 
-    to_go: cost to go in metres from the ends of given nodes.
+    untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
+    of given nodes.
     """
     reach_set, step_m = repertoire.reach_set, repertoire.step_m
     complete = reach_set.complete
@@ -202,6 +206,7 @@ def price_candidates(
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
     cost = repertoire.path_cost_m[nodes] + to_go_m
     cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
+    cost += step_m * prices.coated * ~untouched[nodes]
     sides = sides_of(reach_set, nodes, goal)
     if commitment.side in (Side.LEFT, Side.RIGHT):
         committed = 1 if commitment.side is Side.LEFT else -1
@@ -209,7 +214,7 @@ def price_candidates(
     if commitment.first_movement:
         planned = reach_set.movement_names.index(commitment.first_movement)
         cost += prices.other_plan * step_m * (repertoire.first_movement[nodes] != planned)
-    return Candidates(nodes, cost, sides)
+    return Candidates(nodes, cost, sides, untouched[nodes])
 
 
 def choose(
@@ -222,10 +227,15 @@ def choose(
     threshold: float,
     verify: bool = True,
 ) -> Choice:
-    """The cheapest candidate that passes, else the emergency rule."""
+    """The cheapest candidate that passes, else the emergency rule.
+
+    Without verification a candidate must keep out of coated cells besides.
+    """
     paths = repertoire.paths
     order = np.argsort(candidates.cost_m, kind="stable")
     rated = assessment.node_rating[candidates.nodes[order]] >= threshold
+    if not verify:
+        rated &= candidates.untouched[order]
     report = _Report(repertoire, assessment, candidates, hazards, int((~rated).sum()))
     if not verify:
         if rated.any():

@@ -16,7 +16,7 @@ from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
 from clearway.reach.tree import ReachSet
-from clearway.state import BoolArray, IntArray
+from clearway.state import BoolArray, IndexArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,12 +166,33 @@ def rate_reach_set(
     )
 
 
+def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
+    """[nodes] paths that pass no coated cell from the start to the end of the node (def. 6)."""
+    return _untouched(reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated)
+
+
+@compiled
+def _untouched(
+    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, coated: BoolArray
+) -> BoolArray:
+    clear = np.ones(len(parent), dtype=np.bool_)
+    for n in range(len(parent)):
+        if parent[n] >= 0 and not clear[parent[n]]:
+            clear[n] = False
+            continue
+        for at in range(cell_start[n], cell_start[n + 1]):
+            if coated[cell_index[at]]:
+                clear[n] = False
+                break
+    return clear
+
+
 @compiled
 def _rate(
-    parent: IntArray,
-    cell_start: IntArray,
-    cell_index: IntArray,
-    exit_kind: IntArray,
+    parent: IndexArray,
+    cell_start: IndexArray,
+    cell_index: IndexArray,
+    exit_kind: IndexArray,
     cell_rating: FloatArray,
     threshold: float,
 ) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, FloatArray, FloatArray]:

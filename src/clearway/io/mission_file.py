@@ -85,6 +85,7 @@ class PricesSection(Section):
     change: NotNegative = 0.1
     vertical: NotNegative = 0.15
     risk: NotNegative = 0.5
+    coated: NotNegative = 3.0
     miss: NotNegative = 2.0
     other_side: NotNegative = 4.0
     other_plan: NotNegative = 0.1
