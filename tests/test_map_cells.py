@@ -89,7 +89,7 @@ def test_known_answers(case: str, mode: VolumeMode, known_answers: dict[str, Any
 def test_volumes_of_a_whole_shape_add_up(name: str) -> None:
     obstacle = INSIDE[name]
     shares = base_probability(shapes_of([obstacle]), GRID, "reference")
-    assert shares @ GRID.volumes_m3 == pytest.approx(obstacle.volume_m3, rel=1e-4)
+    assert shares @ GRID.volumes_m3 == pytest.approx(obstacle.volume_m3, rel=1e-3)
     fast = base_probability(shapes_of([obstacle]), GRID)
     assert fast @ GRID.volumes_m3 == pytest.approx(obstacle.volume_m3, rel=0.25)
     assert np.all(np.abs(fast - shares) < 0.03)

@@ -30,9 +30,9 @@ SMOOTH_PARTS = 64.0
 EDGE_PARTS = 512.0
 """A part that holds an edge or a crossing is halved down to this share of the cell's width."""
 THIN_PARTS = 2048.0
-"""A wire is followed until parts are a twelfth of its radius wide, or this share of the cell."""
+"""A wire is followed until parts are small for its radius, or this share of the cell."""
 CURVE_PARTS = 12.0
-"""A curved surface is cut by parts no wider than this share of its radius."""
+"""A surface curved like the cell's third is cut by parts of this share of its radius or less."""
 SAME_SURFACE_M = 1e-9
 STACK = 256
 
@@ -146,16 +146,25 @@ def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
 
 
 @compiled
-def _smooth_share(part: Part, wide: float, shapes: Shapes, near: IntArray) -> float:
+def _curve_width(radius: float, scale: float) -> float:
+    """How wide a part may be for its cut of a curved surface to count as smooth.
+
+    What lies in a thin wire is a small share of the cell, so that its relative error counts less.
+    """
+    parts: float = CURVE_PARTS * (3.0 * radius / scale) ** (2.0 / 3.0)
+    return radius / min(max(parts, 3.0), CURVE_PARTS)
+
+
+@compiled
+def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: IntArray) -> float:
     """Share of a part under the union of the near shapes; -1 where it must be halved to tell."""
     first = cut_of(part, shapes, near[0])
-    first_radius = shapes.radius_m[near[0]]
-    if not (first.flat or CURVE_PARTS * wide <= first_radius):
+    if not (first.flat or wide <= _curve_width(shapes.radius_m[near[0]], scale)):
         return -1.0
     opposite = 0.0
     for m in range(1, len(near)):
         cut = cut_of(part, shapes, near[m])
-        if not (cut.flat or CURVE_PARTS * wide <= shapes.radius_m[near[m]]):
+        if not (cut.flat or wide <= _curve_width(shapes.radius_m[near[m]], scale)):
             return -1.0
         if _hidden_behind(first, cut, part.radius):
             continue
@@ -175,7 +184,7 @@ def _smallest_part(scale: float, shapes: Shapes, near: IntArray) -> float:
     smallest = scale / EDGE_PARTS
     radius = shapes.radius_m[near[0]]
     if len(near) == 1 and radius > 0.0:
-        smallest = min(smallest, max(radius / CURVE_PARTS, scale / THIN_PARTS))
+        smallest = min(smallest, max(_curve_width(radius, scale), scale / THIN_PARTS))
     return smallest
 
 
@@ -192,14 +201,54 @@ def _blurred_union(part: Part, shapes: Shapes, near: IntArray) -> float:
 
 
 @compiled
-def _union_volume(bounds: FloatArray, shapes: Shapes, candidates: IntArray) -> float:
-    """Volume of the union of candidate shapes between bounds (d0, d1, a0, a1, e0, e1)."""
+def _keep_near(
+    part: Part, shapes: Shapes, lists: IntArray, start: int, stop: int
+) -> tuple[int, bool]:
+    """Copy the shapes of lists[start:stop] that may cut a part behind them.
+
+    Returns where the copies end, and whether one of the shapes holds all of the part.
+    """
+    end = stop
+    for m in range(start, stop):
+        n = lists[m]
+        distance = rounded_box_distance(
+            part.x,
+            part.y,
+            part.z,
+            shapes.center_m[n],
+            shapes.rotation[n],
+            shapes.half_m[n],
+            shapes.radius_m[n],
+        )
+        if distance <= -part.radius:
+            return end, True
+        if distance < part.radius:
+            lists[end] = n
+            end += 1
+    return end, False
+
+
+@compiled
+def _part_share(part: Part, scale: float, shapes: Shapes, near: IntArray) -> float:
+    """Share of a part that the near shapes fill; -1 where it must be halved to tell."""
+    wide = max(part.out, max(part.across, part.up))
+    if wide > scale / SMOOTH_PARTS:
+        return -1.0
+    share = _smooth_share(part, wide, scale, shapes, near)
+    if share < 0.0 and wide <= _smallest_part(scale, shapes, near):
+        return _blurred_union(part, shapes, near)
+    return share
+
+
+@compiled
+def _union_volume(bounds: FloatArray, shapes: Shapes) -> float:
+    """Volume of the union of shapes between bounds (d0, d1, a0, a1, e0, e1)."""
     stack = np.empty((STACK, 6))
-    starts = np.empty(STACK, dtype=np.int64)
-    stops = np.empty(STACK, dtype=np.int64)
-    lists = np.empty(STACK * max(len(candidates), 1), dtype=np.int64)
-    lists[: len(candidates)] = candidates
-    stack[0], starts[0], stops[0] = bounds, 0, len(candidates)
+    starts, stops = np.empty(STACK, dtype=np.int64), np.empty(STACK, dtype=np.int64)
+    # Each part's list of near shapes follows its parent's; siblings share the parent's.
+    lists = np.empty((STACK + 1) * len(shapes.radius_m), dtype=np.int64)
+    lists[: len(shapes.radius_m)] = np.arange(len(shapes.radius_m))
+    stack[0], starts[0], stops[0] = bounds, 0, len(shapes.radius_m)
     whole = part_of(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5])
     scale = whole.volume ** (1.0 / 3.0)
     volume = 0.0
@@ -208,43 +257,21 @@ def _union_volume(bounds: FloatArray, shapes: Shapes, candidates: IntArray) -> f
         top -= 1
         b = stack[top].copy()
         part = part_of(b[0], b[1], b[2], b[3], b[4], b[5])
-        start = stop = stops[top]
-        inside = False
-        for m in range(starts[top], stops[top]):
-            n = lists[m]
-            distance = rounded_box_distance(
-                part.x,
-                part.y,
-                part.z,
-                shapes.center_m[n],
-                shapes.rotation[n],
-                shapes.half_m[n],
-                shapes.radius_m[n],
-            )
-            inside = inside or distance <= -part.radius
-            if distance < part.radius:
-                lists[stop] = n
-                stop += 1
+        start = stops[top]
+        stop, inside = _keep_near(part, shapes, lists, starts[top], start)
         if inside:
             volume += part.volume
+        if inside or stop == start:
             continue
-        if stop == start:
-            continue
-        wide = max(part.out, max(part.across, part.up))
-        near = lists[start:stop]
-        share = -1.0
-        if wide <= scale / SMOOTH_PARTS:
-            share = _smooth_share(part, wide, shapes, near)
-            if share < 0.0 and wide <= _smallest_part(scale, shapes, near):
-                share = _blurred_union(part, shapes, near)
+        share = _part_share(part, scale, shapes, lists[start:stop])
         if share >= 0.0:
             volume += share * part.volume
             continue
+        wide = max(part.out, max(part.across, part.up))
         axis = 0 if part.out == wide else (2 if part.across == wide else 4)
-        middle = 0.5 * (b[axis] + b[axis + 1])
         for side in range(2):
             stack[top] = b
-            stack[top, axis + 1 - side] = middle
+            stack[top, axis + 1 - side] = 0.5 * (b[axis] + b[axis + 1])
             starts[top], stops[top] = start, stop
             top += 1
     return volume
@@ -256,7 +283,6 @@ def union_shares(shapes: Shapes, edges: GridEdges) -> FloatArray:
     layers, columns = len(edges.range_m) - 1, len(edges.azimuth_rad) - 1
     rows = len(edges.elevation_rad) - 1
     shares = np.empty(layers * columns * rows)
-    every = np.arange(len(shapes.radius_m))
     bounds = np.empty(6)
     for i in range(layers):
         bounds[0:2] = edges.range_m[i : i + 2]
@@ -265,6 +291,6 @@ def union_shares(shapes: Shapes, edges: GridEdges) -> FloatArray:
             for k in range(rows):
                 bounds[4:6] = edges.elevation_rad[k : k + 2]
                 cell = part_of(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5])
-                volume = _union_volume(bounds, shapes, every)
+                volume = _union_volume(bounds, shapes)
                 shares[(i * columns + j) * rows + k] = volume / cell.volume
     return shares
