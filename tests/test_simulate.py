@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ball_world import BallWorld
+from clearway.obstacle_map import ObstacleMap
+from clearway.obstacles import Obstacle
 from clearway.sensors import BeamPattern, Lidar, Mounting, simulate_scan
 from clearway.state import State
 from clearway.world import CombinedWorld
@@ -75,3 +77,16 @@ def test_the_nearer_of_two_worlds_is_seen():
     nothing = CombinedWorld(())
     assert np.isinf(nothing.cast(np.zeros(3), ahead, 50.0)).all()
     assert np.isinf(nothing.distance_m(np.zeros((2, 3)))).all()
+
+
+def test_obstacle_maps_are_worlds():
+    balls = [
+        Obstacle.ball(center, radius)
+        for center, radius in zip(WORLD.centers_m, WORLD.radii_m, strict=True)
+    ]
+    state = State([1.0, -0.5, 0.3], np.radians([5.0, -10.0, 40.0]))
+    lidar = Lidar("x", PATTERN, sigma_m=0.03, dropout=0.05)
+    by_map = simulate_scan(lidar, ObstacleMap(balls), state, 3)
+    np.testing.assert_allclose(
+        by_map.points_m, simulate_scan(lidar, WORLD, state, 3).points_m, atol=1e-7
+    )
