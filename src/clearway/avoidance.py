@@ -132,9 +132,9 @@ class Situation:
     """Expected own state at the decision time; its grid frame leaves out the roll."""
     target_m: FloatArray
     """[3] waypoint to go to."""
-    next_m: FloatArray | None
+    next_m: FloatArray | None = None
     """[3] the waypoint after it; None for the final one."""
-    reach_radius_m: float
+    reach_radius_m: float = 1.5
     detections: Sequence[Detection] = ()
     """One per sensor, in the grid frame; none at all leaves everything visible (4.19)."""
     remembered: PointHazards | None = None

@@ -111,7 +111,7 @@ class Progress:
         if self.detour:
             return self.detour[0]
         goals = mission.goals_m
-        return goals[min(self.goal, len(goals) - 1)]
+        return np.asarray(goals[min(self.goal, len(goals) - 1)])
 
     def following(self, mission: Mission) -> FloatArray | None:
         """[3] the point after that; None at the end."""

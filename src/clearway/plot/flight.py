@@ -207,7 +207,7 @@ def _draw_plane(
     for place, label in _labels(goals[:, [a, b]]).items():
         axes.annotate(
             label,
-            place,
+            (place[0], place[1]),
             xytext=(5, 5),
             textcoords="offset points",
             color=WAYPOINT,
