@@ -327,3 +327,8 @@ def test_scan_is_not_changed_and_repeats():
 def test_impossible_sensors_are_refused(build, message):
     with pytest.raises(ClearwayError, match=message):
         build()
+
+
+def test_an_unknown_rule_lists_the_known_ones():
+    with pytest.raises(ClearwayError, match="'area' is none of ratio, surface"):
+        detect(GRID, LIDAR, Scan(np.zeros((0, 3))), rule="area")

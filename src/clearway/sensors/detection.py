@@ -95,7 +95,10 @@ def detect(
     grid_from_body: rotation [3, 3] and translation [3] where the body has moved since the scan.
     Beams are counted by direction: the sensor's offset from the grid's origin is neglected there.
     NaN, infinite, blind, too far, own-airframe and ground returns are counted, not binned.
+    Raises ClearwayError for a rule that does not exist.
     """
+    if rule not in RULES:
+        raise ClearwayError(f"detection rule: {rule!r} is none of {', '.join(RULES)}")
     filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
     beams = count_beams(grid, lidar.pattern, filters.rotation)
     found = bin_returns(scan.points_m, filters, cell_tables(grid))
