@@ -323,7 +323,7 @@ def test_columns_without_beams_are_hidden_and_blocked_unless_told_otherwise() ->
     seen = dark.cells.evidence.seen
     assert seen.sum() == 10
     np.testing.assert_array_equal(dark.cells.rating, np.where(seen, 1.0, 0.0))
-    assert {s for s, one in zip(dark.space, seen, strict=True) if not one} == {"hidden"}
+    assert {s for s, one in zip(dark.space.names, seen, strict=True) if not one} == {"hidden"}
     trusting = assess({"scan": {"simulate": simulate}, "rating": {"unknown_unseen": 0.0}})
     np.testing.assert_array_equal(trusting.cells.rating, 1.0)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.fusion import (
     CellAssessment,
@@ -41,7 +42,11 @@ from clearway.reach.tree import ReachSet
 from clearway.sensors import Detection, Lidar, Scan, combine_detections, detect
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.sensors.detection import Rule
+from clearway.sensors.space import SpaceCells, classify_space
 from clearway.state import State
+
+MOST_MOVEMENTS = 100
+"""In a row; reach sets of more would not fit into memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,8 +148,8 @@ class SceneAssessment:
     """One per intruder of the scene."""
     reach_set: ReachSet
     reach: ReachAssessment
-    space: tuple[str, ...]
-    """[cells] "free", "occupied", "hidden" or "mixed" (3.5)."""
+    space: SpaceCells
+    """What each cell is: free, occupied, hidden or mixed (3.5)."""
 
 
 def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
@@ -169,13 +174,19 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
         intruders=intruders,
         reach_set=reach_set,
         reach=rate_reach_set(reach_set, cells.rating, rating.threshold),
-        space=space_names(scene, evidence),
+        space=classify_space(evidence.detected, evidence.visibility, evidence.map_base),
     )
 
 
 def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
     """The scene's reach set: from the user's cache where it is the one for flying."""
     settings = scene.reach
+    movements = scene.grid.range_m / scene.speed_mps
+    if movements > MOST_MOVEMENTS:
+        raise ClearwayError(
+            f"reach set: {scene.speed_mps:g} m/s need {movements:,.0f} movements of 1 s to cross "
+            f"{scene.grid.range_m:g} m; at most {MOST_MOVEMENTS} are possible"
+        )
     automaton = MovementAutomaton.plane(
         scene.speed_mps, settings.turn_step_deg, pitch_limit_deg=settings.pitch_limit_deg
     )

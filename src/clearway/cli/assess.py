@@ -226,13 +226,14 @@ def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:
         return [("scan", "none: everything counts as visible")]
     lines = []
     for sighting, detection in zip(assessment.scene.sightings, assessment.detections, strict=True):
+        pattern, source = sighting.lidar.pattern.name, sighting.pattern_from
+        beams = pattern if pattern.startswith(source) else f"{source}: {pattern}"
         counts = ", ".join(f"{n} {reason}" for reason, n in detection.counts.items() if n)
         lines += [
             ("scan", f"{len(sighting.scan.points_m)} points: {counts or 'none'}"),
             (
                 "beams",
-                f"{sighting.pattern_from}: {sighting.lidar.pattern.name}; "
-                f"{int(detection.beams.sum())} look into the grid",
+                f"{beams}; {int(detection.beams.sum())} look into the grid",
             ),
             ("detected", _cells(detection.probability > 0.0)),
         ]
@@ -246,4 +247,4 @@ def _cells(mask: Any) -> str:
 def _space_counts(assessment: SceneAssessment) -> dict[str, int]:
     from collections import Counter
 
-    return dict(sorted(Counter(assessment.space).items()))
+    return dict(sorted(Counter(assessment.space.names).items()))

@@ -45,7 +45,7 @@ def scene_result(assessment: SceneAssessment) -> dict[str, Any]:
         "rating": nested(grid, cells.rating),
         "reachability": nested(grid, reach.reachability, reach.passed),
         "trajectories": nested(grid, reach.trajectories),
-        "space": nested(grid, np.array(assessment.space)),
+        "space": nested(grid, np.array(assessment.space.names)),
         "intruders": [_intruder(grid, one) for one in assessment.intruders],
     }
 

@@ -82,7 +82,13 @@ def draw_assessment(
             "Trajectories by their rating",
         ),
         "obstacle": (
-            Quantity("obstacle probability", cells.obstacle, OBSTACLES, np.zeros_like(seen)),
+            Quantity(
+                "obstacle probability",
+                cells.obstacle,
+                OBSTACLES,
+                ~seen & (cells.obstacle == 0.0),
+                "no beam looks here",
+            ),
             worst_on_the_way(reach_set, cells.obstacle),
             "Trajectories by the largest obstacle probability on the way",
         ),
