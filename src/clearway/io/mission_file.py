@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from clearway.errors import InputError
-from clearway.io.scene_file import GridSection, Numbers, ObstacleSection, Point, Share
+from clearway.io.sections import GridSection, Numbers, ObstacleSection, Point, Share
 from clearway.io.toml import Section, read_model
 
 Points = Annotated[tuple[Point, ...], Field(strict=False)]

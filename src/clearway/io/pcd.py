@@ -21,20 +21,7 @@ def read_pcd(path: Path) -> PointCloud:
 
     Raises InputError for a damaged header, missing x, y, z, or fewer points than it promises.
     """
-    try:
-        from pypcd4.pypcd4 import PointCloud as PcdFile
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {path}", "lidar") from cause
-    try:
-        with warnings.catch_warnings():  # of an empty table; the count below tells
-            warnings.simplefilter("ignore", UserWarning)
-            cloud: Any = PcdFile.from_path(path)
-    except MemoryError as cause:
-        raise InputError(
-            str(path), "the header promises more points than memory can hold: damaged?"
-        ) from cause
-    except (ValueError, RuntimeError, TypeError, KeyError, IndexError, struct.error) as cause:
-        raise InputError(str(path), _cause(path, cause)) from cause
+    cloud = _parsed(path)
     missing = [name for name in ("x", "y", "z") if name not in cloud.fields]
     if missing:
         raise InputError(
@@ -59,6 +46,24 @@ def read_pcd(path: Path) -> PointCloud:
         source=str(path),
         notes=_viewpoint_note(tuple(cloud.metadata.viewpoint)),
     )
+
+
+def _parsed(path: Path) -> Any:
+    """What pypcd4 makes of the file, its many kinds of complaint as one."""
+    try:
+        from pypcd4.pypcd4 import PointCloud as PcdFile
+    except ImportError as cause:
+        raise MissingExtraError(f"reading {path}", "lidar") from cause
+    try:
+        with warnings.catch_warnings():  # of an empty table; the count below tells
+            warnings.simplefilter("ignore", UserWarning)
+            return PcdFile.from_path(path)
+    except MemoryError as cause:
+        raise InputError(
+            str(path), "the header promises more points than memory can hold: damaged?"
+        ) from cause
+    except (ValueError, RuntimeError, TypeError, KeyError, IndexError, struct.error) as cause:
+        raise InputError(str(path), _cause(path, cause)) from cause
 
 
 def _viewpoint_note(viewpoint: tuple[float, ...]) -> tuple[str, ...]:

@@ -67,47 +67,50 @@ def draw_assessment(
 
     points_m: hit points [n, 3] in the grid's frame.
     """
-    seen = cells.evidence.seen
     visibility = cells.evidence.visibility
-    quantities = {
-        "reachability": (
-            Quantity(
+    trajectories = {
+        "reachability": ("Trajectories by their rating", reach.node_rating),
+        "obstacle": (
+            "Trajectories by the largest obstacle probability on the way",
+            worst_on_the_way(reach_set, cells.obstacle),
+        ),
+        "visibility": (
+            "Trajectories by the least visibility on the way",
+            1.0 - worst_on_the_way(reach_set, 1.0 - visibility),
+        ),
+    }
+    return {
+        name: draw_panels(
+            reach_set, values, _quantity(name, cells, reach), points_m, f"{title}: {name}", caption
+        )
+        for name, (caption, values) in trajectories.items()
+    }
+
+
+def _quantity(name: str, cells: CellAssessment, reach: ReachAssessment) -> Quantity:
+    unseen = ~cells.evidence.seen
+    match name:
+        case "reachability":
+            return Quantity(
                 "reachability: 0 blocked, 1 free",
                 reach.reachability,
                 PASSABLE,
                 ~reach.passed,
                 "no trajectory passes",
-            ),
-            reach.node_rating,
-            "Trajectories by their rating",
-        ),
-        "obstacle": (
-            Quantity(
-                "obstacle probability",
-                cells.obstacle,
-                OBSTACLES,
-                ~seen & (cells.obstacle == 0.0),
-                "no beam looks here",
-            ),
-            worst_on_the_way(reach_set, cells.obstacle),
-            "Trajectories by the largest obstacle probability on the way",
-        ),
-        "visibility": (
-            Quantity(
+            )
+        case "obstacle":
+            empty = unseen & (cells.obstacle == 0.0)
+            return Quantity(
+                "obstacle probability", cells.obstacle, OBSTACLES, empty, "no beam looks here"
+            )
+        case _:
+            return Quantity(
                 "visibility: 0 hidden, 1 visible",
-                visibility,
+                cells.evidence.visibility,
                 VISIBLE,
-                ~seen,
+                unseen,
                 "no beam looks here",
-            ),
-            1.0 - worst_on_the_way(reach_set, 1.0 - visibility),
-            "Trajectories by the least visibility on the way",
-        ),
-    }
-    return {
-        name: draw_panels(reach_set, node_values, quantity, points_m, f"{title}: {name}", caption)
-        for name, (quantity, node_values, caption) in quantities.items()
-    }
+            )
 
 
 def worst_on_the_way(reach_set: ReachSet, values: FloatArray) -> FloatArray:
