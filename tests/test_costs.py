@@ -69,15 +69,16 @@ def test_arrival_marks_paths_through_the_goal():
 
 
 def test_the_next_goal_counts_once_the_first_is_passed():
-    goal = goal_at([5.0, 0, 0], final=False, following=[5.0, 20.0, 0])
+    goal = goal_at([5.0, 0, 0], final=False, following=[20.0, 15.0, 0])
     arrived = arrival(REACH_SET, goal)
     every = np.arange(REACH_SET.nodes)
     to_go = curved_distance_to_go(REACH_SET, every, goal, arrived, AUTOMATON)
-    assert np.all(to_go[~arrived.reached] >= 20.0)
+    assert np.all(to_go[~arrived.reached] >= np.hypot(15.0, 15.0))
     leaf = REACH_SET.trajectories
     best = leaf[np.argmin((REACH_SET.length_m + to_go)[leaf])]
     assert arrived.reached[best]
-    assert REACH_SET.states[best, 1] > 0.0, "turns towards the next goal after the first"
+    straight_on = np.hypot(20.0 - REACH_SET.states[best, 0], 15.0 - REACH_SET.states[best, 1])
+    assert straight_on - 1e-9 <= to_go[best] <= straight_on + 3.0
 
 
 def test_default_stage_cost_is_length_with_small_prices():

@@ -86,9 +86,9 @@ def length_and_prices(reach_set: ReachSet, prices: Prices) -> FloatArray:
     changed = inner & (reach_set.movement != reach_set.movement[parent])
     level_z = _level_heights(reach_set)
     climbed = np.abs(level_z - np.where(inner, level_z[parent], 0.0))
-    return (
-        length * (1.0 + prices.turn * ~smooth + prices.change * changed) + prices.vertical * climbed
-    )
+    cost: FloatArray = length * (1.0 + prices.turn * ~smooth + prices.change * changed)
+    cost += prices.vertical * climbed
+    return cost
 
 
 def _level_heights(reach_set: ReachSet) -> FloatArray:

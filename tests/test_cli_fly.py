@@ -1,0 +1,165 @@
+"""`clearway fly` through its real entry point: good missions, overrides, bad input."""
+
+import csv
+import json
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
+
+SHORT = """
+[mission]
+name = "short"
+waypoints_m = [[14, 0, 0]]
+
+[[lidar]]
+beams_per_cell = [10, 5]
+sigma_m = 0.03
+
+[[obstacle]]
+shape = "ball"
+position_m = [7, 0.2, 0]
+radius_m = 1
+"""
+
+
+def run(*arguments, cwd):
+    return subprocess.run(
+        [*CLEARWAY, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
+    )
+
+
+def mission(tmp_path, text=SHORT, name="short.toml"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_a_flight_leaves_its_track_log_configuration_and_pictures(tmp_path):
+    done = run("fly", mission(tmp_path), "--out", "out", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["reached"] is True
+    assert result["waypoints_reached"] == 1
+    assert result["min_obstacle_distance_m"] >= 0.6
+    assert result["min_intruder_distance_m"] is None
+    assert result["margin_violations"] == result["emergencies"] == 0
+    assert set(result["decision_ms"]) == {"p50", "p99", "max"}
+    rows = list(csv.DictReader((tmp_path / "out" / "track.csv").read_text().splitlines()))
+    times = [float(row["time_s"]) for row in rows]
+    assert list(rows[0]) == ["time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad"]
+    assert max(b - a for a, b in pairwise(times)) <= 0.05 + 1e-9
+    assert times[-1] == pytest.approx(result["time_s"], abs=1e-3)
+    lines = (tmp_path / "out" / "decisions.jsonl").read_text().splitlines()
+    log = [json.loads(line) for line in lines]
+    assert len(log) == result["decisions"]
+    assert all(entry["explanation"] and entry["why_now"] for entry in log)
+    pictures = {path.name for path in (tmp_path / "out").glob("*.png")}
+    assert {"flight.png", "obstacle-distance.png", "tracking.png", "snapshot-1.png"} <= pictures
+    assert {"reachability.png", "obstacle.png", "visibility.png"} <= pictures
+    assert not list(tmp_path.glob(".*part*"))
+
+
+def test_the_effective_configuration_flies_the_same_mission_again(tmp_path):
+    first = run(
+        "fly",
+        mission(tmp_path),
+        "--out",
+        "a",
+        "--seed",
+        5,
+        "--rating",
+        "visible",
+        "--no-plots",
+        cwd=tmp_path,
+    )
+    again = run("fly", tmp_path / "a" / "mission.toml", "--out", "b", "--no-plots", cwd=tmp_path)
+    assert first.returncode == again.returncode == 0, again.stderr
+    tracks = [(tmp_path / folder / "track.csv").read_bytes() for folder in "ab"]
+    assert tracks[0] == tracks[1]
+    assert not list((tmp_path / "a").glob("*.png"))
+
+
+def test_a_mission_that_is_not_reached_ends_with_1(tmp_path):
+    late = SHORT + "\n[simulation]\ntime_limit_s = 3\n"
+    done = run("fly", mission(tmp_path, late), "--no-plots", "--json", cwd=tmp_path)
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["reached"] is False
+
+
+BAD = {
+    "unknown key": (SHORT + "\n[vehicle]\nspeed = 2\n", "vehicle.speed", "speed_mps"),
+    "wrong type": (SHORT.replace("[[14, 0, 0]]", '"there"'), "mission.waypoints_m", "there"),
+    "no mission": ("[grid]\nrange_m = 5\n", "mission", "missing"),
+    "impossible grid": (SHORT + "\n[grid]\ncolumns = 0\n", "grid.columns", "0"),
+    "unknown rating": (SHORT + '\n[rating]\nname = "best"\n', "rating.name", "total"),
+    "not TOML": ("mission = [", "no valid TOML", "bad.toml"),
+    "NaN": (SHORT.replace("7, 0.2, 0", "nan, 0, 0"), "obstacle[0].position_m", "finite"),
+    "radius below 0": (SHORT.replace("radius_m = 1", "radius_m = -1"), "radius_m", "-1"),
+    "waypoints too near": (
+        SHORT.replace("[[14, 0, 0]]", "[[14, 0, 0], [14.5, 0, 0]]"),
+        "waypoints_m[1]",
+        "reach radius",
+    ),
+    "no such cloud": (
+        SHORT + '\n[point_cloud]\nfile = "none.las"\npoint_radius_m = 0.1\n',
+        "none.las",
+        "read",
+    ),
+    "no such pattern": (
+        SHORT.replace("beams_per_cell = [10, 5]", 'pattern = "vlp99"'),
+        "vlp99",
+        "vlp16",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_missions_are_refused_with_place_and_cause(tmp_path, case):
+    text, place, cause = BAD[case]
+    done = run("fly", mission(tmp_path, text, "bad.toml"), "--out", "out", cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert place in done.stderr
+    assert cause in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_the_map_shows_to_be_impossible_is_refused_before_take_off(tmp_path):
+    walled = SHORT.replace(
+        "position_m = [7, 0.2, 0]", 'name = "tank"\nknown = "both"\nposition_m = [14, 0, 0]'
+    )
+    walled = walled.replace("radius_m = 1\n", "radius_m = 4\n")
+    done = run("fly", mission(tmp_path, walled), "--out", "out", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "waypoint 1" in done.stderr
+    assert "tank" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["static-obstacle", "missing.toml"])
+def test_an_unknown_mission_says_what_there_is(tmp_path, name):
+    done = run("fly", name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert name in done.stderr
+    if not name.endswith(".toml"):
+        assert "static-obstacles" in done.stderr
+
+
+def test_a_bad_override_is_refused(tmp_path):
+    done = run("fly", "static-obstacles", "--rating", "best", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "visible" in done.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path):
+    (tmp_path / "file").write_text("")
+    done = run("fly", mission(tmp_path), "--no-plots", "--out", "file/out", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "cannot be written" in done.stderr
+    assert Path(tmp_path / "file").read_text() == ""

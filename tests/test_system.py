@@ -1,0 +1,168 @@
+"""Live use: readings in any order, bad data counted, decisions when due, no compiling in flight."""
+
+import numpy as np
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.intruders import Intruder
+from clearway.mission import Mode
+from clearway.obstacle_map import ObstacleMap
+from clearway.obstacles import Obstacle
+from clearway.sensors import Scan, simulate_scan
+from clearway.simulation import SimulationSettings, simulate
+from clearway.state import State
+from clearway.system import AvoidanceSystem
+from worlds_for_tests import LIDAR, mission, planner
+
+PLANNER = planner()
+MISSION = mission((30.0, 0.0, 0.0))
+BALL = ObstacleMap([Obstacle.ball([8.0, 0.0, 0.0], 1.5)])
+
+
+def system(**more):
+    return AvoidanceSystem(PLANNER, MISSION, (LIDAR,), **more)
+
+
+def state(time_s, x=0.0, **more):
+    return State(np.array([x, 0.0, 0.0]), time_s=time_s, **more)
+
+
+def test_deciding_without_an_own_state_is_refused():
+    with pytest.raises(ClearwayError, match="no own state yet"):
+        system().decide(0.0)
+
+
+def test_unusable_readings_are_counted_by_reason():
+    live = system()
+    live.update(Scan(np.zeros((0, 3)), 0.0, "lidar"))
+    live.update(state(1.0))
+    live.update(state(1.0))
+    live.update(state(0.5))
+    live.update(State(np.array([np.nan, 0, 0]), time_s=2.0))
+    live.update(Scan(np.zeros((0, 3)), 1.0, "radar"))
+    live.update(Scan(np.zeros((0, 3)), 1.0, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 0.9, "lidar"))
+    assert dict(live.counts) == {
+        "scan: no own state of its time": 1,
+        "state: late or repeated": 2,
+        "state: not finite": 1,
+        "scan: unknown sensor": 1,
+        "scan: late or repeated": 1,
+    }
+
+
+def test_nan_points_of_a_scan_do_no_harm():
+    live = system()
+    live.update(state(0.0))
+    points = np.full((50, 3), np.nan)
+    points[:10] = [5.0, 0.0, 0.0]
+    live.update(Scan(points, 0.0, "lidar"))
+    decision = live.decide(0.0).decision
+    assert np.isfinite(decision.path_m).all()
+    assert len(decision.hazards.points.radius_m) >= 1
+
+
+def test_without_a_fresh_scan_space_counts_as_unseen_and_it_is_said():
+    live = system()
+    live.update(state(0.0))
+    flight = live.decide(0.0)
+    assert not flight.decision.cells.evidence.seen.any()
+    assert flight.counts == {"scan: none fresh of lidar": 1}
+    assert np.isnan(flight.scan_age_s)
+
+
+def test_a_late_scan_is_placed_where_the_vehicle_was():
+    early = simulate_scan(LIDAR, BALL, state(0.0), 1)
+    live = system()
+    for time_s in (0.0, 1.0):
+        live.update(state(time_s, x=time_s))
+    live.update(early)
+    flight = live.decide(1.0)
+    assert flight.scan_age_s == pytest.approx(1.0)
+    nearest = flight.decision.hazards.points.position_m[:, 0].min()
+    assert nearest == pytest.approx(8.0 - 1.5 - 1.0, abs=0.15)
+
+
+def test_the_state_is_carried_to_the_decision_time_along_the_plan():
+    live = system()
+    live.update(state(0.0))
+    live.update(simulate_scan(LIDAR, ObstacleMap(), state(0.0)))
+    live.decide(0.0)
+    carried = live.decide(0.4).decision.state
+    assert carried.position_m[0] == pytest.approx(0.4)
+    assert live.decide(2.5).counts["state: stale"] == 1
+
+
+def test_a_decision_is_due_when_something_changes():
+    live = system()
+    live.update(state(0.0))
+    assert live.due(0.0) == "the buffer is empty"
+    live.update(simulate_scan(LIDAR, ObstacleMap(), state(0.0)))
+    live.decide(0.0)
+    live.update(state(1.0, x=1.0))
+    live.update(simulate_scan(LIDAR, ObstacleMap(), state(1.0, x=1.0)))
+    assert live.due(1.0) is None, "nothing in sight: the plan is flown on"
+    live.update(state(2.0, x=2.0))
+    live.update(simulate_scan(LIDAR, BALL, state(2.0, x=2.0)))
+    assert live.due(2.0) == "new returns"
+    assert "turn away" in (system_after_free_flight().due(5.6) or "")
+
+
+def system_after_free_flight():
+    live = system()
+    live.update(state(0.0))
+    live.update(simulate_scan(LIDAR, ObstacleMap(), state(0.0)))
+    live.decide(0.0)
+    return live
+
+
+def test_a_remembered_obstacle_outside_the_field_of_view_still_counts():
+    live = system()
+    live.update(state(0.0))
+    live.update(simulate_scan(LIDAR, BALL, state(0.0), 1))
+    turned = State(np.array([5.0, 0.0, 0.0]), np.array([0.0, 0.0, np.pi / 2]), 5.0)
+    live.update(turned)
+    live.update(simulate_scan(LIDAR, BALL, turned, 1))
+    assert len(live.decide(5.0).decision.hazards.points.radius_m) > 20
+
+
+def test_stale_intruders_are_dropped_and_counted():
+    live = system()
+    live.update(state(0.0))
+    live.update(Intruder(np.array([8.0, 0, 0]), np.array([-1.0, 0, 0]), radius_m=0.3, name="a"))
+    assert len(live.decide(0.0).decision.hazards.movers.radius_m) == 1
+    live.update(state(20.0))
+    assert len(live.decide(20.0).decision.hazards.movers.radius_m) == 0
+    assert live.counts["intruder: stale"] == 1
+
+
+def test_the_mode_after_the_last_waypoint_is_landing():
+    landing = AvoidanceSystem(
+        PLANNER,
+        type(MISSION)(
+            "land", state(0.0), np.array([[2.0, 0, 0]]), 1.5, np.array([[12.0, 0, -3.0]])
+        ),
+    )
+    landing.update(state(0.0))
+    assert landing.decide(0.0).mode is Mode.NAVIGATION
+    landing.update(state(1.0, x=1.0))
+    assert landing.decide(1.0).mode is Mode.LANDING
+
+
+def test_nothing_compiles_in_flight_after_the_warm_up():
+    from numba.core import event
+
+    compiled = []
+
+    class Listener(event.Listener):
+        def on_start(self, happening):
+            compiled.append(happening.data["dispatcher"].py_func.__name__)
+
+        def on_end(self, happening):
+            pass
+
+    live = system(obstacle_map=BALL)
+    live.warm_up()
+    with event.install_listener("numba:compile", Listener()):
+        simulate(live, BALL, (LIDAR,), SimulationSettings(time_limit_s=12.0))
+    assert compiled == []
