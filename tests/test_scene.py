@@ -122,6 +122,7 @@ def test_grids(
         ({"intruder": [CROSSING | {"models": []}]}, "at least one of line, body, spread"),
         ({"intruder": [CROSSING | {"up": [0, 0, 0]}]}, "up: a direction is needed"),
         ({"vehicle_timing": {"speed_mps": 0}}, "vehicle_timing.speed_mps: should be greater than"),
+        ({"reach_set": {"spread": 3}}, "spread tunes the methods chaotic and combined, not flying"),
         ({"rating": {"name": "totl"}}, "rating.name: should be 'total', 'printed', 'visible'"),
         ({"rating": {"unknown": 1.5}}, "rating.unknown: should be less than or equal to 1"),
         ({"vehicle": {"position_m": [0, 0]}}, "vehicle.position_m[2]: missing"),
@@ -298,6 +299,13 @@ def test_start_pitch_follows_the_vehicle() -> None:
     assert np.degrees(diving.reach_set.start_pitch_rad) == pytest.approx(15.0)
     stated = assess({"reach_set": {"start_pitch_deg": 7.0, "method": "primitives"}})
     assert np.degrees(stated.reach_set.start_pitch_rad) == pytest.approx(7.0)
+
+
+def test_reach_sets_are_tuned() -> None:
+    def nodes(**keys: Any) -> int:
+        return assess({"reach_set": {"method": "chaotic"} | keys}).reach_set.nodes
+
+    assert nodes(spread=2) < nodes(spread=4)
 
 
 def test_speed_follows_the_range() -> None:

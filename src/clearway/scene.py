@@ -6,7 +6,7 @@ knows no files: `clearway.io.scene` reads them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -76,6 +76,8 @@ class ReachSettings:
     """The reach set to rate."""
 
     method: str = "flying"
+    tuning: Mapping[str, float] = field(default_factory=dict)
+    """Of the method, as `build_reach_set` takes it."""
     start_pitch_rad: float | None = None
     """None for the automaton's start pitch that is nearest to the vehicle's."""
     speed_mps: float | None = None
@@ -197,7 +199,7 @@ def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
         library = ReachLibrary.load_or_build(automaton, scene.grid, notice=notice)
         return library.nearest(wanted)
     start = nearest if pitch is None else pitch
-    return build_reach_set(automaton, scene.grid, settings.method, start)
+    return build_reach_set(automaton, scene.grid, settings.method, start, **settings.tuning)
 
 
 def _vehicle_times(scene: Scene, reach_set: ReachSet) -> VehicleTimes:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.patience import asking_for_patience
 from clearway.cli.report import print_json, say
 from clearway.errors import InputError
 
@@ -89,9 +90,10 @@ def assess(
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }
-    read = _read(scene, scan, _given(overrides))
-    _say_what_was_left_out(read)
-    assessment = assess_scene(read.scene, notice=say)
+    with asking_for_patience():
+        read = _read(scene, scan, _given(overrides))
+        _say_what_was_left_out(read)
+        assessment = assess_scene(read.scene, notice=say)
     result = scene_result(assessment)
     folder = out or Path("clearway-out") / f"assess-{read.scene.name}"
     written = _write(read, assessment, result, folder, plots)

@@ -114,11 +114,12 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
     section = file.reach_set
     pitch = section.start_pitch_deg
     return ReachSettings(
-        section.method,
-        None if pitch is None else float(np.radians(pitch)),
-        section.speed_mps,
-        section.turn_step_deg,
-        section.pitch_limit_deg,
+        method=section.method,
+        tuning=section.tuning,
+        start_pitch_rad=None if pitch is None else float(np.radians(pitch)),
+        speed_mps=section.speed_mps,
+        turn_step_deg=section.turn_step_deg,
+        pitch_limit_deg=section.pitch_limit_deg,
     )
 
 

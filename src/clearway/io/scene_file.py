@@ -14,6 +14,7 @@ from clearway.io.toml import Section
 
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 ModelName = Literal["line", "body", "spread"]
+Tuning = Annotated[int, Field(ge=1, le=1000)]
 TimedRule = Literal["vehicle", "intruder", "shorter", "future", "future-printed"]
 
 
@@ -138,12 +139,29 @@ class ReachSetSection(Section):
     """`[reach_set]`: the trajectories that are rated."""
 
     method: Literal["flying", "primitives", "combined", "harmonic", "chaotic", "full"] = "flying"
+    spread: Tuning | None = None
+    """Nodes kept per cell by chaotic, and by the chaotic part of combined."""
+    harmonic: Tuning | None = None
+    """The same by harmonic."""
     start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
     """Nose down positive; default: the vehicle's pitch."""
     speed_mps: float | None = Field(default=None, gt=0.0)
     """Default: one layer a movement of 1 s."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, le=90.0)
+
+    @model_validator(mode="after")
+    def _tuning_belongs(self) -> Self:
+        for name, base in (("spread", "chaotic"), ("harmonic", "harmonic")):
+            if getattr(self, name) is not None and self.method not in (base, "combined"):
+                raise ValueError(f"{name} tunes the methods {base} and combined, not {self.method}")
+        return self
+
+    @property
+    def tuning(self) -> dict[str, float]:
+        """Tuning that was given."""
+        given = {"spread": self.spread, "harmonic": self.harmonic}
+        return {name: float(value) for name, value in given.items() if value is not None}
 
 
 class RatingSection(Section):
