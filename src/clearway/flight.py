@@ -43,6 +43,7 @@ class FlightSetup:
     simulation: SimulationSettings
     limits: DataLimits
     detection_rule: Rule
+    ground_m: float
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
@@ -55,6 +56,7 @@ class FlightSetup:
             self.obstacle_map,
             limits=self.limits,
             detection_rule=self.detection_rule,
+            ground_m=self.ground_m,
         )
 
     def refuse_impossible(self) -> None:
@@ -84,7 +86,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     Raises InputError for files that cannot be read and values that contradict each other.
     """
     grid = file.grid.to_grid()
-    vehicle = file.vehicle
+    vehicle, ground = file.vehicle, file.safety.ground_height_m
     automaton = MovementAutomaton.plane(
         vehicle.speed_mps, vehicle.turn_step_deg, vehicle.movement_s, vehicle.pitch_limit_deg
     )
@@ -113,6 +115,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         simulation=SimulationSettings(**file.simulation.model_dump()),
         limits=DataLimits(patience_turns=file.safety.patience_turns),
         detection_rule=file.rating.detection,
+        ground_m=-np.inf if ground is None else ground,
         notes=notes,
     )
 

@@ -25,6 +25,7 @@ from clearway.movement_buffer import MovementBuffer
 from clearway.obstacle_map import ObstacleMap
 from clearway.sensors import (
     Detection,
+    Ground,
     Lidar,
     PointMemory,
     Scan,
@@ -38,6 +39,8 @@ from clearway.verify import PointHazards
 
 Reading = State | Scan | Intruder
 
+MEMORY_REACH = 1.5
+"""How far away returns are remembered, in ranges of the grid."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
 
@@ -77,7 +80,11 @@ class FlightDecision:
 
 
 class AvoidanceSystem:
-    """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off."""
+    """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
+
+    detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
+    from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
+    """
 
     def __init__(
         self,
@@ -88,6 +95,7 @@ class AvoidanceSystem:
         limits: DataLimits | None = None,
         detour: Detour | None = None,
         detection_rule: Rule = "ratio",
+        ground_m: float = -np.inf,
     ) -> None:
         self.planner = planner
         self.mission = mission
@@ -98,11 +106,14 @@ class AvoidanceSystem:
         self._lidars = {lidar.name: lidar for lidar in lidars}
         self._detour = detour
         self._detection_rule = detection_rule
+        self._ground_m = ground_m
         self._states: deque[State] = deque()
         self._scans: dict[str, Scan] = {}
         self._intruders: dict[str, Intruder] = {}
         self._memory = PointMemory.empty(
-            MEMORY_VOXEL * planner.settings.safety_margin_m, self.limits.memory_s
+            MEMORY_VOXEL * planner.settings.safety_margin_m,
+            self.limits.memory_s,
+            reach_m=MEMORY_REACH * planner.grid.range_m,
         )
         self._buffer = MovementBuffer()
         self._side = Side.STRAIGHT
@@ -150,6 +161,7 @@ class AvoidanceSystem:
                 scan,
                 state,
                 tolerance_m=self.planner.settings.sigmas * state.position_std_m,
+                ground_m=self._ground_m,
             )
 
     def _take_intruder(self, intruder: Intruder) -> None:
@@ -317,6 +329,7 @@ class AvoidanceSystem:
                     scan,
                     grid_from_body=None if still else (rotation, offset),
                     rule=self._detection_rule,
+                    ground=self._ground(state),
                 )
             )
         return detections, max(ages, default=float("nan"))
@@ -325,6 +338,13 @@ class AvoidanceSystem:
         """Points of this and earlier scans that a trajectory could come near to."""
         reach = self.planner.grid.range_m + 2.0 * self.planner.settings.safety_margin_m
         return PointHazards(*self._memory.near(state.position_m, reach))
+
+    def _ground(self, state: State) -> Ground | None:
+        """Ground that is no obstacle, as the grid of a decision sees it."""
+        if self._ground_m == -np.inf:
+            return None
+        level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
+        return Ground.at_height(level, self._ground_m, 0.0)
 
     def _present_intruders(self, now_s: float) -> list[Intruder]:
         present = {}
