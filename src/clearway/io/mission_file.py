@@ -59,7 +59,7 @@ class SafetySection(Section):
     own_drift_mps: NotNegative = 0.05
     point_sigmas: NotNegative = 2.0
     ground_height_m: float | None = None
-    """Returns at or below this height are ground and no obstacles; a floor is then up to the map."""
+    """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5
     """Full circles' worth of time without progress before a detour."""
 
