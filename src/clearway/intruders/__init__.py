@@ -1,5 +1,6 @@
 """Intruders as evidence: intersection models of chapter 5.1, timing, and their combination."""
 
+from clearway.intruders.body import body_cells
 from clearway.intruders.cells import ModelCells
 from clearway.intruders.combined import IntruderCells, assess_intruders, combine_intruders
 from clearway.intruders.intruder import Intruder, up_seen_from
@@ -17,6 +18,7 @@ __all__ = [
     "ModelCells",
     "VehicleTimes",
     "assess_intruders",
+    "body_cells",
     "combine_intruders",
     "line_cells",
     "radial_vehicle_times",

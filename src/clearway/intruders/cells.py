@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from clearway.frames import FloatArray
 from clearway.intruders.intruder import Intruder
+
+Accuracy = Literal["fast", "reference"]
+"""Fast in flight, or a slow reference that fast results are held to."""
 
 
 class ModelArrays(NamedTuple):

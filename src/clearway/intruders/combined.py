@@ -12,6 +12,7 @@ import numpy.typing as npt
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
+from clearway.intruders.body import body_cells
 from clearway.intruders.cells import ModelCells
 from clearway.intruders.intruder import Intruder
 from clearway.intruders.line import line_cells
@@ -23,6 +24,7 @@ IntersectionModel = Callable[[AvoidanceGrid, Sequence[Intruder], FloatArray], Mo
 
 MODELS: dict[str, IntersectionModel] = {
     "line": lambda grid, intruders, _up: line_cells(grid, intruders),
+    "body": lambda grid, intruders, _up: body_cells(grid, intruders),
     "spread": spread_cells,
 }
 """Intersection models by name: the flags l, b and s of (5.36)."""

@@ -18,6 +18,7 @@ from clearway.intruders.traverse import (
     AZIMUTH_COS,
     AZIMUTH_SIN,
     ELEVATION,
+    ELEVATION_COS,
     ELEVATION_SIN,
     ENTRY,
     LEAVE,
@@ -113,8 +114,7 @@ def widen_by_edges(
     low, high = _met_box(borders, times)
     for j in range(low[1], high[1] + 1):
         for k in range(low[2], high[2] + 1):
-            sine = table[ELEVATION_SIN, k]
-            level = np.sqrt(max(0.0, 1.0 - sine * sine))
+            level, sine = table[ELEVATION_COS, k], table[ELEVATION_SIN, k]
             x, y = level * table[AZIMUTH_COS, j], level * table[AZIMUTH_SIN, j]
             for i in range(low[0], high[0] + 1):
                 r = table[RANGE, i]

@@ -11,7 +11,16 @@ from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.intruders.cells import ModelArrays, ModelCells, empty_arrays, motions
 from clearway.intruders.intruder import Intruder
-from clearway.intruders.traverse import CELL, ENTRY, LEAVE, Borders, borders_of, scratch, traverse
+from clearway.intruders.traverse import (
+    CELL,
+    ENTRY,
+    LEAVE,
+    Borders,
+    Pieces,
+    borders_of,
+    scratch,
+    traverse,
+)
 
 
 def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells:
@@ -37,18 +46,33 @@ def _lines(
 ) -> None:
     pieces = scratch(borders)
     for n in range(len(position)):
-        x, y, z = position[n]
-        vx, vy, vz = velocity[n]
-        if vx == 0.0 and vy == 0.0 and vz == 0.0:
-            stay(n, cell_of_point(x, y, z, edges), arrays)
-            continue
-        for m in range(traverse((x, y, z), (vx, vy, vz), np.inf, borders, pieces)):
-            cell = pieces.places[CELL, m]
-            if arrays.dwell_s[n, cell] == 0.0:
-                arrays.probability[n, cell] = 1.0
-                arrays.entry_s[n, cell] = pieces.times[ENTRY, m]
-            arrays.leave_s[n, cell] = pieces.times[LEAVE, m]
-            arrays.dwell_s[n, cell] += pieces.times[LEAVE, m] - pieces.times[ENTRY, m]
+        follow_line(n, position[n], velocity[n], borders, edges, pieces, arrays)
+
+
+@compiled
+def follow_line(
+    n: int,
+    position: FloatArray,
+    velocity: FloatArray,
+    borders: Borders,
+    edges: GridEdges,
+    pieces: Pieces,
+    arrays: ModelArrays,
+) -> None:
+    """Fill row n with the cells of one half-line."""
+    start = (position[0], position[1], position[2])
+    motion = (velocity[0], velocity[1], velocity[2])
+    if not np.any(velocity):
+        stay(n, cell_of_point(start[0], start[1], start[2], edges), arrays)
+        return
+    for m in range(traverse(start, motion, np.inf, borders, pieces)):
+        cell = pieces.places[CELL, m]
+        entry, leave = pieces.times[ENTRY, m], pieces.times[LEAVE, m]
+        if arrays.dwell_s[n, cell] == 0.0:
+            arrays.probability[n, cell] = 1.0
+            arrays.entry_s[n, cell] = entry
+        arrays.leave_s[n, cell] = leave
+        arrays.dwell_s[n, cell] += leave - entry
 
 
 @compiled

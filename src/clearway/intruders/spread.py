@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point
-from clearway.intruders.cells import ModelArrays, ModelCells, empty_arrays, motions
+from clearway.intruders.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
 from clearway.intruders.cone_hull import cone_of, widen_by_edges, widen_by_turns
 from clearway.intruders.intruder import Intruder
 from clearway.intruders.line import stay
@@ -31,9 +31,6 @@ from clearway.intruders.traverse import (
     scratch,
     traverse,
 )
-
-Accuracy = Literal["fast", "reference"]
-
 
 # Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
 DWELL, MEETING, RAY = range(2, 5)

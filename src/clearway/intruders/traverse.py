@@ -19,7 +19,7 @@ from clearway.state import IntArray
 
 # Rows of `Borders.table`, of `Pieces.times` and of `Pieces.places`: compiled functions pass a few
 # wide arrays several times faster than many narrow ones.
-RANGE, AZIMUTH, ELEVATION, AZIMUTH_COS, AZIMUTH_SIN, ELEVATION_SIN = range(6)
+RANGE, AZIMUTH, ELEVATION, AZIMUTH_COS, AZIMUTH_SIN, ELEVATION_COS, ELEVATION_SIN = range(7)
 ENTRY, LEAVE, LAYER_CUT, COLUMN_CUT, ROW_CUT = range(5)
 CELL, LAYER, COLUMN, ROW = range(4)
 
@@ -28,7 +28,7 @@ class Borders(NamedTuple):
     """A grid's borders as the traversal takes them."""
 
     table: FloatArray
-    """[6, n] edges of range (m), azimuth and elevation (rad), and their cosines and sines."""
+    """[7, n] edges of range (m), azimuth and elevation (rad), and their cosines and sines."""
     layers: int
     columns: int
     rows: int
@@ -50,11 +50,12 @@ class Pieces(NamedTuple):
 @lru_cache(maxsize=16)
 def borders_of(grid: AvoidanceGrid) -> Borders:
     """The borders of a grid, computed once."""
-    table = np.zeros((6, 1 + max(grid.shape)))
+    table = np.zeros((7, 1 + max(grid.shape)))
     for row, edges in enumerate(grid.edges):
         table[row, : len(edges)] = edges
     table[AZIMUTH_COS] = np.cos(table[AZIMUTH])
     table[AZIMUTH_SIN] = np.sin(table[AZIMUTH])
+    table[ELEVATION_COS] = np.maximum(0.0, np.cos(table[ELEVATION]))
     table[ELEVATION_SIN] = np.sin(table[ELEVATION])
     span = grid.azimuth_edges_rad[-1] - grid.azimuth_edges_rad[0]
     return Borders(table, *grid.shape, bool(span > 2.0 * np.pi - BORDER_TOLERANCE))
