@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from pydantic import BaseModel
 
 from clearway.errors import InputError
 from clearway.frames import world_from_body, world_points_from_body
 from clearway.io.scene import merged, read_scene, scene_of
+from clearway.io.scene_file import SceneFile
 from clearway.io.scene_result import scene_result
+from clearway.io.toml import parse_model, sections_in
 from clearway.scene import SceneAssessment, assess_scene
 
 TWO_BALLS: list[dict[str, Any]] = [
@@ -89,7 +94,7 @@ def test_grids(
         ({"grid": {"range_m": -5}}, "grid: range_m: edges must be at least two and ascend, got -5"),
         ({"grid": {"range_m": [5]}}, "range_m: edges must be at least two and ascend, got [5.0]"),
         ({"grid": {"range_m": [5, 2]}}, "range_m: edges must be at least two and ascend"),
-        ({"grid": {"range_m": [-5, 2]}}, "range_m: must lie within 0 to inf, got [-5.0, 2.0]"),
+        ({"grid": {"range_m": [-5, 2]}}, "range_m: must lie within 0 to 1e+06, got [-5.0, 2.0]"),
         ({"grid": {"azimuth_deg": 200}}, "azimuth_deg: must lie within -180 to 180, got 200"),
         ({"grid": {"elevation_deg": 91}}, "elevation_deg: must lie within -90 to 90"),
         ({"grid": {"range_edges_m": [0, 1, 2], "layers": 3}}, "but layers = 3"),
@@ -116,6 +121,7 @@ def test_grids(
         ),
         ({"scan": {"simulate": {"azimuth_deg": [1]}}}, "are needed together"),
         ({"scan": {"simulate": {"beams_per_cell": [0, 3]}}}, "at least [1, 1]"),
+        ({"scan": {"simulate": {"beams_per_cell": [10_000, 10_000]}}}, "3,500,000,000 beams; at"),
         ({"scan": {"simulate": {"dropout": 1.0}}}, "scan.simulate.dropout: should be less than 1"),
         ({"intruder": [CROSSING | {"spread_deg": [95, 0]}]}, "intruder[0]: spread_rad: must be"),
         ({"intruder": [CROSSING | {"models": ["lin"]}]}, "(did you mean 'line'?)"),
@@ -294,6 +300,14 @@ def test_a_vehicle_turns_the_world_into_its_grid() -> None:
     )
 
 
+def test_a_vehicle_inside_an_obstacle_is_told() -> None:
+    ball = {"shape": "ball", "position_m": [0.5, 0, 0], "radius_m": 1.0}
+    inside = scene_of("test", {"obstacle": [ball], "scan": {"simulate": {}}}, Path(), "test")
+    assert "the vehicle is inside an obstacle" in inside.notes[0]
+    outside = scene_of("test", {"obstacle": TWO_BALLS, "scan": {"simulate": {}}}, Path(), "test")
+    assert outside.notes == ()
+
+
 def test_start_pitch_follows_the_vehicle() -> None:
     diving = assess({"vehicle": {"attitude_deg": [0, 14, 0]}})
     assert np.degrees(diving.reach_set.start_pitch_rad) == pytest.approx(15.0)
@@ -382,3 +396,30 @@ def test_overrides_reach_into_tables() -> None:
         "scan": {"file": "a"},
         "rating": {"name": "visible"},
     }
+
+
+def test_the_page_on_scene_files_is_complete_and_true() -> None:
+    page = (Path(__file__).resolve().parent.parent / "docs" / "scene-file.md").read_text()
+    example = page.split("```toml\n")[1].split("```")[0]
+    tables = tomllib.loads(example)
+    del tables["scan"]["file"], tables["scan"]["pattern"]
+    parsed = parse_model("docs/scene-file.md", tables, SceneFile)
+    assert parsed.reach_set == SceneFile().reach_set.model_copy(
+        update={"start_pitch_deg": 0.0, "speed_mps": 1.0}
+    )
+    assert parsed.rating == SceneFile().rating
+    missing = [key for key in _keys(SceneFile) if not re.search(rf"\b{key}\b", example)]
+    assert missing == []
+    undocumented = [key for key in result_of({}) if f"`{key}" not in page]
+    assert undocumented == ["name"]
+
+
+def _keys(model: type[BaseModel]) -> set[str]:
+    """Every key of a section and of the sections in it."""
+    inner = {
+        key
+        for field in model.model_fields.values()
+        for part in sections_in(field.annotation)
+        for key in _keys(part)
+    }
+    return inner | set(model.model_fields)

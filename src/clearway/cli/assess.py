@@ -92,7 +92,8 @@ def assess(
     }
     with asking_for_patience():
         read = _read(scene, scan, _given(overrides))
-        _say_what_was_left_out(read)
+        for note in read.notes:
+            say(note)
         assessment = assess_scene(read.scene, notice=say)
     result = scene_result(assessment)
     folder = out or Path("clearway-out") / f"assess-{read.scene.name}"
@@ -136,15 +137,6 @@ def _read(scene: Path | None, scan: Path | None, overrides: dict[str, Any]) -> S
     if scan is None:
         raise InputError(COMMAND_LINE, "nothing to assess: give a scene file or --scan FILE")
     return scene_of(COMMAND_LINE, overrides, Path(), scan.stem)
-
-
-def _say_what_was_left_out(read: SceneInput) -> None:
-    if read.cloud is None:
-        return
-    for note in read.cloud.notes:
-        say(f"{read.cloud.source}: {note}")
-    for reason, count in read.cloud.counts.items():
-        say(f"{read.cloud.source}: {count} points left out: {reason}")
 
 
 def _write(

@@ -33,6 +33,8 @@ from clearway.sensors import (
 )
 from clearway.state import State
 
+MOST_BEAMS = 5_000_000
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneInput:
@@ -41,8 +43,8 @@ class SceneInput:
     scene: Scene
     tables: Mapping[str, Any]
     """The effective scene file: all defaults filled in, paths absolute."""
-    cloud: PointCloud | None
-    """The scan's file, where there is one."""
+    notes: tuple[str, ...] = ()
+    """What was left out or assumed on the way."""
 
 
 def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> SceneInput:
@@ -78,7 +80,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         reach=_reach_settings(file),
         rating=RatingSettings(**file.rating.model_dump()),
     )
-    return SceneInput(scene, file.effective(folder), cloud)
+    return SceneInput(scene, file.effective(folder), (*_notes_of(cloud), *_inside(file, state)))
 
 
 def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -130,7 +132,7 @@ def _sighting(
     if cloud is not None:
         return _measured(source, file.scan, cloud)
     assert file.scan.simulate is not None
-    return _simulated(file, file.scan.simulate, grid, state)
+    return _simulated(source, file, file.scan.simulate, grid, state)
 
 
 def _measured(source: str, section: ScanSection, cloud: PointCloud) -> Sighting:
@@ -153,21 +155,53 @@ def _measured(source: str, section: ScanSection, cloud: PointCloud) -> Sighting:
 
 
 def _simulated(
-    file: SceneFile, section: SimulateSection, grid: AvoidanceGrid, state: State
+    source: str, file: SceneFile, section: SimulateSection, grid: AvoidanceGrid, state: State
 ) -> Sighting:
     """A scan of those obstacles that are really there, cast from the vehicle's position."""
-    chosen = section.obstacles
-    if chosen is None:
-        chosen = () if section.obstacle else tuple(range(len(file.obstacle)))
-    present = [*(file.obstacle[n] for n in chosen), *section.obstacle]
-    world = ObstacleMap([obstacle.to_obstacle() for obstacle in present])
+    beams = _beam_count(section, grid)
+    if beams > MOST_BEAMS:
+        raise InputError(source, f"scan.simulate: {beams:,} beams; at most {MOST_BEAMS:,}")
     lidar = Lidar(
         "simulated",
         _pattern(section, grid),
         sigma_m=section.sigma_m,
         dropout=section.dropout,
     )
-    return Sighting(lidar, simulate_scan(lidar, world, state, section.seed), "simulated")
+    scan = simulate_scan(lidar, _truth(file, section), state, section.seed)
+    return Sighting(lidar, scan, "simulated")
+
+
+def _truth(file: SceneFile, section: SimulateSection) -> ObstacleMap:
+    """The obstacles that the simulated LiDAR meets."""
+    chosen = section.obstacles
+    if chosen is None:
+        chosen = () if section.obstacle else tuple(range(len(file.obstacle)))
+    present = [*(file.obstacle[n] for n in chosen), *section.obstacle]
+    return ObstacleMap([obstacle.to_obstacle() for obstacle in present])
+
+
+def _notes_of(cloud: PointCloud | None) -> tuple[str, ...]:
+    if cloud is None:
+        return ()
+    left_out = (f"{count} points left out: {reason}" for reason, count in cloud.counts.items())
+    return tuple(f"{cloud.source}: {note}" for note in (*cloud.notes, *left_out))
+
+
+def _inside(file: SceneFile, state: State) -> tuple[str, ...]:
+    """A note where the vehicle is inside something really there: its beams see nothing of it."""
+    if file.scan is None or file.scan.simulate is None:
+        return ()
+    distance_m = _truth(file, file.scan.simulate).distance_m(state.position_m[None])[0]
+    if distance_m > 0.0:
+        return ()
+    return ("scan.simulate: the vehicle is inside an obstacle; its beams see nothing of that",)
+
+
+def _beam_count(section: SimulateSection, grid: AvoidanceGrid) -> int:
+    if section.azimuth_deg is not None and section.elevation_deg is not None:
+        return len(section.azimuth_deg) * len(section.elevation_deg)
+    azimuths, elevations = section.beams_per_cell
+    return azimuths * grid.columns * elevations * grid.rows
 
 
 def _pattern(section: SimulateSection, grid: AvoidanceGrid) -> BeamPattern:

@@ -20,6 +20,7 @@ Point = Annotated[tuple[float, float, float], Field(strict=False)]
 Count = Annotated[int, Field(ge=1, le=1000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 MOST_CELLS = 100_000
+MOST_RANGE_M = 1e6
 
 
 def said(make: Callable[[], object]) -> None:
@@ -54,7 +55,7 @@ class GridSection(Section):
     def to_grid(self) -> AvoidanceGrid:
         """The grid; raises ClearwayError with every axis that is impossible."""
         axes = (
-            ("range_m", "range_edges_m", "layers", 0.0, np.inf),
+            ("range_m", "range_edges_m", "layers", 0.0, MOST_RANGE_M),
             ("azimuth_deg", "azimuth_edges_deg", "columns", -180.0, 180.0),
             ("elevation_deg", "elevation_edges_deg", "rows", -90.0, 90.0),
         )

@@ -137,15 +137,16 @@ def _keys_at(model: type[BaseModel], table: Sequence[int | str]) -> set[str]:
             if isinstance(part, str) and part in member.model_fields
         ]
         if fields:
-            models = [m for field in fields for m in _models_in(field.annotation)]
+            models = [m for field in fields for m in sections_in(field.annotation)]
     return {field.alias or name for member in models for name, field in member.model_fields.items()}
 
 
-def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
+def sections_in(annotation: object) -> Iterator[type[BaseModel]]:
+    """Models that the type of a field mentions."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for argument in get_args(annotation):
-        yield from _models_in(argument)
+        yield from sections_in(argument)
 
 
 def _shown(value: object) -> str:
