@@ -46,6 +46,8 @@ from clearway.state import IntArray, State
 from clearway.verify import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
 
 NO_SHAPES = no_shapes()
+PLANNED_REACH = 0.9
+"""Share of the reach radius that plans aim for, so that flying them does not just miss it."""
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
 
@@ -279,7 +281,7 @@ def _goal(situation: Situation) -> Goal:
     following = (
         target if situation.next_m is None else level_from_world @ (situation.next_m - origin)
     )
-    return Goal(target, following, situation.reach_radius_m, final)
+    return Goal(target, following, PLANNED_REACH * situation.reach_radius_m, final)
 
 
 def _shapes_near(
