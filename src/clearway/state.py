@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,8 @@ import numpy.typing as npt
 from clearway.frames import FloatArray, world_from_body
 
 IntArray = npt.NDArray[np.int64]
+IndexArray = npt.NDArray[np.integer[Any]]
+"""Indices of any width, as the stored trees keep them."""
 BoolArray = npt.NDArray[np.bool_]
 
 
