@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import subprocess
@@ -11,6 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
+
+from clearway.cli.app import app
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 SCENES = REPOSITORY / "examples" / "scenes"
@@ -25,15 +29,34 @@ def clearway(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[s
     )
 
 
+def assessed(*arguments: str | Path, cwd: Path) -> Any:
+    """A run within this process: quick, and otherwise the same."""
+    with contextlib.chdir(cwd):
+        return CliRunner().invoke(app, ["assess", *map(str, arguments)])
+
+
 def refused(*arguments: str | Path, cwd: Path) -> str:
     """The message of a run that must end with status 2, say why, and leave nothing behind."""
     before = sorted(cwd.rglob("*"))
-    run = clearway("assess", *arguments, cwd=cwd)
-    assert run.returncode == 2, run.stderr
+    run = assessed(*arguments, cwd=cwd)
+    assert run.exit_code == 2, run.stderr
+    assert isinstance(run.exception, SystemExit)
     assert run.stdout == ""
-    assert "Traceback" not in run.stderr
     assert sorted(cwd.rglob("*")) == before
     return run.stderr
+
+
+def test_a_refusal_through_the_real_entry_point(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text("[grid]\nlayerz = 3\nrows = 0\n[scann]\n")
+    run = clearway("assess", "scene.toml", cwd=tmp_path)
+    assert run.returncode == 2
+    assert run.stdout == ""
+    assert [line.split(":")[:2] for line in run.stderr.splitlines()] == [
+        ["scene.toml", " grid.rows"],
+        ["scene.toml", " grid.layerz"],
+        ["scene.toml", " scann"],
+    ]
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
 def test_a_scene_leaves_its_result_and_pictures(tmp_path: Path) -> None:
@@ -63,19 +86,19 @@ def test_a_scene_leaves_its_result_and_pictures(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", sorted(path.name for path in SCENES.glob("*.toml")))
 def test_the_examples_run(tmp_path: Path, name: str) -> None:
-    run = clearway("assess", SCENES / name, "--no-plots", cwd=tmp_path)
-    assert run.returncode == 0, run.stderr
+    run = assessed(SCENES / name, "--no-plots", cwd=tmp_path)
+    assert run.exit_code == 0, run.stderr
     assert run.stdout.startswith("scene ")
     assert "trajectories" in run.stdout
 
 
 def test_a_real_scan_says_where_its_beams_are_from(data_dir: Path, tmp_path: Path) -> None:
     scan = data_dir / "lidar/pcd/vls128_1585897255376374245.pcd"
-    common = ("assess", "--scan", scan, "--range", "50", "--no-plots")
-    estimated = clearway(*common, cwd=tmp_path)
-    assert estimated.returncode == 0, estimated.stderr
+    common = ("--scan", scan, "--range", "50", "--no-plots")
+    estimated = assessed(*common, cwd=tmp_path)
+    assert estimated.exit_code == 0, estimated.stderr
     assert "beams       estimated" in estimated.stdout
-    stated = clearway(*common, "--pattern", "vls128", "--json", cwd=tmp_path)
+    stated = assessed(*common, "--pattern", "vls128", "--json", cwd=tmp_path)
     result = json.loads(stated.stdout)
     assert result["scans"][0]["pattern_from"] == "stated"
     assert result["scans"][0]["pattern"] == "vls128"
@@ -94,8 +117,7 @@ def _points(path: Path) -> Any:
 
 
 def test_options_take_the_place_of_the_files_keys(tmp_path: Path) -> None:
-    run = clearway(
-        "assess",
+    run = assessed(
         SCENES / "two-balls.toml",
         *("--range", "12", "--layers", "6", "--azimuth-deg", "-30,60", "--rating", "visible"),
         *("--method", "primitives", "--json", "--no-plots"),
@@ -113,8 +135,8 @@ def test_points_that_are_not_finite_are_counted_on_standard_error(tmp_path: Path
     points[:7] = np.nan
     points[7:9, 1] = np.inf
     np.save(tmp_path / "scan.npy", points)
-    run = clearway("assess", "--scan", "scan.npy", "--json", "--no-plots", cwd=tmp_path)
-    assert run.returncode == 0, run.stderr
+    run = assessed("--scan", "scan.npy", "--json", "--no-plots", cwd=tmp_path)
+    assert run.exit_code == 0, run.stderr
     assert "9 points left out: not finite" in run.stderr
     assert sum(json.loads(run.stdout)["scans"][0]["points"].values()) >= 291
 
