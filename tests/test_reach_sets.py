@@ -12,6 +12,7 @@ from clearway.frames import world_from_body
 from clearway.grid import AvoidanceGrid
 from clearway.movement_table import MovementTable
 from clearway.movements import Movement, MovementAutomaton
+from clearway.reach.coverage import measure
 from clearway.reach.sets import METHODS, build_reach_set
 from clearway.reach.tree import LAST_LAYER, SIDE
 
@@ -30,6 +31,9 @@ CASES = [
         (GRID, "harmonic", STEP),
         (GRID, "combined", -STEP),
         (GRID, "primitives", 2 * STEP),
+        (GRID, "dispersion", 0.0),
+        (GRID, "cover", STEP),
+        (SMALL, "late", 0.0),
         (GRID, "flying", 0.0),
         (GRID, "flying", -2 * STEP),
     ]
@@ -199,6 +203,28 @@ def test_level_flying_set_reaches_all_cells_that_can_be_reached():
     for grid, cells in ((GRID, 278), (AvoidanceGrid.uniform(15.0, 15), 453)):
         ends = build_reach_set(PLANE, grid, "flying").end_cell
         assert len(np.unique(ends[ends >= 0])) == cells
+
+
+@pytest.mark.parametrize(("layers", "cells", "nodes"), [(10, 278, 330), (15, 453, 500)])
+def test_cover_reaches_every_cell_with_few_smooth_nodes(layers, cells, nodes):
+    covered = measure(build_reach_set(FREE, AvoidanceGrid.uniform(layers, layers), "cover"))
+    assert covered.cells_covered == cells
+    assert covered.nodes <= nodes
+    assert covered.smoothness >= 0.4
+
+
+def test_late_branches_make_many_footprints_of_few_nodes():
+    late = measure(build_reach_set(FREE, AvoidanceGrid.uniform(15.0, 15), "late"))
+    assert late.footprints >= 1000
+    assert late.nodes <= 2480
+    assert late.cells_covered == 453
+
+
+def test_dispersed_nodes_are_never_the_same_state():
+    tree = build_reach_set(PLANE, GRID, "dispersion", spread=4)
+    going_on = tree.parent[tree.parent >= 0]
+    states = np.round(tree.states[np.unique(going_on)] / 1e-6)
+    assert len(np.unique(states, axis=0)) == len(states)
 
 
 def test_merging_keeps_every_trajectory_of_both():

@@ -52,3 +52,14 @@ def mirrored(buffers: ByteArray, mirror: tuple[int, ...]) -> ByteArray:
     image = np.zeros(len(mirror) + 1, dtype=np.uint8)
     image[1:] = np.array(mirror) + 1
     return image[buffers]
+
+
+def images_within(buffers: ByteArray, mirror: tuple[int, ...] | None) -> npt.NDArray[np.int64]:
+    """[n] where each buffer's mirror image lies among the sorted buffers; itself without one."""
+    own = keys_of(buffers)
+    places = np.arange(len(own))
+    if mirror is None or not len(own):
+        return places
+    images = keys_of(mirrored(buffers, mirror))
+    found = np.minimum(np.searchsorted(own, images), len(own) - 1)
+    return np.where(own[found] == images, found, places)

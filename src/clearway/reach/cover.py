@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
-from clearway.reach.buffers import ByteArray, keys_of, mirrored
+from clearway.reach.buffers import ByteArray, images_within, keys_of
+from clearway.reach.coverage import footprint_labels
 from clearway.reach.tree import ReachSet
 from clearway.state import BoolArray, IntArray
 
@@ -30,6 +31,20 @@ class Items(NamedTuple):
 def passed_cells(pool: ReachSet) -> Items:
     """Every cell that a node passes, all worth the same."""
     return Items(pool.cell_start, pool.cell_index, np.ones(pool.grid.cells))
+
+
+def end_cells(pool: ReachSet) -> Items:
+    """The cell in which a node ends, as cells count in table 6.1; all worth the same."""
+    inside = pool.end_cell >= 0
+    start = np.concatenate([[0], np.cumsum(inside)]).astype(np.int32)
+    return Items(start, pool.end_cell[inside], np.ones(pool.grid.cells))
+
+
+def footprints(pool: ReachSet) -> Items:
+    """The footprint (def. 22) of each trajectory, at its last node."""
+    labels = footprint_labels(pool, pool.trajectories)
+    start = np.concatenate([[0], np.cumsum(pool.complete)]).astype(np.int32)
+    return Items(start, labels.astype(np.int32), np.ones(int(labels.max(initial=-1)) + 1))
 
 
 def headings_in_cells(pool: ReachSet) -> Items:
@@ -61,14 +76,9 @@ def greedy_cover(
     their mirror images, ties in their order, until nothing new is left or `most_nodes` reached.
     """
     own = keys_of(buffers)
-    image = np.arange(len(own))
-    if mirror is not None:
-        images = keys_of(mirrored(buffers, mirror))
-        found = np.minimum(np.searchsorted(own, images), len(own) - 1)
-        image = np.where(own[found] == images, found, image)
     kept = _greedy(
         pool.trajectories,
-        image,
+        images_within(buffers, mirror),
         np.isin(own, keys_of(held)),
         pool.parent,
         items,

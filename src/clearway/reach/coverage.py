@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.frames import FloatArray
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
@@ -45,7 +46,7 @@ def measure(reach_set: ReachSet) -> Coverage:
         trajectories=len(leaves),
         side_exits=int(np.count_nonzero(reach_set.exit_kind == SIDE)),
         nodes_with_side_exits=reach_set.nodes,
-        footprints=len({footprint(reach_set, int(leaf)) for leaf in leaves}),
+        footprints=len(np.unique(footprint_labels(reach_set, leaves))),
         cells_covered=len(np.unique(cells[cells >= 0])),
         smoothness=float(np.mean(smooth)) if len(smooth) else 0.0,
         smoothness_worst=float(np.min(smooth)) if len(smooth) else 0.0,
@@ -65,10 +66,33 @@ def leading_to(reach_set: ReachSet, leaves: IntArray) -> BoolArray:
 
 def footprint(reach_set: ReachSet, leaf: int) -> tuple[int, ...]:
     """Q of a trajectory (def. 22): cells of its movements' ends, repeats collapsed."""
-    cells = [int(reach_set.end_cell[node]) for node in reach_set.path(leaf)]
-    return tuple(
-        cell for at, cell in enumerate(cells) if cell >= 0 and (at == 0 or cell != cells[at - 1])
-    )
+    row = _footprint_rows(reach_set, np.array([leaf]))[0]
+    return tuple(int(cell) for cell in row if cell >= 0)
+
+
+def footprint_labels(reach_set: ReachSet, leaves: IntArray) -> IntArray:
+    """[leaves] numbers that are equal where footprints are."""
+    rows = np.ascontiguousarray(_footprint_rows(reach_set, leaves))
+    whole = rows.view(f"V{rows.shape[1] * rows.itemsize}").ravel()
+    _, labels = np.unique(whole, return_inverse=True)
+    return np.asarray(labels.reshape(-1), dtype=np.int64)
+
+
+def _footprint_rows(reach_set: ReachSet, leaves: IntArray) -> npt.NDArray[np.int32]:
+    """[leaves, depth] cells of each footprint, then -1."""
+    deep = int(reach_set.depth.max(initial=1))
+    cells = np.full((len(leaves), deep), -1, dtype=np.int32)
+    at = np.array(leaves, dtype=np.int64)
+    for depth in range(deep, 0, -1):
+        here = np.flatnonzero(at >= 0)
+        here = here[reach_set.depth[at[here]] == depth]
+        cells[here, depth - 1] = reach_set.end_cell[at[here]]
+        at[here] = reach_set.parent[at[here]]
+    repeated = np.zeros(cells.shape, dtype=np.bool_)
+    repeated[:, 1:] = cells[:, 1:] == cells[:, :-1]
+    cells[repeated] = -1
+    order = np.argsort(cells < 0, axis=1, kind="stable")
+    return np.take_along_axis(cells, order, axis=1)
 
 
 def smoothness(reach_set: ReachSet, leaves: IntArray) -> FloatArray:
