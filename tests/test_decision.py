@@ -9,12 +9,12 @@ from clearway.avoidance import Situation, decide, margin_m
 from clearway.decision import Basis, Commitment, Side
 from clearway.errors import ClearwayError
 from clearway.explain import explanation
+from clearway.hazards import Cause
 from clearway.intruders import Intruder
 from clearway.mission import Mode
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 from clearway.state import State
-from clearway.verify import Cause
 from worlds_for_tests import planner
 
 HERE = State(np.zeros(3))

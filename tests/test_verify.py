@@ -7,19 +7,11 @@ from hypothesis import strategies as st
 
 from clearway.frames import world_from_body
 from clearway.grid import AvoidanceGrid
+from clearway.hazards import Cause, Hazards, MovingHazards, PointHazards
 from clearway.movements import MovementAutomaton
 from clearway.obstacles import Obstacle, shapes_of
 from clearway.reach import build_reach_set
-from clearway.verify import (
-    Cause,
-    Hazards,
-    MovingHazards,
-    PointHazards,
-    clearances,
-    first_clear,
-    path_clearance,
-    paths_of,
-)
+from clearway.verify import clearances, first_clear, path_clearance, paths_of
 
 AUTOMATON = MovementAutomaton.plane()
 PITCH = float(np.radians(15.0))

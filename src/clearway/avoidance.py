@@ -33,6 +33,7 @@ from clearway.fusion import (
     untouched,
 )
 from clearway.grid import AvoidanceGrid
+from clearway.hazards import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
 from clearway.intruders import Intruder, assess_intruders
 from clearway.map_cells import base_probability
 from clearway.map_cells import coated_cells as coated_by_map
@@ -43,7 +44,6 @@ from clearway.reach.store import ReachLibrary
 from clearway.sensors import Detection, combine_detections, thin_points
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.state import IntArray, State
-from clearway.verify import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
 
 NO_SHAPES = no_shapes()
 PLANNED_REACH = 0.9

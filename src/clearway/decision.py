@@ -16,11 +16,10 @@ import numpy as np
 from clearway.costs import Arrival, Goal, Prices, StageCost, length_and_prices
 from clearway.frames import FloatArray
 from clearway.fusion import ReachAssessment
+from clearway.hazards import Cause, Hazards
 from clearway.reach.tree import ReachSet
 from clearway.state import BoolArray, IntArray
 from clearway.verify import (
-    Cause,
-    Hazards,
     Paths,
     Refuge,
     Verification,

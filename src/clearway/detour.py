@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.frames import FloatArray
+from clearway.hazards import PointHazards
 from clearway.obstacle_map import ObstacleMap
 from clearway.route import Route, find_route
-from clearway.verify import PointHazards
 from clearway.voxels import Distance
 
 VOXELS = 12_000

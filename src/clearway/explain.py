@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from clearway.avoidance import Decision
 from clearway.decision import Basis, Choice
+from clearway.hazards import Cause
 from clearway.mission import Mode
 from clearway.obstacle_map import ObstacleMap
-from clearway.verify import Cause
 
 
 def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None) -> str:

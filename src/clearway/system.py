@@ -19,6 +19,7 @@ from clearway.detour import known_way
 from clearway.errors import ClearwayError
 from clearway.explain import explanation
 from clearway.frames import FloatArray, wrap_angle
+from clearway.hazards import PointHazards
 from clearway.intruders import Intruder
 from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
 from clearway.movement_buffer import MovementBuffer
@@ -35,7 +36,6 @@ from clearway.sensors import (
 )
 from clearway.sensors.detection import Rule
 from clearway.state import State
-from clearway.verify import PointHazards
 
 Reading = State | Scan | Intruder
 
