@@ -14,6 +14,8 @@ from clearway.intruders.intruder import Intruder
 Accuracy = Literal["fast", "reference"]
 """Fast in flight, or a slow reference that fast results are held to."""
 
+STANDING_MPS = 1e-9
+
 
 class ModelArrays(NamedTuple):
     """One model for n intruders as compiled loops fill it; all arrays are [n, cells]."""
@@ -70,10 +72,14 @@ def empty_arrays(intruders: int, cells: int) -> ModelArrays:
 
 
 def motions(intruders: Sequence[Intruder]) -> tuple[FloatArray, FloatArray]:
-    """Positions [n, 3] and velocities [n, 3] of intruders, as compiled loops take them."""
+    """Positions [n, 3] and velocities [n, 3] of intruders, as compiled loops take them.
+
+    One that is slower than a nanometre a second stands still.
+    """
     position = np.empty((len(intruders), 3))
     velocity = np.empty((len(intruders), 3))
     for n, intruder in enumerate(intruders):
         position[n] = intruder.position_m
         velocity[n] = intruder.velocity_mps
+    velocity[np.linalg.norm(velocity, axis=1) < STANDING_MPS] = 0.0
     return position, velocity

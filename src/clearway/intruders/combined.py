@@ -13,21 +13,25 @@ from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
 from clearway.intruders.body import body_cells
-from clearway.intruders.cells import ModelCells
+from clearway.intruders.cells import Accuracy, ModelCells
 from clearway.intruders.intruder import Intruder
+from clearway.intruders.lattice import lattice_cells
 from clearway.intruders.line import line_cells
 from clearway.intruders.spread import spread_cells
 from clearway.intruders.timing import TIMED_RULES, VehicleTimes
+from clearway.intruders.tube import tube_cells
 
-IntersectionModel = Callable[[AvoidanceGrid, Sequence[Intruder], FloatArray], ModelCells]
-"""Grid, intruders in its frame and up [3] to what the model says, arrays [n, cells]."""
+IntersectionModel = Callable[[AvoidanceGrid, Sequence[Intruder], FloatArray, Accuracy], ModelCells]
+"""Grid, intruders in its frame, up [3] and accuracy to what the model says, [n, cells]."""
 
 MODELS: dict[str, IntersectionModel] = {
-    "line": lambda grid, intruders, _up: line_cells(grid, intruders),
-    "body": lambda grid, intruders, _up: body_cells(grid, intruders),
+    "line": lambda grid, intruders, _up, _accuracy: line_cells(grid, intruders),
+    "body": lambda grid, intruders, _up, accuracy: body_cells(grid, intruders, accuracy),
     "spread": spread_cells,
+    "tube": lambda grid, intruders, _up, accuracy: tube_cells(grid, intruders, accuracy),
+    "lattice": lambda grid, intruders, up, _accuracy: lattice_cells(grid, intruders, up),
 }
-"""Intersection models by name: the flags l, b and s of (5.36)."""
+"""Intersection models by name: the flags l, b and s of (5.36), and the paper's replacements."""
 
 GRID_UP = (0.0, 0.0, 1.0)
 
@@ -59,6 +63,7 @@ def assess_intruders(
     timed: bool | str = False,
     vehicle_times: VehicleTimes | None = None,
     up: npt.ArrayLike = GRID_UP,
+    accuracy: Accuracy = "fast",
 ) -> IntruderCells:
     """Probability of meeting intruders in each cell (5.36), (5.37).
 
@@ -74,7 +79,7 @@ def assess_intruders(
     each = np.zeros((len(intruders), grid.cells))
     assessed: dict[str, ModelCells] = {}
     for name in models:
-        model = MODELS[name](grid, intruders, direction)
+        model = MODELS[name](grid, intruders, direction, accuracy)
         if vehicle_times is not None:
             model = replace(model, timed=TIMED_RULES[rule](model, vehicle_times))
         np.maximum(

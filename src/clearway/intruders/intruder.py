@@ -11,6 +11,9 @@ from clearway.errors import InputError
 from clearway.frames import FloatArray, body_points_from_world
 from clearway.state import State, frozen_array
 
+LARGEST = 1e9
+"""Nothing that is said in metres and seconds of an intruder is larger."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Intruder:
@@ -50,8 +53,8 @@ class Intruder:
                 problems.append(f"{key}: {length} numbers are needed, got {getattr(self, key)!r}")
                 continue
             object.__setattr__(self, key, array)
-            if not np.all(np.isfinite(array)):
-                problems.append(f"{key}: must be finite numbers, got {array.tolist()}")
+            if not np.all(np.abs(array) <= LARGEST):
+                problems.append(f"{key}: must be finite numbers, at most 1e9, got {array.tolist()}")
             elif key == "spread_rad" and not np.all((array >= 0.0) & (array < np.pi / 2)):
                 degrees = np.degrees(array).tolist()
                 problems.append(f"{key}: must be within [0, 90) degrees, got {degrees} degrees")
@@ -67,8 +70,8 @@ class Intruder:
             value = getattr(self, key)
             if value is None and key == "acceleration_bound_mps2":
                 continue
-            if not (math.isfinite(value) and value >= 0.0):
-                problems.append(f"{key}: must be a finite number >= 0, got {value!r}")
+            if not 0.0 <= value <= LARGEST:
+                problems.append(f"{key}: must be a number from 0 to 1e9, got {value!r}")
         return problems
 
     @property

@@ -154,16 +154,46 @@ def _column_cuts(
     """Vertical half-planes: the azimuth only rises, or only falls, by less than pi in all."""
     cx, cy, _ = closest
     ux, uy, _ = direction
-    times, places = out.times, out.places
-    times[COLUMN_CUT, 0] = start
     moment = cx * uy - cy * ux
-    level2 = ux * ux + uy * uy
-    if moment * moment <= BORDER_TOLERANCE**2 * level2:
+    if moment * moment <= BORDER_TOLERANCE**2 * (ux * ux + uy * uy):
         return _column_cuts_through_axis(closest, direction, start, end, borders, out)
     columns = borders.columns
     left = moment > 0.0
-    from_x, from_y = cx + start * ux, cy + start * uy
-    to_x, to_y = cx + end * ux, cy + end * uy
+    count = _half_planes(
+        left,
+        (cx + start * ux, cy + start * uy, start),
+        (cx + end * ux, cy + end * uy, end),
+        borders,
+        out,
+    )
+    out.times[COLUMN_CUT, 0] = start
+    if count == 1:
+        middle = 0.5 * (start + end)
+        azimuth = np.arctan2(cy + middle * uy, cx + middle * ux)
+        out.places[COLUMN, 0] = interval_of(azimuth, borders.table[AZIMUTH, : columns + 1])
+        return 1
+    out.places[COLUMN, 0] = out.places[COLUMN, 1] - 1 if left else out.places[COLUMN, 1] + 1
+    for n in range(count):
+        if borders.full_circle:
+            out.places[COLUMN, n] = out.places[COLUMN, n] % columns
+        elif out.places[COLUMN, n] == columns:
+            out.places[COLUMN, n] = -1
+    return count
+
+
+@compiled
+def _half_planes(
+    left: bool,
+    first: tuple[float, float, float],
+    last: tuple[float, float, float],
+    borders: Borders,
+    out: Pieces,
+) -> int:
+    """Cuts from the second on, in order; first and last are x, y and length of the line's ends."""
+    from_x, from_y, start = first
+    to_x, to_y, end = last
+    times, places = out.times, out.places
+    columns = borders.columns
     count = 1
     for n in range(columns if borders.full_circle else columns + 1):
         j = n if left else (columns - 1 - n if borders.full_circle else columns - n)
@@ -175,6 +205,7 @@ def _column_cuts(
         if not (before < 0.0 < after if left else after < 0.0 < before):
             continue
         cut = start + (end - start) * before / (before - after)
+        # Edges come in order of azimuth, which is the line's unless that passes behind.
         place = count
         while place > 1 and times[COLUMN_CUT, place - 1] > cut:
             times[COLUMN_CUT, place] = times[COLUMN_CUT, place - 1]
@@ -183,19 +214,6 @@ def _column_cuts(
         times[COLUMN_CUT, place] = cut
         places[COLUMN, place] = j if left else j - 1
         count += 1
-    if count == 1:
-        middle = 0.5 * (start + end)
-        places[COLUMN, 0] = interval_of(
-            np.arctan2(cy + middle * uy, cx + middle * ux),
-            borders.table[AZIMUTH, : borders.columns + 1],
-        )
-        return 1
-    places[COLUMN, 0] = places[COLUMN, 1] - 1 if left else places[COLUMN, 1] + 1
-    for n in range(count):
-        if borders.full_circle:
-            places[COLUMN, n] = places[COLUMN, n] % columns
-        elif places[COLUMN, n] == columns:
-            places[COLUMN, n] = -1
     return count
 
 
@@ -212,6 +230,7 @@ def _column_cuts_through_axis(
     cx, cy, _ = closest
     ux, uy, _ = direction
     level2 = ux * ux + uy * uy
+    out.times[COLUMN_CUT, 0] = start
     azimuth = borders.table[AZIMUTH, : borders.columns + 1]
     if level2 == 0.0:
         out.places[COLUMN, 0] = interval_of(np.arctan2(cy, cx), azimuth)
@@ -242,58 +261,65 @@ def _row_cuts(
     With c and u the unit vectors to the closest point and along the line, sin(elevation) =
     c_z cos(psi) + u_z sin(psi) at the length |closest| tan(psi).
     """
-    _, _, uz = direction
-    rows = borders.rows
-    times, places = out.times, out.places
-    times[ROW_CUT, 0] = start
+    uz = direction[2]
+    out.times[ROW_CUT, 0] = start
     distance = np.sqrt(distance2)
     if distance <= BORDER_TOLERANCE:
         return _row_cuts_through_origin(uz, start, end, borders, out)
     cz = closest[2] / distance
-    incline2 = cz * cz + uz * uz
-    top = np.sqrt(incline2)
+    top = np.sqrt(cz * cz + uz * uz)
     sine_from = (closest[2] + start * uz) / np.sqrt(distance2 + start * start)
     sine_to = (closest[2] + end * uz) / np.sqrt(distance2 + end * end)
-    # Where the elevation turns; the half before it rises if that is the top.
+    # Where the elevation turns.
     turn = distance * uz / cz if cz != 0.0 else -np.inf
     peak = top if cz > 0.0 else -top
+    arc = (distance, cz, uz, start, end)
     count = 1
-    for half in range(2):
-        if half == 0:
-            if turn <= start:
-                continue
-            low, high = sine_from, (peak if turn < end else sine_to)
-        else:
-            if turn >= end:
-                continue
-            low, high = (peak if turn > start else sine_from), sine_to
-        rising = high > low
-        for n in range(rows + 1):
-            k = n if rising else rows - n
-            sine = borders.table[ELEVATION_SIN, k]
-            if not (low < sine < high if rising else high < sine < low):
-                continue
-            beyond = incline2 - sine * sine
-            # Touched but not crossed: the top of the great circle is within the tolerance.
-            if beyond <= 2.0 * abs(sine) * BORDER_TOLERANCE:
-                continue
-            root = -np.sqrt(beyond) if rising else np.sqrt(beyond)
-            cut = distance * (uz * sine + cz * root) / (cz * sine - uz * root)
-            times[ROW_CUT, count] = min(max(cut, start), end)
-            places[ROW, count] = k if rising else k - 1
-            if count == 1:
-                places[ROW, 0] = k - 1 if rising else k
-            count += 1
+    if turn > start:
+        count = _cones(arc, sine_from, peak if turn < end else sine_to, count, borders, out)
+    if turn < end:
+        count = _cones(arc, peak if turn > start else sine_from, sine_to, count, borders, out)
     if count == 1:
         middle = 0.5 * (start + end)
         height = closest[2] + middle * uz
         level = np.sqrt(max(0.0, distance2 + middle * middle - height * height))
-        places[ROW, 0] = interval_of(
-            np.arctan2(height, level), borders.table[ELEVATION, : borders.rows + 1]
-        )
+        elevations = borders.table[ELEVATION, : borders.rows + 1]
+        out.places[ROW, 0] = interval_of(np.arctan2(height, level), elevations)
     for n in range(count):
-        if places[ROW, n] == rows:
-            places[ROW, n] = -1
+        if out.places[ROW, n] == borders.rows:
+            out.places[ROW, n] = -1
+    return count
+
+
+@compiled
+def _cones(
+    arc: tuple[float, float, float, float, float],
+    low: float,
+    high: float,
+    count: int,
+    borders: Borders,
+    out: Pieces,
+) -> int:
+    """Cuts, after `count` of them, of an arc whose elevation's sine goes from low to high."""
+    distance, cz, uz, start, end = arc
+    rising = high > low
+    incline2 = cz * cz + uz * uz
+    for n in range(borders.rows + 1):
+        k = n if rising else borders.rows - n
+        sine = borders.table[ELEVATION_SIN, k]
+        if not (low < sine < high if rising else high < sine < low):
+            continue
+        beyond = incline2 - sine * sine
+        # Touched but not crossed: the top of the great circle is within the tolerance.
+        if beyond <= 2.0 * abs(sine) * BORDER_TOLERANCE:
+            continue
+        root = -np.sqrt(beyond) if rising else np.sqrt(beyond)
+        cut = distance * (uz * sine + cz * root) / (cz * sine - uz * root)
+        out.times[ROW_CUT, count] = min(max(cut, start), end)
+        out.places[ROW, count] = k if rising else k - 1
+        if count == 1:
+            out.places[ROW, 0] = k - 1 if rising else k
+        count += 1
     return count
 
 
