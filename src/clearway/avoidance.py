@@ -34,7 +34,7 @@ from clearway.fusion import (
 )
 from clearway.grid import AvoidanceGrid
 from clearway.hazards import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
-from clearway.intruders import Intruder, assess_intruders
+from clearway.intruders import Intruder, assess_intruders, up_seen_from
 from clearway.map_cells import base_probability
 from clearway.map_cells import coated_cells as coated_by_map
 from clearway.movements import MovementAutomaton
@@ -46,6 +46,7 @@ from clearway.sensors import coated_cells as coated_by_points
 from clearway.state import IntArray, State
 
 NO_SHAPES = no_shapes()
+NO_ROLL = np.array([0.0, 1.0, 1.0])
 PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
 THINNING = 0.1
@@ -121,6 +122,11 @@ class Planner:
         )
         return cls(library.automaton, library.grid, repertoires, settings, terminal_cost)
 
+    @property
+    def speed_mps(self) -> float:
+        """Fastest speed of the automaton."""
+        return max(movement.speed_mps for movement in self.automaton.movements)
+
     def repertoire(self, pitch_rad: float) -> Repertoire:
         """The reach set whose start pitch is nearest."""
         return min(self.repertoires, key=lambda entry: abs(entry[0] - pitch_rad))[1]
@@ -143,7 +149,7 @@ class Situation:
     """Points of all scans up to now, world frame; None takes those of the detections alone."""
     obstacle_map: ObstacleMap | None = None
     intruders: Sequence[Intruder] = ()
-    """At the decision time."""
+    """As reported, each with its own time."""
     state_age_s: float = 0.0
     """Age of the measurement behind `state`."""
     range_sigma_m: float = 0.0
@@ -185,13 +191,15 @@ def decide(
     margin = margin_m(settings, situation)
 
     shapes = _shapes_near(situation, position, world_from_grid, grid)
-    intruders = [_in_grid(i, position, world_from_grid) for i in situation.intruders]
+    seen_from = replace(situation.state, attitude_rad=situation.state.attitude_rad * NO_ROLL)
+    intruders = [i.at(seen_from.time_s).seen_from(seen_from) for i in situation.intruders]
     hazards = Hazards(
         _points(situation, settings, position, world_from_grid, grid.range_m + margin),
         shapes,
-        _movers(intruders),
+        _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
     )
-    evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings)
+    up = up_seen_from(seen_from)
+    evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings, up)
     cells = assess_cells(
         evidence, rating_named(settings.rating), settings.unknown, settings.unknown_unseen
     )  # (4.17), (5.54)
@@ -250,6 +258,7 @@ def gather_evidence(
     margin: float,
     intruders: Sequence[Intruder],
     settings: AvoidanceSettings,
+    up: FloatArray,
 ) -> Evidence:
     """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
     free = Evidence.free(grid)
@@ -267,7 +276,7 @@ def gather_evidence(
         coated = coated | coated_by_map(hazards.shapes, grid, margin)
     if intruders:
         changes["intruder"] = assess_intruders(
-            grid, intruders, models=settings.intruder_models
+            grid, intruders, models=settings.intruder_models, up=up
         ).probability
     return replace(free, coated=coated, **changes)  # type: ignore[arg-type]
 
@@ -313,25 +322,35 @@ def _points(
     )
 
 
-def _in_grid(intruder: Intruder, position: FloatArray, world_from_grid: FloatArray) -> Intruder:
-    return replace(
-        intruder,
-        position_m=(intruder.position_m - position) @ world_from_grid,
-        velocity_mps=intruder.velocity_mps @ world_from_grid,
-    )
+def _movers(
+    intruders: Sequence[Intruder],
+    situation: Situation,
+    settings: AvoidanceSettings,
+    horizon_s: float,
+) -> MovingHazards:
+    """Intruders as balls that grow with time by all that they may deviate.
 
-
-def _movers(intruders: Sequence[Intruder]) -> MovingHazards:
-    """Intruders as balls that grow by their spread: tan, since trials may use all of it."""
+    intruders: at the decision time, in the grid frame. What a report's age adds is there from the
+    start; an acceleration bound counts as growth to what it allows at the horizon.
+    """
     if not intruders:
         return no_movers()
-    speed = np.array([np.linalg.norm(i.velocity_mps) for i in intruders])
-    spread = np.array([max(i.spread_rad) for i in intruders])
+    ages = [situation.state.time_s - report.time_s for report in situation.intruders]
+    start = [
+        intruder.radius_m + report.deviation_m(age, settings.sigmas)
+        for intruder, report, age in zip(intruders, situation.intruders, ages, strict=True)
+    ]
+    growth = [
+        np.tan(intruder.spread_rad.max()) * intruder.speed_mps
+        + settings.sigmas * intruder.velocity_std_mps
+        + 0.5 * (intruder.acceleration_bound_mps2 or 0.0) * horizon_s
+        for intruder in intruders
+    ]
     return MovingHazards(
         np.array([i.position_m for i in intruders]),
         np.array([i.velocity_mps for i in intruders]),
-        np.array([i.radius_m for i in intruders]),
-        speed * np.tan(spread),
+        np.array(start),
+        np.array(growth),
     )
 
 

@@ -11,7 +11,12 @@ from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.costs import Prices
 from clearway.errors import FlightRefusedError, InputError
 from clearway.grid import AvoidanceGrid
-from clearway.io.mission_file import LidarSection, MissionFile, PointCloudSection
+from clearway.io.mission_file import (
+    FlyingIntruderSection,
+    LidarSection,
+    MissionFile,
+    PointCloudSection,
+)
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
@@ -23,6 +28,7 @@ from clearway.sensors.detection import Rule
 from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem, DataLimits
+from clearway.traffic import ScriptedIntruder, Spawn, Traffic, TrafficSettings
 from clearway.world import CombinedWorld, World
 
 Notice = Callable[[str], None]
@@ -44,6 +50,9 @@ class FlightSetup:
     limits: DataLimits
     detection_rule: Rule
     ground_m: float
+    script: tuple[ScriptedIntruder, ...]
+    """Intruders that appear."""
+    traffic: TrafficSettings
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
@@ -77,7 +86,11 @@ class FlightSetup:
         self.refuse_impossible()
         system = self.system()
         system.warm_up()
-        return simulate(system, self.world, self.lidars, self.simulation, on_decision)
+        traffic = None
+        if self.script:
+            speed = self.planner.speed_mps
+            traffic = Traffic(self.script, self.mission, speed, self.traffic, self.simulation.seed)
+        return simulate(system, self.world, self.lidars, self.simulation, on_decision, traffic)
 
 
 def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
@@ -116,7 +129,26 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         limits=DataLimits(patience_turns=file.safety.patience_turns),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground is None else ground,
+        script=tuple(_scripted(part, file.traffic.spawn) for part in file.intruder),
+        traffic=TrafficSettings(
+            file.traffic.position_sigma_m,
+            file.traffic.velocity_sigma_mps,
+            file.traffic.deviates,
+            file.traffic.report_s,
+        ),
         notes=notes,
+    )
+
+
+def _scripted(part: FlyingIntruderSection, spawn: Spawn) -> ScriptedIntruder:
+    return ScriptedIntruder(
+        part.name,
+        part.appears_s,
+        np.array(part.position_m),
+        np.array(part.velocity_mps),
+        np.radians(part.spread_deg),
+        part.radius_m,
+        spawn,
     )
 
 
@@ -132,6 +164,7 @@ def avoidance_settings(file: MissionFile) -> AvoidanceSettings:
         safety_margin_m=safety.margin_m,
         sigmas=safety.sigmas,
         own_drift_mps=safety.own_drift_mps,
+        intruder_models=file.traffic.models,
         point_sigmas=safety.point_sigmas,
         prices=Prices(**file.prices.model_dump()),
     )

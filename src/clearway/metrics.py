@@ -2,13 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from clearway.frames import FloatArray
+from clearway.state import BoolArray, IntArray
 from clearway.world import World
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntruderDistances:
+    """Collision distance (6.17)-(6.19): between centres, at equal times."""
+
+    names: tuple[str, ...]
+    distance_m: FloatArray
+    """[intruders, n] at each time of the track; inf before an intruder appears."""
+    margin_m: FloatArray
+    """[intruders] safety margin plus body radius (6.16)."""
+
+    @property
+    def closest(self) -> IntArray:
+        """[n] index of the closest intruder at each time (6.18)."""
+        return np.asarray(np.argmin(self.distance_m, axis=0), dtype=np.int64)
+
+    @property
+    def min_distance_m(self) -> float:
+        return float(self.distance_m.min())
+
+    @property
+    def closest_name(self) -> str:
+        """The intruder that came nearest of all."""
+        return self.names[int(np.argmin(self.distance_m.min(axis=1)))]
+
+    @property
+    def violations(self) -> int:
+        """Episodes in which some intruder is nearer than its margin, each intruder by itself."""
+        inside = self.distance_m < self.margin_m[:, None] - 1e-9
+        return sum(episodes(row) for row in inside)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,13 +53,15 @@ class FlightMetrics:
     obstacle_distance_m: FloatArray
     """[n] from the vehicle's centre to the nearest true surface, at each time of the track."""
     margin_violations: int
-    """Episodes in which that distance is below the safety margin."""
+    """Episodes below the safety margin, of obstacles and of intruders."""
     tracking_m: FloatArray
     """[n] distance to the straight lines between the waypoints (6.13)."""
     climb_m: float
     """Metres climbed."""
     effort_m2ps3: float
     """Time integral of the squared acceleration across the path: what turning costs."""
+    intruders: IntruderDistances | None = None
+    """Distances to traffic; None in flights without any."""
 
     @property
     def min_obstacle_distance_m(self) -> float:
@@ -40,6 +75,7 @@ def measure(
     world: World,
     nominal_m: FloatArray,
     safety_margin_m: float,
+    intruders: IntruderDistances | None = None,
 ) -> FlightMetrics:
     """Metrics of a track: times [n], states [n, 6], and the nominal polyline [m, 3]."""
     position = np.ascontiguousarray(states[:, :3])
@@ -49,14 +85,34 @@ def measure(
         time_s=float(time_s[-1] - time_s[0]),
         path_length_m=float(np.linalg.norm(steps, axis=1).sum()),
         obstacle_distance_m=distance,
-        margin_violations=episodes(distance < safety_margin_m - 1e-9),
+        margin_violations=episodes(distance < safety_margin_m - 1e-9)
+        + (intruders.violations if intruders else 0),
         tracking_m=distance_to_polyline(position, nominal_m),
         climb_m=float(np.maximum(steps[:, 2], 0.0).sum()),
         effort_m2ps3=_effort(time_s, position),
+        intruders=intruders,
     )
 
 
-def episodes(flags: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> int:
+def intruder_distances(
+    time_s: FloatArray,
+    positions_m: FloatArray,
+    tracks: Mapping[str, Sequence[tuple[float, FloatArray]]],
+    margins_m: Mapping[str, float],
+) -> IntruderDistances | None:
+    """Distances of a track, times [n] and positions [n, 3], to intruders at the same times."""
+    if not tracks:
+        return None
+    distance = np.full((len(tracks), len(time_s)), np.inf)
+    for row, track in enumerate(tracks.values()):
+        at = np.searchsorted(time_s, [time - 1e-9 for time, _ in track])
+        places = np.array([place for _, place in track])
+        distance[row, at] = np.linalg.norm(places - positions_m[at], axis=1)
+    margins = np.array([margins_m[name] for name in tracks])
+    return IntruderDistances(tuple(tracks), distance, margins)
+
+
+def episodes(flags: BoolArray) -> int:
     """Number of runs of true values."""
     padded = np.concatenate([[False], flags])
     return int(np.count_nonzero(padded[1:] & ~padded[:-1]))

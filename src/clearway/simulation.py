@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
-from clearway.metrics import FlightMetrics, measure
+from clearway.metrics import FlightMetrics, intruder_distances, measure
 from clearway.mission import Mission, Mode, advanced
 from clearway.mission import Progress as MissionProgress
 from clearway.movements import Movement
@@ -22,6 +22,7 @@ from clearway.prediction import corrected_movement, needs_correction, prediction
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
 from clearway.system import AvoidanceSystem, FlightDecision, Reading
+from clearway.traffic import Traffic
 from clearway.world import World
 
 LARGEST_STEP_S = 0.05
@@ -80,6 +81,8 @@ class Run:
     metrics: FlightMetrics
     safety_margin_m: float
     seed: int
+    intruder_tracks: dict[str, FloatArray] = field(default_factory=dict)
+    """[n, 4] time and true position of each intruder, from its appearance on."""
     corrections: int = 0
     """Movements flown with corrected turn rates, since the prediction error took more than its
     share of the margin (4.2.2)."""
@@ -110,10 +113,14 @@ def simulate(
     lidars: Sequence[Lidar],
     settings: SimulationSettings | None = None,
     on_decision: OnDecision | None = None,
+    traffic: Traffic | None = None,
 ) -> Run:
-    """Fly the system's mission through a true world; the same seed gives the same run."""
+    """Fly the system's mission through a true world; the same seed gives the same run.
+
+    traffic: fresh for every flight, since it flies along.
+    """
     settings = settings or SimulationSettings()
-    flight = _Flight(system, world, lidars, settings)
+    flight = _Flight(system, world, lidars, settings, traffic)
     return flight.run(on_decision)
 
 
@@ -126,8 +133,10 @@ class _Flight:
         world: World,
         lidars: Sequence[Lidar],
         settings: SimulationSettings,
+        traffic: Traffic | None,
     ) -> None:
         self.system, self.world, self.lidars, self.settings = system, world, lidars, settings
+        self.traffic = traffic
         self.mission = system.mission
         self.automaton = system.planner.automaton
         self.scan_rng, self.state_rng, self.noise_rng = (
@@ -145,6 +154,7 @@ class _Flight:
     def run(self, on_decision: OnDecision | None) -> Run:
         system, mission = self.system, self.mission
         limit = self._time_limit()
+        self._move_traffic()
         decisions: list[LoggedDecision] = []
         queue: list[Movement] = []
         while not self.progress.done(mission) and self.times[-1] < limit:
@@ -177,7 +187,14 @@ class _Flight:
         readings += [
             simulate_scan(lidar, self.world, seen_from, self.scan_rng) for lidar in self.lidars
         ]
+        if self.traffic is not None:
+            readings += self.traffic.reports(now)
         return readings
+
+    def _move_traffic(self) -> None:
+        if self.traffic is not None:
+            state = self.states[-1]
+            self.traffic.step(State(state[:3], state[3:], self.times[-1]))
 
     def _true_state(self, time_s: float) -> State:
         at = int(np.searchsorted(self.times, time_s - 1e-9))
@@ -201,6 +218,7 @@ class _Flight:
                 state = self.automaton.predict(origin, movement, number * step)
             self.states.append(state)
             self.times.append(start + number * step)
+            self._move_traffic()
             self.progress = advanced(self.mission, self.progress, state[:3], self.times[-1])
             if self.progress.done(self.mission):
                 return
@@ -243,6 +261,10 @@ class _Flight:
     def _finished(self, decisions: list[LoggedDecision]) -> Run:
         times, states = np.array(self.times), np.array(self.states)
         margin = self.system.planner.settings.safety_margin_m
+        tracks = self.traffic.tracks if self.traffic is not None else {}
+        radii = self.traffic.radii_m() if self.traffic is not None else {}
+        margins = {name: margin + radius for name, radius in radii.items()}
+        intruders = intruder_distances(times, states[:, :3], tracks, margins)
         nominal = np.concatenate([self.mission.start.position_m[None], self.mission.waypoints_m])
         return Run(
             mission=self.mission,
@@ -251,9 +273,13 @@ class _Flight:
             decisions=tuple(decisions),
             movements=tuple(self.movements),
             progress=self.progress,
-            metrics=measure(times, states, self.world, nominal, margin),
+            metrics=measure(times, states, self.world, nominal, margin, intruders),
             safety_margin_m=margin,
             seed=self.settings.seed,
+            intruder_tracks={
+                name: np.array([[time, *place] for time, place in track])
+                for name, track in tracks.items()
+            },
             corrections=self.corrections,
             counts=dict(self.system.counts),
         )

@@ -185,6 +185,8 @@ class AvoidanceSystem:
             scan.time_s > self._decided_s and len(scan.points_m) for scan in self._scans.values()
         ):
             return "new returns"
+        if any(report.time_s > self._decided_s for report in self._intruders.values()):
+            return "new reports of traffic"
         return None
 
     def warm_up(self) -> None:
@@ -204,6 +206,16 @@ class AvoidanceSystem:
                 ahead = lidar.pattern.directions[:: max(1, lidar.pattern.beams // 50)]
                 distance = 0.4 * self.planner.grid.range_m
                 trial.update(Scan(distance * ahead, time_s, lidar.name))
+            if step:
+                passing = Intruder(
+                    start.position_m + 0.5 * self.planner.grid.range_m,
+                    np.array([0.0, -self.planner.speed_mps, 0.0]),
+                    np.array([0.1, 0.1]),
+                    self.planner.settings.safety_margin_m,
+                    "passing",
+                    time_s,
+                )
+                trial.update(passing)
             trial.decide(time_s)
 
     def decide(self, now_s: float) -> FlightDecision:
@@ -354,7 +366,7 @@ class AvoidanceSystem:
             else:
                 present[name] = intruder
         self._intruders = present
-        return [intruder.at(now_s) for intruder in present.values()]
+        return list(present.values())
 
     def _leave_dead_end(self, state: State, now_s: float) -> None:
         """The no-progress rule: fly a detour when the goal has not come nearer for long."""

@@ -25,6 +25,10 @@ def fly(
         Path | None,
         typer.Option(help="Folder for logs and pictures; default clearway-out/<mission>."),
     ] = None,
+    spawn: Annotated[
+        str | None,
+        typer.Option(help="Intruders appear relative to: nominal flight, ownship, or world."),
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of noise and drop-outs.")] = None,
     rating: Annotated[str | None, typer.Option(help="total, printed, visible or evidence.")] = None,
     verify: Annotated[
@@ -40,7 +44,7 @@ def fly(
     from clearway.flight import prepare
     from clearway.io.run_files import summary
 
-    file = _changed(_read(mission), seed, rating, verify)
+    file = _changed(_read(mission), seed, rating, verify, spawn)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
     for note in setup.notes:
@@ -65,7 +69,11 @@ def _read(mission: str) -> MissionFile:
 
 
 def _changed(
-    file: MissionFile, seed: int | None, rating: str | None, verify: str | None
+    file: MissionFile,
+    seed: int | None,
+    rating: str | None,
+    verify: str | None,
+    spawn: str | None,
 ) -> MissionFile:
     """The mission with what the command line overrides, checked like a file."""
     from clearway.io.mission_file import MissionFile
@@ -78,6 +86,8 @@ def _changed(
         tables["rating"]["name"] = rating
     if verify is not None:
         tables["verify"]["method"] = verify
+    if spawn is not None:
+        tables["traffic"]["spawn"] = spawn
     return parse_model("command line", tables, MissionFile)
 
 
@@ -121,13 +131,15 @@ def _flown_length(setup: FlightSetup, entry: LoggedDecision) -> float:
 
 def _write(run: Run, setup: FlightSetup, file: MissionFile, folder: Path, plots: bool) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
-    from clearway.io.run_files import summary, write_decisions, write_track
+    from clearway.io.run_files import summary, write_decisions, write_intruders, write_track
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
 
     with staged(folder) as scratch:
         write_toml(file.effective(), scratch / "mission.toml")
         write_track(run, scratch / "track.csv")
+        if run.intruder_tracks:
+            write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
         (scratch / "summary.json").write_text(json.dumps(summary(run), indent=2) + "\n")
         if plots:
@@ -158,15 +170,25 @@ def _in_words(run: Run) -> str:
         f"{run.progress.waypoints_reached(run.mission)} of {goals} waypoints",
         f"time               {metrics.time_s:.2f} s",
         f"path               {metrics.path_length_m:.2f} m",
-        f"nearest obstacle   {metrics.min_obstacle_distance_m:.3f} m, "
+        f"nearest obstacle   {_metres(metrics.min_obstacle_distance_m)}, "
         f"margin {run.safety_margin_m:.2f} m, violations {metrics.margin_violations}",
         f"decisions          {len(run.decisions)}, emergencies {run.emergencies}, "
         f"p50 {times['p50']} ms, p99 {times['p99']} ms, max {times['max']} ms",
         f"tracking           {metrics.tracking_m.mean():.2f} m on average, "
         f"{metrics.tracking_m.max():.2f} m at most",
     ]
+    if metrics.intruders is not None:
+        traffic = metrics.intruders
+        lines.append(
+            f"nearest intruder   {traffic.min_distance_m:.3f} m ({traffic.closest_name}), "
+            f"margin {traffic.margin_m.min():.2f} m, violations {traffic.violations}"
+        )
     if run.counts:
         lines.append(
             "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())
         )
     return "\n".join(lines)
+
+
+def _metres(distance: float) -> str:
+    return f"{distance:.3f} m" if distance < float("inf") else "none"

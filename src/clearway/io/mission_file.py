@@ -6,10 +6,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.errors import InputError
-from clearway.io.sections import GridSection, Numbers, ObstacleSection, Point, Share
+from clearway.intruders import Intruder
+from clearway.io.scene_file import ModelName
+from clearway.io.sections import GridSection, Numbers, ObstacleSection, Point, Share, said
 from clearway.io.toml import Section, read_model
 
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
@@ -134,6 +137,49 @@ class WorldObstacleSection(ObstacleSection):
     """world: really there, not on the map; map: on the map only, a false positive; both."""
 
 
+class TrafficSection(Section):
+    """`[traffic]`: how intruders appear, are known, and are counted in the grid."""
+
+    spawn: Literal["nominal", "ownship", "world"] = "nominal"
+    """What positions and velocities are relative to: the nominal straight flight at the time of
+    detection, the true ownship then, or the world."""
+    models: Annotated[tuple[ModelName, ...], Field(strict=False, min_length=1)] = (
+        "line",
+        "spread",
+    )
+    position_sigma_m: NotNegative = 0.0
+    velocity_sigma_mps: NotNegative = 0.0
+    deviates: bool = False
+    """Intruders fly anywhere inside their stated spread, with a new direction every second."""
+    report_s: Positive = 1.0
+
+
+class FlyingIntruderSection(Section):
+    """`[[intruder]]`: one that appears during the mission."""
+
+    name: str
+    appears_s: NotNegative
+    position_m: Point
+    velocity_mps: Point
+    spread_deg: Annotated[tuple[float, float], Field(strict=False)] = (0.0, 0.0)
+    """[horizontal, vertical] half-angles."""
+    radius_m: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        said(self._reported)
+        return self
+
+    def _reported(self) -> Intruder:
+        return Intruder(
+            np.array(self.position_m),
+            np.array(self.velocity_mps),
+            np.radians(self.spread_deg),
+            self.radius_m,
+            self.name,
+        )
+
+
 class PointCloudSection(Section):
     """`[point_cloud]`: a surveyed place as the world to fly in."""
 
@@ -172,6 +218,8 @@ class MissionFile(Section):
     prices: PricesSection = PricesSection()
     simulation: SimulationSection = SimulationSection()
     point_cloud: PointCloudSection | None = None
+    traffic: TrafficSection = TrafficSection()
+    intruder: Annotated[tuple[FlyingIntruderSection, ...], Field(strict=False)] = ()
     lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
 
@@ -180,6 +228,9 @@ class MissionFile(Section):
         names = [lidar.name for lidar in self.lidar]
         if len(set(names)) < len(names):
             raise ValueError(f"lidar: names must differ, got {names}")
+        names = [intruder.name for intruder in self.intruder]
+        if len(set(names)) < len(names):
+            raise ValueError(f"intruder: names must differ, got {names}")
         return self
 
     def effective(self) -> dict[str, Any]:

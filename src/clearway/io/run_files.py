@@ -17,7 +17,7 @@ TRACK_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_ra
 
 def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
     """The object that `fly --json` prints."""
-    distance = run.metrics.min_obstacle_distance_m
+    distance, traffic = run.metrics.min_obstacle_distance_m, run.metrics.intruders
     return {
         "mission": run.mission.name,
         "planner": planner,
@@ -26,8 +26,8 @@ def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
         "time_s": round(run.metrics.time_s, 6),
         "path_length_m": round(run.metrics.path_length_m, 6),
         "min_obstacle_distance_m": _number(distance),
-        "min_intruder_distance_m": None,
-        "closest_intruder": None,
+        "min_intruder_distance_m": _number(traffic.min_distance_m) if traffic else None,
+        "closest_intruder": traffic.closest_name if traffic else None,
         "safety_margin_m": run.safety_margin_m,
         "margin_violations": run.metrics.margin_violations,
         "emergencies": run.emergencies,
@@ -62,6 +62,16 @@ def write_track(run: Run, path: Path) -> None:
         writer.writerow(TRACK_COLUMNS)
         for time_s, state in zip(run.time_s, run.states, strict=True):
             writer.writerow([f"{time_s:.4f}", *(f"{value:.6f}" for value in state)])
+
+
+def write_intruders(run: Run, path: Path) -> None:
+    """True tracks of the intruders, one row per step and intruder."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(("name", *TRACK_COLUMNS[:4]))
+        for name, track in run.intruder_tracks.items():
+            for time_s, *place in track:
+                writer.writerow([name, f"{time_s:.4f}", *(f"{value:.6f}" for value in place)])
 
 
 def write_decisions(run: Run, path: Path) -> None:

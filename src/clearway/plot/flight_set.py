@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from clearway.plot.assessment import draw_assessment
@@ -14,28 +15,43 @@ from clearway.plot.flight import (
     draw_tracking,
     snapshot_decisions,
 )
+from clearway.plot.traffic import draw_collision_distance, draw_traffic, first_detection
 from clearway.simulation import Run
 
 
 def draw_flight(run: Run, margins: Margins) -> Iterator[tuple[str, Figure]]:
-    """(name, figure) one by one: snapshots, assessment of the first of them, distance, tracking."""
+    """(name, figure) one by one: snapshots, assessment at the first, distances, tracking."""
     name = run.mission.name
     snapshots = snapshot_decisions(run)
     for number, index in enumerate(snapshots, start=1):
         when = run.decisions[index].flight.time_s
         title = f"{name}: approach {number} at {when:.1f} s"
         yield f"snapshot-{number}", draw_snapshot(run, index, title)
-    yield "flight", draw_snapshot(run, None, f"{name}: the whole flight")
-    if snapshots:
-        entry = run.decisions[snapshots[0]]
-        decision = entry.flight.decision
-        panels = draw_assessment(
-            decision.cells,
-            decision.reach,
-            decision.repertoire.reach_set,
-            decision.hazards.points.position_m,
-            f"{name} at {entry.flight.time_s:.1f} s",
-        )
-        yield from panels.items()
-    yield "obstacle-distance", draw_obstacle_distance(run, margins)
+    detected = first_detection(run)
+    if detected is not None:
+        when = run.decisions[detected].flight.time_s
+        title = f"{name}: first intruder detected at {when:.1f} s"
+        yield "traffic-first", draw_traffic(run, detected, title)
+        yield "traffic", draw_traffic(run, None, f"{name}: the whole flight")
+        yield "collision-distance", draw_collision_distance(run)
+    else:
+        yield "flight", draw_snapshot(run, None, f"{name}: the whole flight")
+    telling = detected if detected is not None else next(iter(snapshots), None)
+    if telling is not None:
+        yield from _panels(run, telling).items()
+    if np.isfinite(run.metrics.obstacle_distance_m).all():
+        yield "obstacle-distance", draw_obstacle_distance(run, margins)
     yield "tracking", draw_tracking(run)
+
+
+def _panels(run: Run, index: int) -> dict[str, Figure]:
+    """Reachability, obstacle and visibility at one decision."""
+    entry = run.decisions[index]
+    decision = entry.flight.decision
+    return draw_assessment(
+        decision.cells,
+        decision.reach,
+        decision.repertoire.reach_set,
+        decision.hazards.points.position_m,
+        f"{run.mission.name} at {entry.flight.time_s:.1f} s",
+    )

@@ -1,0 +1,165 @@
+"""Pictures of flights among traffic: tracks and decision points, collision distance (6.23-6.28)."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from clearway.frames import FloatArray
+from clearway.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view
+from clearway.simulation import LoggedDecision, Run
+
+DECISION, TRACK, INTRUDER = "#c218c2", "#d98ad9", "#d62728"
+
+
+def first_detection(run: Run) -> int | None:
+    """Index of the first decision that knows of an intruder."""
+    for index, entry in enumerate(run.decisions):
+        if len(entry.flight.decision.hazards.movers.radius_m):
+            return index
+    return None
+
+
+def draw_traffic(run: Run, index: int | None, title: str) -> Figure:
+    """The flight among its intruders up to one decision, from above and from the side."""
+    until = run.time_s[-1] if index is None else run.decisions[index].flight.time_s
+    taken = [entry for entry in run.decisions if entry.flight.time_s <= until + 1e-9]
+    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
+    figure.suptitle(title)
+    above, side = figure.subplots(2, 1, height_ratios=[1.6, 1.0])
+    for axes, columns in ((above, (0, 1)), (side, (0, 2))):
+        _draw_view(axes, run, taken, until, columns, whole=index is None)
+        axes.set_xlabel("x (m)")
+    above.set_ylabel("y (m)")
+    side.set_ylabel("z (m)")
+    handles, labels = above.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def _draw_view(
+    axes: Axes,
+    run: Run,
+    taken: list[LoggedDecision],
+    until_s: float,
+    columns: tuple[int, int],
+    *,
+    whole: bool,
+) -> None:
+    a, b = columns
+    flown = run.states[run.time_s <= until_s + 1e-9, :3]
+    plans = taken if whole else taken[-1:]
+    for number, entry in enumerate(plans):
+        path = entry.flight.decision.path_m
+        axes.plot(
+            path[:, a],
+            path[:, b],
+            color=PLANNED,
+            linewidth=0.6 if whole else 1.8,
+            alpha=0.5 if whole else 1.0,
+            label="planned" if number == 0 else None,
+        )
+    axes.plot(flown[:, a], flown[:, b], color=EXECUTED, linewidth=1.8, label="executed")
+    points = np.array([entry.flight.decision.state.position_m for entry in taken])
+    axes.plot(
+        points[:, a],
+        points[:, b],
+        "o",
+        markerfacecolor="none",
+        color=DECISION,
+        markersize=5,
+        label="decisions",
+    )
+    _draw_intruders(axes, run, until_s, columns)
+    if not whole:
+        for number, line in enumerate(field_of_view(taken[-1])):
+            label = "field of view" if number == 0 else None
+            axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)
+    goals = run.mission.waypoints_m
+    axes.plot(goals[:, a], goals[:, b], "s", color=WAYPOINT, markersize=7, label="waypoints")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(alpha=0.25)
+
+
+def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, int]) -> None:
+    """Positions at past decision times joined, the last one full, within what the flight spans."""
+    a, b = columns
+    decided = np.array([entry.flight.time_s for entry in run.decisions])
+    reach = 1.5 * run.decisions[0].flight.decision.cells.evidence.grid.range_m
+    first = True
+    for name, track in run.intruder_tracks.items():
+        near = _while_near(run, track, reach)
+        shown = near[near[:, 0] <= until_s + 1e-9]
+        if not len(shown):
+            continue
+        at = np.isclose(shown[:, 0, None], decided[None, :], atol=1e-6).any(axis=1)
+        places = shown[:, 1:]
+        axes.plot(
+            places[at][:, a],
+            places[at][:, b],
+            ".-",
+            color=TRACK,
+            linewidth=0.8,
+            markersize=4,
+            label="intruder tracks" if first else None,
+        )
+        axes.plot(
+            places[-1, a],
+            places[-1, b],
+            "o",
+            color=INTRUDER,
+            markersize=6,
+            label="intruders" if first else None,
+        )
+        axes.annotate(
+            name,
+            (places[-1, a], places[-1, b]),
+            xytext=(5, 3),
+            textcoords="offset points",
+            color=INTRUDER,
+            fontsize=8,
+        )
+        first = False
+
+
+def _while_near(run: Run, track: FloatArray, reach_m: float) -> FloatArray:
+    """Rows of a track during which the ownship is within reach of the intruder."""
+    at = np.minimum(np.searchsorted(run.time_s, track[:, 0] - 1e-9), len(run.time_s) - 1)
+    gap = np.linalg.norm(run.states[at, :3] - track[:, 1:], axis=1)
+    near = np.flatnonzero(gap <= reach_m)
+    return track[: near[-1] + 1] if len(near) else track[:0]
+
+
+def draw_collision_distance(run: Run) -> Figure:
+    """Distance to the closest intruder over time, with which one it is (fig. 6.28)."""
+    traffic = run.metrics.intruders
+    figure = Figure(figsize=(10.0, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    if traffic is None:
+        return figure
+    nearest = traffic.distance_m.min(axis=0)
+    known = np.isfinite(nearest)
+    axes.plot(run.time_s[known], nearest[known], color=EXECUTED, label="to the closest intruder")
+    closest = traffic.closest
+    changes = np.flatnonzero(known & np.r_[True, np.diff(np.where(known, closest, -1)) != 0])
+    for start, end in zip(changes, [*changes[1:], len(nearest)], strict=True):
+        lowest = start + int(np.argmin(nearest[start:end]))
+        axes.plot(run.time_s[lowest], nearest[lowest], "o", color=WAYPOINT)
+        axes.annotate(
+            f"{traffic.names[closest[lowest]]}: {nearest[lowest]:.2f} m",
+            (run.time_s[lowest], nearest[lowest]),
+            xytext=(0, -14),
+            textcoords="offset points",
+            horizontalalignment="center",
+            fontsize=8,
+        )
+    margin = float(traffic.margin_m.max())
+    axes.axhline(margin, linestyle="--", color=PLANNED, label=f"margin (6.16): {margin:.2f} m")
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("distance between centres (m)")
+    axes.set_ylim(bottom=0.0)
+    axes.set_title(f"{run.mission.name}: collision distance")
+    axes.grid(alpha=0.25)
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    return figure
