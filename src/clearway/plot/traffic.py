@@ -153,6 +153,7 @@ def draw_collision_distance(run: Run) -> Figure:
             textcoords="offset points",
             horizontalalignment="center",
             fontsize=8,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
         )
     margin = float(traffic.margin_m.max())
     axes.axhline(margin, linestyle="--", color=PLANNED, label=f"margin (6.16): {margin:.2f} m")
