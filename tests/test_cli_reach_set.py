@@ -114,3 +114,40 @@ def test_help_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.strip() == "[]", done.stderr
+
+
+def test_compare_prints_every_method_beside_the_paper(tmp_path):
+    done = run("reach-set", "compare", "--layers", "5", "--out", "here", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "961 footprints (counted)" in done.stdout
+    assert "cannot be" in done.stdout
+    assert "2483, 725, 0.90" in done.stdout
+    assert "own spread: all." in done.stdout
+    pictures = {path.name for path in (tmp_path / "here").iterdir()}
+    assert {"chaotic-9.png", "flying.png", "nodes-against-coverage.png"} <= pictures
+    assert len(pictures) == 11
+
+
+def test_compare_as_json(tmp_path):
+    done = run(
+        *("reach-set", "compare", "--layers", "9", "--branches", "4", "--repetitions", "3"),
+        *("--json", "--no-plots"),
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    (line,) = done.stdout.splitlines()
+    result = json.loads(line)
+    assert result["full_footprints_counted"] is False
+    assert result["full_footprints_stderr"] > 0
+    assert result["pitch_limit_deg"] is None
+    assert result["cells_reachable"] == 243
+    assert len(result["methods"]) == 10
+    for row in result["methods"]:
+        assert row["nodes_with_side_exits"] <= row["bound_6_5"]
+        assert row["footprints"] <= row["trajectories"] <= row["nodes"]
+        assert row["coverage_ratio"] == pytest.approx(row["footprints"] / result["full_footprints"])
+        assert 0 < row["coverage_ratio_stderr"] < 1
+        assert row["cells_covered"] <= row["cells_reachable"]
+        assert row["dispersion"] > row["dispersion_mean"] > 0
+        assert row["build_s"] > 0
+    assert not list(tmp_path.iterdir())

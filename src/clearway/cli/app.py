@@ -13,6 +13,7 @@ import typer
 from clearway import __version__
 from clearway.cli.assess import assess
 from clearway.cli.fly import fly
+from clearway.cli.reach_compare import compare
 from clearway.cli.reach_set import reach_set
 from clearway.cli.report import run_guarded
 
@@ -26,7 +27,10 @@ app = typer.Typer(
 )
 app.command("fly")(run_guarded(fly))
 app.command("assess")(run_guarded(assess))
-app.command("reach-set")(run_guarded(reach_set))
+reach_sets = typer.Typer(add_completion=False)
+reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
+reach_sets.command("compare")(run_guarded(compare))
+app.add_typer(reach_sets, name="reach-set")
 
 
 def _print_version(wanted: bool) -> None:

@@ -21,9 +21,12 @@ GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
 
 
 def reach_set(
+    context: typer.Context,
     method: Annotated[
         str,
-        typer.Option(help="full, chaotic, harmonic, combined, primitives or flying."),
+        typer.Option(
+            help="full, chaotic, harmonic, combined, primitives, dispersion, cover, late, flying."
+        ),
     ] = "flying",
     layers: Annotated[int, typer.Option(help="Layers of the grid.", rich_help_panel=GRID)] = 10,
     range_m: Annotated[
@@ -80,6 +83,8 @@ def reach_set(
     plots: Annotated[bool, typer.Option(help="Draw it.", rich_help_panel=OUTPUT)] = True,
 ) -> None:
     """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
+    if context.invoked_subcommand is not None:
+        return
     from clearway.reach.coverage import measure
     from clearway.reach.sets import build_reach_set
 

@@ -1,0 +1,217 @@
+"""`clearway reach-set compare`: table 6.1 as measured, beside the paper's figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.reach_set import GRID, OUTPUT, VEHICLE, automaton_of, grid_of
+from clearway.cli.report import print_json, say
+
+if TYPE_CHECKING:
+    from clearway.reach.comparison import Comparison, Row
+
+ESTIMATE = "Full reach set"
+
+
+def compare(
+    layers: Annotated[int, typer.Option(help="Layers of the grid.", rich_help_panel=GRID)] = 15,
+    range_m: Annotated[
+        float | None,
+        typer.Option(
+            "--range",
+            help="Range of the grid in metres; by default one movement's length per layer.",
+            rich_help_panel=GRID,
+        ),
+    ] = None,
+    columns: Annotated[int, typer.Option(help="Columns.", rich_help_panel=GRID)] = 7,
+    rows: Annotated[int, typer.Option(help="Rows.", rich_help_panel=GRID)] = 5,
+    azimuth_deg: Annotated[
+        str, typer.Option(help="Half width, or right,left.", rich_help_panel=GRID)
+    ] = "45",
+    elevation_deg: Annotated[
+        str, typer.Option(help="Half height, or bottom,top.", rich_help_panel=GRID)
+    ] = "30",
+    speed: Annotated[float, typer.Option(help="Speed in m/s.", rich_help_panel=VEHICLE)] = 1.0,
+    turn_step_deg: Annotated[
+        float, typer.Option(help="Turn by one movement.", rich_help_panel=VEHICLE)
+    ] = 15.0,
+    duration: Annotated[
+        float, typer.Option(help="Seconds of one movement.", rich_help_panel=VEHICLE)
+    ] = 1.0,
+    pitch_limit_deg: Annotated[
+        str,
+        typer.Option(help="Steepest pitch, or none as in table 6.1.", rich_help_panel=VEHICLE),
+    ] = "none",
+    movements: Annotated[
+        int, typer.Option(help="9, or 5 without diagonals.", rich_help_panel=VEHICLE)
+    ] = 9,
+    branches: Annotated[
+        int, typer.Option(min=1, help="Branches followed by an estimate.", rich_help_panel=ESTIMATE)
+    ] = 16,
+    repetitions: Annotated[
+        int, typer.Option(min=2, help="Independent estimates.", rich_help_panel=ESTIMATE)
+    ] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="Seed.", rich_help_panel=ESTIMATE)] = 0,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the pictures; clearway-out/reach-set-compare by default.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    plots: Annotated[bool, typer.Option(help="Draw pictures.", rich_help_panel=OUTPUT)] = True,
+) -> None:
+    """Measure every method on one grid, beside the paper's table 6.1."""
+    from clearway.reach.comparison import compare as compared
+
+    automaton = automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
+    far = layers * speed * duration if range_m is None else range_m
+    grid = grid_of(far, layers, azimuth_deg, columns, elevation_deg, rows)
+    result = compared(
+        automaton, grid, branches=branches, repetitions=repetitions, seed=seed, progress=say
+    )
+    if plots:
+        _draw(result, out or Path("clearway-out/reach-set-compare"))
+    if as_json:
+        print_json(_as_json(result))
+    else:
+        print(_as_text(result))
+
+
+def _draw(result: Comparison, folder: Path) -> None:
+    from clearway.io.staging import staged
+    from clearway.plot.reach import draw_reach_set_views
+    from clearway.plot.reach_compare import draw_spreads
+    from clearway.reach.comparison import over_spreads
+
+    say(f"drawing into {folder}")
+    with staged(folder) as scratch:
+        for row in result.rows:
+            figure = draw_reach_set_views(row.reach_set, f"{row.contender.name} reach set")
+            figure.savefig(scratch / f"{row.contender.name.replace(' ', '-')}.png")
+        spreads = over_spreads(result.automaton, result.grid)
+        draw_spreads(result, spreads).savefig(scratch / "nodes-against-coverage.png")
+
+
+def _as_json(result: Comparison) -> dict[str, Any]:
+    import math
+
+    limit = result.automaton.pitch_limit_rad
+    return {
+        "layers": result.grid.layers,
+        "columns": result.grid.columns,
+        "rows": result.grid.rows,
+        "range_m": result.grid.range_m,
+        "movements": len(result.automaton.movements),
+        "pitch_limit_deg": None if limit is None else round(math.degrees(limit), 9),
+        "start_pitch_deg": 0.0,
+        "full_footprints": result.full.number,
+        "full_footprints_stderr": result.full.standard_error,
+        "full_footprints_counted": result.full.counted,
+        "cells_reachable": result.cells_reachable,
+        "equations": {name: value for name, value, _ in _equations(result)},
+        "methods": [_row_as_json(row, result) for row in result.rows],
+    }
+
+
+def _row_as_json(row: Row, result: Comparison) -> dict[str, Any]:
+    ratio, error = row.ratio(result.full)
+    paper = row.contender.paper
+    return {
+        "name": row.contender.name,
+        "method": row.contender.method,
+        "tuning": dict(row.contender.tuning),
+        "nodes": row.coverage.nodes,
+        "trajectories": row.coverage.trajectories,
+        "side_exits": row.coverage.side_exits,
+        "nodes_with_side_exits": row.coverage.nodes_with_side_exits,
+        "footprints": row.coverage.footprints,
+        "cells_covered": row.coverage.cells_covered,
+        "cells_reachable": result.cells_reachable,
+        "coverage_ratio": ratio,
+        "coverage_ratio_stderr": error,
+        "smoothness": row.coverage.smoothness,
+        "smoothness_worst": row.coverage.smoothness_worst,
+        "dispersion": row.dispersion.largest_m,
+        "dispersion_mean": row.dispersion.mean_m,
+        "build_s": row.build_s,
+        "spread": row.spread,
+        "bound_6_5": row.bound,
+        "paper": None
+        if paper is None
+        else {"nodes": paper[0], "trajectories": paper[1], "coverage_ratio": paper[2]},
+    }
+
+
+def _equations(result: Comparison) -> list[tuple[str, float, str]]:
+    """Eqs. (6.4)-(6.7): name, value, and in words."""
+    from clearway.reach.comparison import bound_6_5
+
+    moves, cells = len(result.automaton.movements), result.grid.cells
+    full = float(sum(moves**depth for depth in range(1, result.grid.layers + 1)))
+    linear, residue = float(moves * 9 * cells), 2.718281828459045 ** (moves * 9)
+    return [
+        ("6.4", linear + residue, f"m r h v l + e^(m r) = {linear:.0f} + {residue:.3g}, r = 9"),
+        ("6.5", float(bound_6_5(moves, 9, result.grid)), "m (r + 1) h v l, r = 9"),
+        ("6.6", float(moves * cells), f"{moves} x {cells}, to be multiplied by k"),
+        ("6.7", 2483.0 / full, f"2483 of {full:.4e} nodes; printed, for 15 layers, as 1.2088e-12"),
+        ("6.7 combined", 2162.0 / full, "the combined method's own 2162 nodes"),
+    ]
+
+
+def _as_text(result: Comparison) -> str:
+    full, limit = result.full, result.automaton.pitch_limit_rad
+    layers, columns, rows = result.grid.shape
+    number = f"{full.number:.0f}" if full.counted else f"{full.number:.2g}"
+    error = "counted" if full.counted else f"estimated, standard error {full.standard_error:.1g}"
+    bound = "none" if limit is None else f"{57.29577951308232 * limit:g} deg"
+    head = (
+        f"{'method':<16}{'nodes':>7}{'traj.':>7}{'side':>6}{'footpr.':>9}{'cells':>7}"
+        f"{'C_R':>10}{'+-':>9}{'smooth':>8}{'worst':>7}{'disp. m':>9}{'built':>9}"
+        f"   paper, 15 layers"
+    )
+    lines = [
+        f"{layers} x {columns} x {rows} cells to {result.grid.range_m:g} m, "
+        f"{len(result.automaton.movements)} movements, level start, pitch limit {bound}",
+        f"full reach set: {number} footprints ({error}), {result.cells_reachable} cells reached",
+        "",
+        head,
+        *(_row_as_text(row, result) for row in result.rows),
+        "",
+        "Nodes, trajectories, footprints (of movement end points) and smoothness count what ends",
+        "in the last layer; trajectories out through the side stand apart (side).",
+        *_why_not(result),
+        "",
+        *(f"({name}) {value:.4g}: {words}" for name, value, words in _equations(result)),
+        "Nodes within (6.5) for each set's own spread: "
+        + ("all." if all(r.reach_set.nodes <= r.bound for r in result.rows) else "NOT ALL."),
+    ]
+    return "\n".join(lines)
+
+
+def _row_as_text(row: Row, result: Comparison) -> str:
+    ratio, error = row.ratio(result.full)
+    coverage, paper = row.coverage, row.contender.paper
+    printed = "" if paper is None else f"   {paper[0]}, {paper[1]}, {paper[2]:.2f}"
+    return (
+        f"{row.contender.name:<16}{coverage.nodes:>7}{coverage.trajectories:>7}"
+        f"{coverage.side_exits:>6}{coverage.footprints:>9}{coverage.cells_covered:>7}"
+        f"{ratio:>10.2g}{error:>9.1g}{coverage.smoothness:>8.3f}{coverage.smoothness_worst:>7.2f}"
+        f"{row.dispersion.largest_m:>9.2f}{1e3 * row.build_s:>6.0f} ms{printed}"
+    )
+
+
+def _why_not(result: Comparison) -> list[str]:
+    """Why the coverage ratios of table 6.1 cannot be."""
+    return [
+        "The printed ratios cannot be: a set has at most as many footprints as trajectories, so",
+        "305 trajectories at C_R = 0.87 would need a full reach set of at most "
+        f"{305 / 0.87:.0f} footprints,",
+        f"not {result.full.number:.2g}. Cells covered of those reached is what comes near 0.9.",
+    ]

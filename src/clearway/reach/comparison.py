@@ -1,0 +1,193 @@
+"""Table 6.1 as measured: every method on one grid, against the full reach set (4.27)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.grid import AvoidanceGrid
+from clearway.movements import MovementAutomaton
+from clearway.reach.coverage import Coverage, leading_to, measure
+from clearway.reach.dispersal import Dispersion, ReachableSample, dispersion, sample_reachable
+from clearway.reach.footprints import FootprintTree, count_full, estimate_footprints
+from clearway.reach.sets import build_reach_set
+from clearway.reach.tree import LAST_LAYER, ReachSet
+
+MOST_COUNTED = 5.0e7
+"""Nodes of a full reach set up to which footprints are counted rather than estimated."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A method with its tuning, and the figures that table 6.1 prints for it."""
+
+    name: str
+    method: str
+    tuning: Mapping[str, float]
+    paper: tuple[int, int, float] | None = None
+    """Nodes, trajectories and coverage ratio as printed."""
+
+
+TABLE_6_1 = (
+    Contender("chaotic 9", "chaotic", {"spread": 9}, (2483, 725, 0.90)),
+    Contender("harmonic 1", "harmonic", {"harmonic": 1}, (1405, 180, 0.30)),
+    Contender("harmonic 3", "harmonic", {"harmonic": 3}),
+    Contender("combined h1 c8", "combined", {"harmonic": 1, "spread": 8}, (2162, 305, 0.87)),
+    Contender("combined h3 c5", "combined", {"harmonic": 3, "spread": 5}),
+    Contender("primitives", "primitives", {}),
+    Contender("dispersion 6", "dispersion", {"spread": 6}),
+    Contender("cover", "cover", {}),
+    Contender("late", "late", {}),
+    Contender("flying", "flying", {}),
+)
+"""The paper's three rows with its tuning, then the others."""
+
+
+@dataclass(frozen=True)
+class FullFootprints:
+    """|Q_F| of (4.27): counted, or estimated with its standard error."""
+
+    number: float
+    standard_error: float
+    counted: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One method as measured."""
+
+    contender: Contender
+    reach_set: ReachSet
+    coverage: Coverage
+    dispersion: Dispersion
+    build_s: float
+    spread: int
+    """Most nodes of a cell that go on, r of (6.5)."""
+    bound: int
+    """(6.5) with that spread; nodes never exceed it."""
+
+    def ratio(self, full: FullFootprints) -> tuple[float, float]:
+        """Literal coverage ratio (4.27) and its standard error."""
+        ratio = self.coverage.footprints / full.number
+        return ratio, ratio * full.standard_error / full.number
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All rows for one grid, level start and the automaton's pitch limit."""
+
+    automaton: MovementAutomaton
+    grid: AvoidanceGrid
+    full: FullFootprints
+    cells_reachable: int
+    """Cells that any of the sets reaches: none is known to be reachable beyond them."""
+    rows: tuple[Row, ...]
+
+
+def compare(
+    automaton: MovementAutomaton,
+    grid: AvoidanceGrid,
+    contenders: tuple[Contender, ...] = TABLE_6_1,
+    *,
+    branches: int = 16,
+    repetitions: int = 12,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Comparison:
+    """Build every contender, measure it, and count or estimate the full set's footprints."""
+    tell = progress or (lambda _sentence: None)
+    sample = sample_reachable(automaton, grid, seed=seed)
+    rows = []
+    for contender in contenders:
+        tell(f"building {contender.name}")
+        rows.append(_row(automaton, grid, contender, sample))
+    reached: set[int] = set()
+    for row in rows:
+        reached |= set(cells_reached(row.reach_set).tolist())
+    full = full_footprints(automaton, grid, branches, repetitions, seed, tell)
+    return Comparison(automaton, grid, full, len(reached), tuple(rows))
+
+
+def full_footprints(
+    automaton: MovementAutomaton,
+    grid: AvoidanceGrid,
+    branches: int,
+    repetitions: int,
+    seed: int,
+    tell: Callable[[str], None],
+) -> FullFootprints:
+    """Counted for up to 5e7 nodes, else estimated."""
+    tree = FootprintTree(automaton, grid)
+    if float(len(automaton.movements)) ** tree.deep <= MOST_COUNTED:
+        tell("counting the footprints of the full reach set")
+        return FullFootprints(float(count_full(tree).footprints), 0.0, True)
+    tell("estimating the footprints of the full reach set")
+    estimate = estimate_footprints(tree, branches, repetitions, seed)
+    return FullFootprints(estimate.footprints, estimate.standard_error, False)
+
+
+def cells_reached(reach_set: ReachSet) -> npt.NDArray[np.int32]:
+    """Cells in which movements of trajectories to the last layer end."""
+    leaves = np.flatnonzero(reach_set.exit_kind == LAST_LAYER)
+    cells = reach_set.end_cell[leading_to(reach_set, leaves)]
+    return np.unique(cells[cells >= 0])
+
+
+def bound_6_5(movements: int, spread: int, grid: AvoidanceGrid) -> int:
+    """Most nodes that a set with this spread can have, (6.5)."""
+    return movements * (spread + 1) * grid.cells
+
+
+def _row(
+    automaton: MovementAutomaton,
+    grid: AvoidanceGrid,
+    contender: Contender,
+    sample: ReachableSample,
+) -> Row:
+    # The first call may compile; the second is the one that is timed.
+    build_reach_set(automaton, grid, contender.method, **contender.tuning)
+    began = time.perf_counter()
+    reach_set = build_reach_set(automaton, grid, contender.method, **contender.tuning)
+    build_s = time.perf_counter() - began
+    inner = np.unique(reach_set.parent[reach_set.parent >= 0])
+    counts = np.bincount(reach_set.end_cell[inner], minlength=1)
+    spread = int(counts.max(initial=1))
+    return Row(
+        contender,
+        reach_set,
+        measure(reach_set),
+        dispersion(reach_set, sample),
+        build_s,
+        spread,
+        bound_6_5(len(automaton.movements), spread, grid),
+    )
+
+
+@dataclass(frozen=True)
+class SpreadPoint:
+    """One set of a method, by how many nodes of a cell go on."""
+
+    spread: int
+    coverage: Coverage
+
+
+def over_spreads(
+    automaton: MovementAutomaton,
+    grid: AvoidanceGrid,
+    spreads: tuple[int, ...] = (1, 2, 3, 4, 6, 9, 13),
+) -> dict[str, tuple[SpreadPoint, ...]]:
+    """Coverage of the chaotic, harmonic and dispersion methods over their spread."""
+    names = {"chaotic": "spread", "harmonic": "harmonic", "dispersion": "spread"}
+    return {
+        method: tuple(
+            SpreadPoint(
+                spread, measure(build_reach_set(automaton, grid, method, **{name: float(spread)}))
+            )
+            for spread in spreads
+        )
+        for method, name in names.items()
+    }
