@@ -32,9 +32,7 @@ def test_dispersion_falls_with_nodes_and_is_what_brute_force_finds():
     more = build_reach_set(FREE, SMALL, "dispersion", spread=12)
     assert dispersion(more, sample).mean_m < dispersion(few, sample).mean_m
     pitch, yaw = few.states[:, 4], few.states[:, 5]
-    heading = np.stack(
-        [np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)], 1
-    )
+    level = [np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)]
     position = np.vstack([np.zeros(3), few.states[:, :3]])
     heading = np.vstack([[1.0, 0.0, 0.0], np.stack(level, axis=1)])
     apart = np.linalg.norm(sample.position_m[:, None] - position, axis=2)
