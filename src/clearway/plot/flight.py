@@ -36,7 +36,7 @@ class Margins:
 
 
 def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
-    """Indices of telling decisions: before each closest approach, the one with most in its way.
+    """Indices of telling decisions: before each closest approach, the last with much in its way.
 
     Approaches count when they come nearer than 2.5 times the smallest distance or four margins,
     and lie well apart; at most `most` of them, in the order of flight.
@@ -58,8 +58,8 @@ def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
     for when in sorted(approaches):
         before = np.flatnonzero((times <= when) & (times >= when - apart))
         if len(before):
-            blocked = [_blocked_cells(run.decisions[index]) for index in before]
-            chosen.append(int(before[int(np.argmax(blocked))]))
+            blocked = np.array([_blocked_cells(run.decisions[index]) for index in before])
+            chosen.append(int(before[np.flatnonzero(blocked >= 0.5 * blocked.max())[-1]]))
     return chosen
 
 
