@@ -1,0 +1,59 @@
+"""`python -m benchmarks`: measure everything and print one table."""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import sys
+from pathlib import Path
+
+from benchmarks.table import Benchmark, Row, as_markdown, print_table, replace_short_form
+
+README = Path(__file__).resolve().parent.parent / "README.md"
+
+
+def main() -> None:
+    options = _options()
+    chosen = _chosen(options.only)
+    results: list[tuple[Benchmark, Row]] = []
+    for number, benchmark in enumerate(chosen, start=1):
+        print(f"{number} of {len(chosen)}: {benchmark.name}", file=sys.stderr)
+        results.append((benchmark, benchmark.measure(options.quick)))
+    print_table(results)
+    if options.markdown is not None:
+        options.markdown.write_text(as_markdown(results), encoding="utf-8")
+    if options.readme:
+        replace_short_form(README, results)
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer repeats, fewer flights")
+    parser.add_argument("--only", metavar="PATTERN", help="names that contain it, or match *")
+    parser.add_argument("--markdown", metavar="FILE", type=Path, help="write the table to a file")
+    parser.add_argument(
+        "--readme", action="store_true", help="put the headlines into README.md; takes a full run"
+    )
+    options = parser.parse_args()
+    if options.readme and (options.quick or options.only):
+        parser.error("--readme takes a full run, without --quick and --only")
+    return options
+
+
+def _chosen(pattern: str | None) -> list[Benchmark]:
+    """Benchmarks by name; those that fly take long and come last."""
+    from benchmarks import decisions, flights, intruders, maps, reach, sensors
+
+    rooms = (decisions, sensors, reach, maps, intruders, flights)
+    everything = [benchmark for room in rooms for benchmark in room.BENCHMARKS]
+    if pattern is None:
+        return everything
+    chosen = [each for each in everything if fnmatch.fnmatch(each.name, f"*{pattern}*")]
+    if not chosen:
+        names = "\n  ".join(each.name for each in everything)
+        raise SystemExit(f"no benchmark is called *{pattern}*; there are\n  {names}")
+    return chosen
+
+
+if __name__ == "__main__":
+    main()

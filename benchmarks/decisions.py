@@ -1,0 +1,150 @@
+"""Decisions in flight: the static mission, from sensor arrays in hand to the explained decision."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from benchmarks.table import Benchmark, Row
+from benchmarks.timing import Times, timed
+from clearway.flight import FlightSetup, prepare
+from clearway.io.mission_file import read_mission
+from clearway.obstacle_map import ObstacleMap
+from clearway.obstacles import Obstacle
+from clearway.sensors import simulate_scan
+from clearway.system import AvoidanceSystem, DataLimits
+
+MISSION = "static-obstacles"
+MANY_BEAMS = (80, 36)
+"""Azimuths and elevations through every column of cells: 100,800 beams in all."""
+
+
+@cache
+def static_mission(
+    rating: str = "total", beams_per_cell: tuple[int, int] | None = None
+) -> FlightSetup:
+    """Section 6.4, with another rating or scanner if so wished."""
+    file = read_mission(MISSION).changed("rating", name=rating)
+    if beams_per_cell is not None:
+        (lidar,) = file.lidar
+        other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})
+        file = file.model_copy(update={"lidar": (other,)})
+    return prepare(file)
+
+
+def with_seed(setup: FlightSetup, seed: int) -> FlightSetup:
+    return replace(setup, simulation=replace(setup.simulation, seed=seed))
+
+
+def in_flight(
+    beams_per_cell: tuple[int, int] | None, target_s: float | None, target_p99_s: float | None
+) -> Callable[[bool], Row]:
+    """All decisions of several whole flights."""
+
+    def measure(quick: bool) -> Row:
+        setup = static_mission(beams_per_cell=beams_per_cell)
+        flights = 2 if quick else 6
+        decisions = [
+            entry for seed in range(flights) for entry in with_seed(setup, seed).fly().decisions
+        ]
+        times = Times(np.array([entry.elapsed_s for entry in decisions]))
+        (lidar,) = setup.lidars
+        return times.row(
+            f"a decision of the static mission, {lidar.pattern.beams:,} beams, "
+            f"from sensor arrays to the explained decision; "
+            f"{len(decisions)} decisions of {flights} flights",
+            target_s=target_s,
+            target_p99_s=target_p99_s,
+        )
+
+    return measure
+
+
+def street() -> ObstacleMap:
+    """Closed all round but for the sky: nearly every beam of a scanner returns."""
+    return ObstacleMap(
+        [
+            Obstacle.plane([0.0, 0.0, -4.0], (200.0, 200.0), 0.1),
+            Obstacle.cuboid([0.0, 14.0, 0.0], (200.0, 4.0, 80.0)),
+            Obstacle.cuboid([0.0, -14.0, 0.0], (200.0, 4.0, 80.0)),
+            Obstacle.cuboid([40.0, 0.0, 0.0], (4.0, 40.0, 80.0)),
+            Obstacle.ball([7.0, 0.5, 0.0], 1.5),
+        ]
+    )
+
+
+def many_returns(quick: bool) -> Row:
+    """Standing in a street while scans with a return of every beam come in."""
+    setup = static_mission(beams_per_cell=MANY_BEAMS)
+    (lidar,) = setup.lidars
+    far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
+    scan = simulate_scan(far, street(), setup.mission.start, np.random.default_rng(0))
+    # It stands still for the benchmark's sake: no detour for want of progress.
+    patient = DataLimits(patience_turns=1e9)
+    system = AvoidanceSystem(setup.planner, setup.mission, (far,), limits=patient)
+    clock = count()
+
+    def run() -> None:
+        now = float(next(clock))
+        system.update(replace(setup.mission.start, time_s=now))
+        system.update(replace(scan, time_s=now))
+        system.decide(now)
+
+    return timed(run, quick).row(
+        f"a decision in a street, {len(scan.points_m):,} returns within 100 m, 10 m of them rated"
+    )
+
+
+def mission_flown(quick: bool) -> Row:
+    setup = static_mission()
+    seconds = setup.fly().metrics.time_s
+    return timed(setup.fly, quick, seconds=6.0, warm_up=1).row(
+        f"the static mission simulated, {seconds:.0f} s of flight", target_s=3.0
+    )
+
+
+def command(*arguments: str) -> Callable[[], None]:
+    """The command line in a process of its own, as a user runs it."""
+
+    def run() -> None:
+        code = "from clearway.cli.app import main; main()"
+        with TemporaryDirectory() as folder:
+            subprocess.run(
+                [sys.executable, "-c", code, *arguments],
+                cwd=Path(folder),
+                check=True,
+                capture_output=True,
+            )
+
+    return run
+
+
+def fly_command(quick: bool) -> Row:
+    words = ("fly", MISSION, "--no-plots", "--json")
+    return timed(command(*words), quick, seconds=15.0, warm_up=1).row(
+        f"clearway {' '.join(words)}, the whole process", target_s=3.0
+    )
+
+
+def help_command(quick: bool) -> Row:
+    return timed(command("--help"), quick, seconds=4.0, warm_up=1).row(
+        "clearway --help, the whole process", target_s=0.5
+    )
+
+
+BENCHMARKS = (
+    Benchmark("decision, 7,000 beams", in_flight(None, 1e-3, 3e-3), headline=True),
+    Benchmark("decision, 100,800 beams", in_flight(MANY_BEAMS, None, None), headline=True),
+    Benchmark("decision, 100,000 returns", many_returns, headline=True),
+    Benchmark("mission, simulated", mission_flown, headline=True),
+    Benchmark("mission, command", fly_command, headline=True),
+    Benchmark("help, command", help_command),
+)

@@ -1,0 +1,70 @@
+"""Speed of the intruder models, 32 intruders at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from benchmarks.sensors import GRID
+from benchmarks.table import Benchmark, Row
+from benchmarks.timing import timed
+from clearway.intruders import Intruder, assess_intruders, radial_vehicle_times
+
+COUNT = 32
+
+
+def paper_intruders() -> list[Intruder]:
+    """The intruder of 6.3, so many times: it crosses the whole grid."""
+    spread = np.array([np.pi / 12, np.pi / 16])
+    return [Intruder(np.array([6.0, 8.0, 0.0]), np.array([0.0, -1.0, 0.0]), spread, 2.0)] * COUNT
+
+
+def random_intruders() -> list[Intruder]:
+    """On all kinds of paths through the grid."""
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(COUNT):
+        through = rng.uniform([1, -3, -2], [9, 3, 2])
+        velocity = rng.normal(size=3)
+        spread = rng.uniform(0.05, 0.4, 2)
+        found.append(Intruder(through - 6.0 * velocity, velocity, spread, 1.0))
+    return found
+
+
+def assessed(
+    make: Callable[[], Sequence[Intruder]],
+    where: str,
+    models: tuple[str, ...],
+    target_s: float | None = None,
+) -> Callable[[bool], Row]:
+    """Cells met by the intruders after some models, all intruders combined."""
+
+    def measure(quick: bool) -> Row:
+        intruders = make()
+        return timed(lambda: assess_intruders(GRID, intruders, models), quick).row(
+            f"{COUNT} intruders {where}, 350 cells: {' and '.join(models)}", target_s=target_s
+        )
+
+    return measure
+
+
+def at_the_vehicle_s_time(quick: bool) -> Row:
+    intruders, times = paper_intruders(), radial_vehicle_times(GRID, 1.0)
+    return timed(
+        lambda: assess_intruders(GRID, intruders, ("line", "spread"), True, times), quick
+    ).row(f"{COUNT} intruders across the grid, line and spread, at the vehicle's time (5.5)")
+
+
+ACROSS, AT_RANDOM = (paper_intruders, "across the grid"), (random_intruders, "on random paths")
+
+BENCHMARKS = (
+    Benchmark("intruders, line", assessed(*ACROSS, ("line",), COUNT * 5e-6)),
+    Benchmark("intruders, spread", assessed(*ACROSS, ("spread",), COUNT * 100e-6)),
+    Benchmark("intruders, body", assessed(*ACROSS, ("body",), COUNT * 300e-6)),
+    Benchmark(
+        "intruders, line and spread", assessed(*ACROSS, ("line", "spread"), 5e-3), headline=True
+    ),
+    Benchmark("intruders, random paths", assessed(*AT_RANDOM, ("line", "spread"), 5e-3)),
+    Benchmark("intruders, timed", at_the_vehicle_s_time),
+)

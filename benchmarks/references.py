@@ -1,0 +1,76 @@
+"""Other ways to the same results, in plain NumPy: what the compiled loops are held against."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.frames import FloatArray
+from clearway.grid import AvoidanceGrid
+from clearway.hazards import PointHazards
+from clearway.obstacles import Shapes
+from clearway.reach import ReachSet
+from clearway.state import IntArray
+
+
+def bincount_detection(
+    grid: AvoidanceGrid, beams: IntArray, points_m: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Hits [cells] and visibility [cells] by arctan2, searchsorted and bincount."""
+    x, y, z = points_m.T
+    level = np.hypot(x, y)
+    place = (np.hypot(level, z), np.arctan2(y, x), np.arctan2(z, level))
+    index = [
+        np.searchsorted(edges, values) - 1 for edges, values in zip(grid.edges, place, strict=True)
+    ]
+    inside = np.ones(len(points_m), dtype=np.bool_)
+    for cells, numbers in zip(grid.shape, index, strict=True):
+        inside &= (numbers >= 0) & (numbers < cells)
+    flat = np.ravel_multi_index([numbers[inside] for numbers in index], grid.shape)
+    hits = np.bincount(flat, minlength=grid.cells)
+    hindrance = hits.reshape(grid.layers, -1) / np.maximum(beams, 1)
+    visibility = np.clip(1.0 - (np.cumsum(hindrance, axis=0) - hindrance), 0.0, 1.0)
+    return hits, visibility.ravel()
+
+
+def unique_voxels(points_m: FloatArray, voxel_m: float) -> IntArray:
+    """Index [k] of one point in each voxel."""
+    keys = np.floor(points_m / voxel_m).astype(np.int64)
+    return np.unique(keys, axis=0, return_index=True)[1]
+
+
+def brute_force_distance(shapes: Shapes, position_m: FloatArray) -> FloatArray:
+    """Signed distance [n] of a world point to every rounded box."""
+    local = np.einsum("nji,nj->ni", shapes.rotation, position_m - shapes.center_m)
+    beyond = np.abs(local) - shapes.half_m
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+    distance: FloatArray = outside + np.minimum(beyond.max(axis=1), 0.0) - shapes.radius_m
+    return distance
+
+
+def node_ratings(tree: ReachSet, cell_rating: FloatArray) -> FloatArray:
+    """Running product [nodes] of ratings along the path to each node, one depth at a time."""
+    owner = np.repeat(np.arange(tree.nodes), np.diff(tree.cell_start))
+    rating = np.ones(tree.nodes)
+    np.multiply.at(rating, owner, cell_rating[tree.cell_index])
+    for depth in range(2, int(tree.depth.max()) + 1):
+        nodes = np.flatnonzero(tree.depth == depth)
+        rating[nodes] *= rating[tree.parent[nodes]]
+    return rating
+
+
+def tree_clearance(tree: ReachSet, points: PointHazards, cap_m: float) -> FloatArray:
+    """Smallest clearance [nodes] along the path to each node: every chord to every point."""
+    clearance = np.full(tree.nodes, cap_m)
+    for n in range(tree.nodes):
+        parent = int(tree.parent[n])
+        start = np.zeros(3) if parent < 0 else tree.samples_m[parent, -1]
+        corners = np.concatenate([start[None], tree.samples_m[n]])
+        along = np.diff(corners, axis=0)
+        offset = points.position_m[None] - corners[:-1, None]
+        length2 = np.maximum(np.sum(along**2, axis=1), 1e-300)
+        share = np.clip(np.einsum("smi,si->sm", offset, along) / length2[:, None], 0.0, 1.0)
+        gap = offset - share[:, :, None] * along[:, None]
+        distance = np.sqrt(np.einsum("smi,smi->sm", gap, gap)) - points.radius_m
+        before = cap_m if parent < 0 else clearance[parent]
+        clearance[n] = min(before, float(distance.min()) - float(tree.sagitta_m[n]))
+    return clearance

@@ -1,0 +1,121 @@
+"""Rows, how a benchmark makes one, and the table as text, markdown and the README's short form."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+COLUMNS = ("name", "what", "median", "p99 or spread", "target", "against a reference")
+BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A demand and whether it is met."""
+
+    text: str
+    met: bool
+
+    def __str__(self) -> str:
+        return f"{self.text}: {'met' if self.met else 'MISSED'}"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table, already in words."""
+
+    what: str
+    result: str
+    spread: str = ""
+    target: Target | None = None
+    reference: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Benchmark:
+    """Something to measure; `measure` is told whether to be quick about it."""
+
+    name: str
+    measure: Callable[[bool], Row]
+    headline: bool = False
+    """Whether the README shows it."""
+
+
+Results = Sequence[tuple[Benchmark, Row]]
+
+
+def machine() -> str:
+    """What the figures were measured on, and when."""
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba"))
+    return (
+        f"{_processor()}, {os.cpu_count()} cores, one thread each; "
+        f"Python {platform.python_version()}, {packages}; {datetime.now(UTC):%Y-%m-%d}"
+    )
+
+
+def _processor() -> str:
+    """The processor's name, as Linux tells it."""
+    try:
+        names = re.findall(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.M)
+    except OSError:
+        names = []
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def print_table(results: Results) -> None:
+    """The whole table on standard output, as wide as it needs to be where that is no terminal."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=190)
+    table = Table(title=machine(), title_justify="left", title_style="")
+    for column in COLUMNS:
+        table.add_column(column, no_wrap=column == "name")
+    for benchmark, row in results:
+        colour = "" if row.target is None else "green" if row.target.met else "bold red"
+        target = Text(str(row.target or ""), style=colour)
+        table.add_row(benchmark.name, row.what, row.result, row.spread, target, row.reference)
+    console.print(table)
+
+
+def as_markdown(results: Results) -> str:
+    """The whole table."""
+    rows = [
+        (benchmark.name, row.what, row.result, row.spread, str(row.target or ""), row.reference)
+        for benchmark, row in results
+    ]
+    return f"{_markdown(COLUMNS, rows)}\nMeasured on {machine()}.\n"
+
+
+def short_form(results: Results) -> str:
+    """The headlines, without names and references."""
+    rows = [
+        (row.what, row.result, row.spread, str(row.target or ""))
+        for benchmark, row in results
+        if benchmark.headline
+    ]
+    return f"{_markdown(COLUMNS[1:5], rows)}\nMeasured on {machine()}.\n"
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def replace_short_form(readme: Path, results: Results) -> None:
+    """Put the short form between the marks of a README."""
+    text = readme.read_text(encoding="utf-8")
+    before, mark, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not mark or not end:
+        raise SystemExit(f"{readme}: no {BEGIN} ... {END}")
+    readme.write_text(f"{before}{BEGIN}\n{short_form(results)}{END}{after}", encoding="utf-8")
