@@ -125,3 +125,18 @@ def test_a_set_alone_equals_the_one_in_the_library(library):
     pitch = PLANE.start_pitches_rad[1]
     alone = build_reach_set(PLANE, GRID, "flying", pitch)
     assert alone.samples_m.tobytes() == library.reach_sets[1].samples_m.tobytes()
+
+
+def test_shipped_libraries_are_those_that_would_be_built(tmp_path):
+    """Whoever changes a selection runs `python -m clearway.reach.standard`, and raises VERSION."""
+    from clearway.reach.standard import standard_libraries
+
+    for automaton, grid in standard_libraries():
+        shipped = ReachLibrary.load_or_build(
+            automaton, grid, folder=tmp_path, progress=lambda *_: pytest.fail("it builds")
+        )
+        assert same(shipped, ReachLibrary.build(automaton, grid))
+    assert not list(tmp_path.iterdir())
+    files = list(store.SHIPPED.glob("*.bin"))
+    assert len(files) == len(standard_libraries())
+    assert sum(file.stat().st_size for file in files) < 2_000_000

@@ -10,14 +10,13 @@ from __future__ import annotations
 import hashlib
 import os
 import struct
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, InputError
 from clearway.grid import AvoidanceGrid
 from clearway.movements import MovementAutomaton
 from clearway.reach.lattice import Lattice
@@ -28,6 +27,8 @@ from clearway.reach.tree import ReachSet
 VERSION = 1
 """Raised whenever the file's layout or any selection of trajectories changes."""
 MAGIC = b"clearway reach\n"
+SHIPPED = Path(__file__).parent / "shipped"
+"""Libraries of the standard grids, which come with the package."""
 _HEADER = struct.Struct(f"<{len(MAGIC)}sI32s32s")
 _COUNT = struct.Struct("<I")
 
@@ -77,18 +78,36 @@ class ReachLibrary:
     ) -> ReachLibrary:
         """Load from the cache `folder` (default: the user's); build and store what is not there.
 
-        A file that is damaged or of another version is rebuilt, and `notice` says so. A folder
-        that cannot be written only means building again the next time.
+        What ships with the package is not stored again. A file that is damaged or of another
+        version is rebuilt, and `notice` says so. A folder that cannot be written only means
+        building again the next time.
         """
         tuning, notice = tuning or {}, notice or _unheard
         lattice = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
         key = content_key(lattice, grid, method, tuning)
-        path = (folder or cache_folder()) / f"reach-{key.hex()[:32]}.bin"
-        reach_sets = _loaded(path, key, lattice, grid, notice)
+        name = f"reach-{key.hex()[:32]}.bin"
+        path = (folder or cache_folder()) / name
+        reach_sets = _loaded(SHIPPED / name, key, lattice, grid, notice)
+        if reach_sets is None:
+            reach_sets = _loaded(path, key, lattice, grid, notice)
         if reach_sets is None:
             reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
             _store(path, key, reach_sets, notice)
         return cls(automaton, grid, method, reach_sets)
+
+    def store(self, folder: Path) -> Path:
+        """Write the library, built without tuning, into a folder; returns the file.
+
+        Raises InputError where that cannot be done.
+        """
+        lattice = lattice_for(self.automaton, self.grid, self.automaton.start_pitches_rad, {})
+        key = content_key(lattice, self.grid, self.method, {})
+        path = folder / f"reach-{key.hex()[:32]}.bin"
+        problems: list[str] = []
+        _store(path, key, self.reach_sets, problems.append)
+        if problems:
+            raise InputError(str(folder), problems)
+        return path
 
     def nearest(self, pitch_rad: float) -> ReachSet:
         """The reach set whose start pitch is nearest; the flatter one of two."""
@@ -153,14 +172,12 @@ def _store(path: Path, key: bytes, reach_sets: tuple[ReachSet, ...], notice: Not
     header = _HEADER.pack(MAGIC, VERSION, key, hashlib.sha256(payload).digest())
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        part = path.with_name(f"{path.name}.{os.getpid()}.part")
         try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(header + payload)
-            os.replace(name, path)
-        except OSError:
-            Path(name).unlink(missing_ok=True)
-            raise
+            part.write_bytes(header + payload)
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
     except OSError as cause:
         notice(f"reach sets cannot be stored in {path.parent}: {cause.strerror}")
 
