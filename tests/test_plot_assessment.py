@@ -11,7 +11,8 @@ import pytest
 from matplotlib.collections import PolyCollection
 
 from clearway.io.scene import scene_of
-from clearway.plot.assessment import cell_wedges, draw_assessment, worst_on_the_way
+from clearway.plot.assessment import draw_assessment, worst_on_the_way
+from clearway.plot.cells import cell_wedges
 from clearway.scene import SceneAssessment, assess_scene
 
 BALL: dict[str, Any] = {"shape": "ball", "position_m": [5, 0, 0], "radius_m": 1.0}

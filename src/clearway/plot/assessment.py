@@ -1,29 +1,20 @@
 """Reachability, obstacles and visibility of one moment (figs. 6.18-6.20).
 
-Left the trajectories in space, coloured by what they meet; right every row of cells from above,
-"Layer 1 (top)" first, as the pilot sees it: ahead is up, left is left. Colours are safe for the
-colour-blind: blue passable, red blocked.
+Left the trajectories in space, coloured by what they meet; right rows of cells from above.
+Colours are safe for the colour-blind: blue passable, red blocked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
-from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-from clearway.frames import FloatArray, spherical_from_cartesian
+from clearway.frames import FloatArray
 from clearway.fusion import CellAssessment, ReachAssessment
-from clearway.grid import AvoidanceGrid
+from clearway.plot.cells import ALL_ROWS, POINT_COLOR, UNIT, CellView, Quantity, draw_cells
 from clearway.reach.tree import ReachSet
 from clearway.state import BoolArray
 
@@ -34,26 +25,7 @@ OBSTACLES = LinearSegmentedColormap.from_list(
     "obstacles", ["#c3ccd1", "#f7c79c", "#ef8a62", "#b2182b", "#5d0018"]
 )
 VISIBLE = LinearSegmentedColormap.from_list("visible", ["#2d3463", "#7f86b5", "#ded5a4"])
-UNIT = Normalize(0.0, 1.0)
-POINT_COLOR = "#111111"
-WITHOUT_FACE, WITHOUT_EDGE, WITHOUT_HATCH = "#e3e3e3", "#8c8c8c", "////"
 MOST_POINTS = 3000
-ARC_PIECES = 8
-"""Straight pieces in which the arc of a cell is drawn."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Quantity:
-    """A [cells] array to draw: its values, words and colours."""
-
-    label: str
-    """For the colour bar, with its meaning at both ends."""
-    values: FloatArray
-    """[cells] in [0, 1]."""
-    colors: Colormap
-    without: BoolArray
-    """[cells] true for cells that have no value; grey and hatched."""
-    without_label: str = "no value"
 
 
 def draw_assessment(
@@ -87,22 +59,34 @@ def draw_assessment(
     }
 
 
+def reachability_quantity(reach: ReachAssessment) -> Quantity:
+    """Reachability of cells (4.23), those without a trajectory apart."""
+    return Quantity(
+        "reachability: 0 blocked, 1 free",
+        reach.reachability,
+        PASSABLE,
+        ~reach.passed,
+        "no trajectory passes",
+    )
+
+
+def obstacle_quantity(
+    cells: CellAssessment, without: BoolArray, without_label: str = ""
+) -> Quantity:
+    """Obstacle probability of cells (4.17), but those [cells] `without`."""
+    return Quantity(
+        "obstacle probability", cells.obstacle, OBSTACLES, without, without_label, "high"
+    )
+
+
 def _quantity(name: str, cells: CellAssessment, reach: ReachAssessment) -> Quantity:
     unseen = ~cells.evidence.seen
     match name:
         case "reachability":
-            return Quantity(
-                "reachability: 0 blocked, 1 free",
-                reach.reachability,
-                PASSABLE,
-                ~reach.passed,
-                "no trajectory passes",
-            )
+            return reachability_quantity(reach)
         case "obstacle":
             empty = unseen & (cells.obstacle == 0.0)
-            return Quantity(
-                "obstacle probability", cells.obstacle, OBSTACLES, empty, "no beam looks here"
-            )
+            return obstacle_quantity(cells, empty, "no beam looks here")
         case _:
             return Quantity(
                 "visibility: 0 hidden, 1 visible",
@@ -124,6 +108,13 @@ def worst_on_the_way(reach_set: ReachSet, values: FloatArray) -> FloatArray:
     return worst
 
 
+def largest_in_movement(reach_set: ReachSet, values: FloatArray) -> FloatArray:
+    """[nodes] largest value [cells] of the cells in which a node's own samples lie."""
+    cells = reach_set.grid.cell_of(reach_set.samples_m)
+    largest: FloatArray = np.where(cells >= 0, values[cells], 0.0).max(axis=1)
+    return largest
+
+
 def draw_panels(
     reach_set: ReachSet,
     node_values: FloatArray,
@@ -131,6 +122,7 @@ def draw_panels(
     points_m: FloatArray,
     title: str,
     caption: str,
+    view: CellView = ALL_ROWS,
 ) -> Figure:
     """One figure: trajectories by `node_values` [nodes] at left, cells by row at right."""
     grid = reach_set.grid
@@ -140,29 +132,31 @@ def draw_panels(
     left, right = figure.add_subfigure(halves[0]), figure.add_subfigure(halves[1])
     space = left.add_subplot(projection="3d")
     assert isinstance(space, Axes3D)
-    draw_reach_set(reach_set, node_values, space, quantity.colors)
+    draw_reach_set(reach_set, node_values, space, quantity)
     inside = points_m[grid.cell_of(points_m) >= 0]
     near = inside[:: max(1, len(inside) // MOST_POINTS)]
     space.plot(*near.T, ".", color=POINT_COLOR, markersize=2.0)
+    for line in view.lines:
+        space.plot(*line.points_m.T, line.style, color=line.color, linewidth=line.width, zorder=5)
     space.set_title(caption, fontsize=11)
-    draw_cells(right, grid, quantity, near)
+    draw_cells(right, grid, quantity, near, view)
     return figure
 
 
 def draw_reach_set(
-    reach_set: ReachSet, node_values: FloatArray, axes: Axes3D, colors: Colormap = PASSABLE
+    reach_set: ReachSet, node_values: FloatArray, axes: Axes3D, quantity: Quantity
 ) -> None:
-    """Trajectories in space, each movement coloured by its node's value in [0, 1]."""
+    """Trajectories in space, each movement coloured by its node's value [nodes] in [0, 1]."""
     starts = np.zeros((reach_set.nodes, 1, 3))
     below = reach_set.parent >= 0
     starts[below, 0] = reach_set.samples_m[reach_set.parent[below], -1]
     lines = np.concatenate([starts, reach_set.samples_m], axis=1)
-    order = np.argsort(-node_values, kind="stable")
+    order = np.argsort(node_values if quantity.important == "high" else -node_values, kind="stable")
     axes.add_collection3d(
         Line3DCollection(
             list(lines[order]),
             array=node_values[order],
-            cmap=colors,
+            cmap=quantity.colors,
             norm=UNIT,
             linewidths=1.0,
             alpha=0.9,
@@ -178,126 +172,3 @@ def draw_reach_set(
     axes.set_ylabel("y left (m)")
     axes.set_zlabel("z up (m)")
     axes.view_init(elev=28.0, azim=-160.0)
-
-
-def draw_cells(
-    target: Figure | SubFigure, grid: AvoidanceGrid, quantity: Quantity, points_m: FloatArray
-) -> None:
-    """Every row of cells from above, top row first, with a colour bar and a legend.
-
-    points_m: [n, 3] hit points in the grid, drawn in the row that they are in.
-    """
-    across = 2 if grid.rows <= 6 else 3 if grid.rows <= 12 else 4
-    down = -(-grid.rows // across)
-    panels = list(target.subplots(down, across, squeeze=False, sharex=True, sharey=True).flat)
-    rows = grid.cell_of(points_m) % grid.rows
-    wedges = cell_wedges(grid)
-    for number, axes in enumerate(panels):
-        row = grid.rows - 1 - number
-        if row < 0:
-            axes.set_visible(False)
-            continue
-        _draw_row(axes, grid, row, wedges, quantity)
-        _draw_points(axes, points_m[rows == row])
-        axes.set_title(_row_title(grid, row), fontsize=10)
-    _label(panels, grid.rows, across)
-    bar = target.colorbar(ScalarMappable(UNIT, quantity.colors), ax=panels, shrink=0.8, pad=0.02)
-    bar.set_label(quantity.label)
-    _draw_legend(target, quantity, len(points_m) > 0)
-
-
-def cell_wedges(grid: AvoidanceGrid) -> list[list[FloatArray]]:
-    """[layers][columns] outlines [m, 2] of cells from above: (y left, x ahead) in metres."""
-    near, far = grid.range_edges_m[:-1], grid.range_edges_m[1:]
-    outlines = []
-    for inner, outer in zip(near, far, strict=True):
-        layer = []
-        for right, left in zip(
-            grid.azimuth_edges_rad[:-1], grid.azimuth_edges_rad[1:], strict=True
-        ):
-            arc = np.linspace(right, left, ARC_PIECES + 1)
-            direction = np.stack([np.sin(arc), np.cos(arc)], axis=1)
-            layer.append(np.concatenate([inner * direction, outer * direction[::-1]]))
-        outlines.append(layer)
-    return outlines
-
-
-def _draw_row(
-    axes: Axes,
-    grid: AvoidanceGrid,
-    row: int,
-    wedges: Sequence[Sequence[FloatArray]],
-    quantity: Quantity,
-) -> None:
-    """Coloured cells of one row; those without a value grey and hatched."""
-    outlines = [outline for layer in wedges for outline in layer]
-    values = grid.shaped(quantity.values)[:, :, row].ravel()
-    axes.add_collection(
-        PolyCollection(
-            outlines,
-            array=values,
-            cmap=quantity.colors,
-            norm=UNIT,
-            edgecolors="#9a9a9a",
-            linewidths=0.4,
-        )
-    )
-    without = grid.shaped(quantity.without)[:, :, row].ravel()
-    axes.add_collection(
-        PolyCollection(
-            [outline for outline, hatched in zip(outlines, without, strict=True) if hatched],
-            facecolors=WITHOUT_FACE,
-            edgecolors=WITHOUT_EDGE,
-            hatch=WITHOUT_HATCH,
-            linewidths=0.4,
-        )
-    )
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.tick_params(labelsize=8)
-
-
-def _draw_points(axes: Axes, points_m: FloatArray) -> None:
-    """Hit points at their range and azimuth, as the cells of a row are drawn."""
-    if not len(points_m):
-        return
-    distance, azimuth, _ = spherical_from_cartesian(points_m).T
-    axes.plot(
-        distance * np.sin(azimuth), distance * np.cos(azimuth), ".", color=POINT_COLOR, markersize=2
-    )
-
-
-def _row_title(grid: AvoidanceGrid, row: int) -> str:
-    low, high = np.degrees(grid.elevation_edges_rad[row : row + 2])
-    place = " (top)" if row == grid.rows - 1 else " (bottom)" if row == 0 else ""
-    return f"Layer {grid.rows - row}{place}: {low:.0f}° to {high:.0f}°"
-
-
-def _label(panels: Sequence[Axes], rows: int, across: int) -> None:
-    """Axis labels at the rim, and left on the left."""
-    panels[0].invert_xaxis()
-    for number in range(rows):
-        if number % across == 0:
-            panels[number].set_ylabel("ahead (m)", fontsize=9)
-        if number + across >= rows:
-            panels[number].set_xlabel("left (m)", fontsize=9)
-            panels[number].tick_params(labelbottom=True)
-
-
-def _draw_legend(target: Figure | SubFigure, quantity: Quantity, with_points: bool) -> None:
-    handles: list[Patch | Line2D] = []
-    if np.any(quantity.without):
-        handles.append(
-            Patch(
-                facecolor=WITHOUT_FACE,
-                edgecolor=WITHOUT_EDGE,
-                hatch=WITHOUT_HATCH,
-                label=quantity.without_label,
-            )
-        )
-    if with_points:
-        handles.append(
-            Line2D([], [], marker=".", linestyle="", color=POINT_COLOR, label="hit point")
-        )
-    if handles:
-        target.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
