@@ -14,7 +14,7 @@ from clearway.frames import cartesian_from_spherical
 from clearway.grid import AvoidanceGrid
 from clearway.intruders import Intruder, body_cells, line_cells
 from clearway.intruders.ball_cell import cell_distance, cell_parts, filled_share
-from clearway.intruders.traverse import borders_of
+from clearway.intruders.borders import borders_of
 from clearway.intruders.tube import tube_cells
 
 GRID = AvoidanceGrid.uniform()

@@ -15,7 +15,7 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
-from clearway.intruders.traverse import (
+from clearway.intruders.borders import (
     AZIMUTH_COS,
     AZIMUTH_SIN,
     ELEVATION_COS,

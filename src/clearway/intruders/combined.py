@@ -76,6 +76,7 @@ def assess_intruders(
     direction = np.array(up, dtype=np.float64)
     if direction.shape != (3,) or not np.all(np.isfinite(direction)) or not np.any(direction):
         raise ClearwayError(f"up: a direction of 3 finite numbers is needed, got {up!r}")
+    direction /= np.abs(direction).max()
     each = np.zeros((len(intruders), grid.cells))
     assessed: dict[str, ModelCells] = {}
     for name in models:

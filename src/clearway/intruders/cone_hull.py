@@ -13,7 +13,7 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import interval_of
-from clearway.intruders.traverse import (
+from clearway.intruders.borders import (
     AZIMUTH,
     AZIMUTH_COS,
     AZIMUTH_SIN,

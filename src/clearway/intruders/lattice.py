@@ -71,55 +71,44 @@ def _lattices(
     arrays: ModelArrays,
     share: FloatArray,
 ) -> None:
-    cells = arrays.dwell_s.shape[1]
-    outer = edges.range_m[-1]
     for n in range(len(position)):
         if not np.any(velocity[n]):
             x, y, z = position[n]
             stay(n, cell_of_point(x, y, z, edges), arrays)
             continue
-        along, level, across = cone_axes(velocity[n], up)
+        axes = cone_axes(velocity[n], up)
         speed = np.sqrt(np.sum(velocity[n] ** 2))
-        closest = -np.sum(position[n] * along)
+        closest = -np.sum(position[n] * axes[0])
+        outer = edges.range_m[-1]
         first = max(0, int(np.floor((closest - outer) / spacing)))
         last = int(np.ceil((closest + outer) / spacing))
-        hits, timely = np.zeros(cells), np.zeros(cells)
+        hits, timely = np.zeros(share.shape[1]), np.zeros(share.shape[1])
         for plane in range(first, last + 1):
             distance = plane * spacing
             time = distance / speed
             probability, count = _plane(
-                position[n] + distance * along,
-                level,
-                across,
-                distance * sine[n, 0],
-                distance * sine[n, 1],
-                spacing,
-                edges,
-                cells,
+                position[n], axes, distance, sine[n], spacing, edges, share.shape[1]
             )
-            for cell in range(cells):
-                if count[cell] > 0.0:
-                    if not arrays.entry_s[n, cell] <= time:
-                        arrays.entry_s[n, cell] = time
-                    arrays.leave_s[n, cell] = time
-                    arrays.dwell_s[n, cell] += probability[cell] * spacing / speed
-                    hits[cell] += count[cell]
-                    if vehicle_entry_s[cell] <= time <= vehicle_leave_s[cell]:
-                        timely[cell] += count[cell]
-        for cell in range(cells):
-            if hits[cell] > 0.0:
-                hull = arrays.leave_s[n, cell] - arrays.entry_s[n, cell] + spacing / speed
-                arrays.probability[n, cell] = arrays.dwell_s[n, cell] / hull
-                share[n, cell] = timely[cell] / hits[cell]
+            for cell in np.flatnonzero(count):
+                if hits[cell] == 0.0:
+                    arrays.entry_s[n, cell] = time
+                arrays.leave_s[n, cell] = time
+                arrays.dwell_s[n, cell] += probability[cell] * spacing / speed
+                hits[cell] += count[cell]
+                if vehicle_entry_s[cell] <= time <= vehicle_leave_s[cell]:
+                    timely[cell] += count[cell]
+        for cell in np.flatnonzero(hits):
+            hull = arrays.leave_s[n, cell] - arrays.entry_s[n, cell] + spacing / speed
+            arrays.probability[n, cell] = arrays.dwell_s[n, cell] / hull
+            share[n, cell] = timely[cell] / hits[cell]
 
 
 @compiled
 def _plane(
-    center: FloatArray,
-    level: FloatArray,
-    across: FloatArray,
-    semi_level: float,
-    semi_across: float,
+    apex: FloatArray,
+    axes: tuple[FloatArray, FloatArray, FloatArray],
+    distance: float,
+    sine: FloatArray,
     spacing: float,
     edges: GridEdges,
     cells: int,
@@ -128,6 +117,9 @@ def _plane(
 
     The lattice is laid in the plane, centred on the axis: there is always a point (5.28).
     """
+    along, level, across = axes
+    center = apex + distance * along
+    semi_level, semi_across = distance * sine[0], distance * sine[1]
     probability, count = np.zeros(cells), np.zeros(cells)
     total = 0.0
     most_level, most_across = int(semi_level / spacing), int(semi_across / spacing)

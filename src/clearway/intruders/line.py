@@ -9,9 +9,7 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point
-from clearway.intruders.cells import ModelArrays, ModelCells, empty_arrays, motions
-from clearway.intruders.intruder import Intruder
-from clearway.intruders.traverse import (
+from clearway.intruders.borders import (
     CELL,
     ENTRY,
     LEAVE,
@@ -19,8 +17,10 @@ from clearway.intruders.traverse import (
     Pieces,
     borders_of,
     scratch,
-    traverse,
 )
+from clearway.intruders.cells import ModelArrays, ModelCells, empty_arrays, motions
+from clearway.intruders.intruder import Intruder
+from clearway.intruders.traverse import traverse
 
 
 def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells:

@@ -17,11 +17,7 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point
-from clearway.intruders.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
-from clearway.intruders.cone_hull import cone_of, widen_by_edges, widen_by_turns
-from clearway.intruders.intruder import Intruder
-from clearway.intruders.line import stay
-from clearway.intruders.traverse import (
+from clearway.intruders.borders import (
     CELL,
     ENTRY,
     LEAVE,
@@ -29,8 +25,12 @@ from clearway.intruders.traverse import (
     Pieces,
     borders_of,
     scratch,
-    traverse,
 )
+from clearway.intruders.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
+from clearway.intruders.cone_hull import cone_of, widen_by_edges, widen_by_turns
+from clearway.intruders.intruder import Intruder
+from clearway.intruders.line import stay
+from clearway.intruders.traverse import traverse
 
 # Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
 DWELL, MEETING, RAY = range(2, 5)

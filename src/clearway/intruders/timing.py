@@ -17,8 +17,16 @@ from clearway.compiled import compiled
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
+from clearway.intruders.borders import (
+    CELL,
+    ENTRY,
+    LEAVE,
+    Borders,
+    borders_of,
+    scratch,
+)
 from clearway.intruders.cells import ModelCells
-from clearway.intruders.traverse import CELL, ENTRY, LEAVE, Borders, borders_of, scratch, traverse
+from clearway.intruders.traverse import traverse
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,11 +13,7 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid, GridEdges
-from clearway.intruders.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
-from clearway.intruders.intruder import Intruder
-from clearway.intruders.line import follow_line
-from clearway.intruders.spread import DiscNodes, cone_axes, disc_nodes
-from clearway.intruders.traverse import (
+from clearway.intruders.borders import (
     AZIMUTH_COS,
     AZIMUTH_SIN,
     CELL,
@@ -30,8 +26,12 @@ from clearway.intruders.traverse import (
     Pieces,
     borders_of,
     scratch,
-    traverse,
 )
+from clearway.intruders.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
+from clearway.intruders.intruder import Intruder
+from clearway.intruders.line import follow_line
+from clearway.intruders.spread import DiscNodes, cone_axes, disc_nodes
+from clearway.intruders.traverse import traverse
 
 NODES = {"fast": (80, 40), "reference": (20_000, 4_000)}
 """Inner and ring points of the disc; each is a straight path through the cells."""
