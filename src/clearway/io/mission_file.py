@@ -24,8 +24,11 @@ class MissionSection(Section):
     """`[mission]`: where to go."""
 
     name: str
+    """What logs, pictures and the output folder are called."""
     waypoints_m: Annotated[Points, Field(min_length=1)]
+    """Points to fly to, in this order, world frame."""
     reach_radius_m: Positive = 1.5
+    """A waypoint is reached within this distance; 0.4 turning radii serve well."""
     landing_m: Points = ()
     """Points of the landing sequence, after the last waypoint."""
 
@@ -34,21 +37,26 @@ class VehicleSection(Section):
     """`[vehicle]`: start pose and movement automaton."""
 
     position_m: Point = (0.0, 0.0, 0.0)
+    """Where the flight starts, world frame."""
     attitude_deg: Point = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
     speed_mps: Positive = 1.0
+    """Kept throughout: the vehicle cannot hover."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
     """Turn in one movement."""
     movement_s: Positive = 1.0
     """Duration of a movement."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
+    """Steepest pitch, up and down."""
     body_radius_m: NotNegative = 0.3
+    """For the margins drawn in the picture of distances only."""
 
 
 class ReachSetSection(Section):
     """`[reach_set]`: the trajectories to choose from."""
 
     method: Literal["flying", "primitives", "combined", "harmonic", "chaotic"] = "flying"
+    """How trajectories are selected; flying contains turns of any length, then straight."""
 
 
 class SafetySection(Section):
@@ -59,8 +67,11 @@ class SafetySection(Section):
     conservative_turning_radius_m: Positive | None = None
     """Turning radius of (6.14), for the picture only; default: the automaton's."""
     sigmas: NotNegative = 3.0
+    """Standard deviations of the own position by which the margin grows."""
     own_drift_mps: NotNegative = 0.05
+    """Growth of the margin with the age of the own state."""
     point_sigmas: NotNegative = 2.0
+    """Standard deviations of the range by which a hit point grows."""
     ground_height_m: float | None = None
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5
@@ -71,48 +82,72 @@ class RatingSection(Section):
     """`[rating]`: how evidence becomes a rating, and what a trajectory must have of it."""
 
     name: Literal["total", "printed", "visible", "evidence"] = "total"
+    """How the evidence of a cell becomes its rating."""
     unknown: Share = 0.0
+    """How far hidden space counts as blocked, u."""
     unknown_unseen: Share = 1.0
+    """The same for columns that no beam looks into."""
     threshold: Share = 0.3
+    """P_R that a trajectory must have."""
     detection: Literal["ratio", "surface"] = "ratio"
+    """Hits by beams of the column (5.41), or by those that a reference surface returns."""
 
 
 class VerifySection(Section):
     """`[verify]`: whether candidates are held against the evidence itself."""
 
     method: Literal["evidence", "none"] = "evidence"
+    """none flies on cell ratings alone, as the paper does."""
 
 
 class PricesSection(Section):
     """`[prices]`: small prices beside the length flown."""
 
     turn: NotNegative = 0.2
+    """Per movement that is not smooth, as a share of its length."""
     change: NotNegative = 0.1
+    """Per movement unlike the one before it, as a share of its length."""
     vertical: NotNegative = 0.15
+    """Per metre of height changed."""
     risk: NotNegative = 0.5
+    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
     coated: NotNegative = 3.0
+    """For passing cells that the margin around evidence reaches into, in movement lengths."""
     miss: NotNegative = 2.0
+    """For grazing the reach radius of the goal, in movement lengths."""
     other_side: NotNegative = 4.0
+    """For passing on another side than the one committed to, in movement lengths."""
     other_plan: NotNegative = 0.1
+    """For a first movement other than the last plan's, in movement lengths."""
 
 
 class LidarSection(Section):
     """`[[lidar]]`: a sensor, its beams and its faults."""
 
     name: str = "lidar"
+    """Differs from sensor to sensor."""
     pattern: str | None = None
     """A sensor by name; otherwise `beams_per_cell`, or lists of angles."""
     beams_per_cell: Annotated[tuple[int, int], Field(strict=False)] | None = None
+    """Azimuths and elevations through every column; [20, 10] without any pattern."""
     azimuth_deg: Numbers | None = None
+    """With `elevation_deg`: a beam at every azimuth and elevation listed."""
     elevation_deg: Numbers | None = None
+    """Up positive."""
     position_m: Point = (0.0, 0.0, 0.0)
+    """Where the sensor sits, body frame."""
     attitude_deg: Point = (0.0, 0.0, 0.0)
+    """How it is turned in the body: roll, pitch (nose down positive), yaw."""
     min_range_m: NotNegative = 0.0
+    """Blind range: nearer returns are dropped."""
     max_range_m: Positive | None = None
     """Default: the grid's range."""
     sigma_m: NotNegative = 0.0
+    """Standard deviation of the range."""
     dropout: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Share of returns that get lost."""
     airframe_radius_m: NotNegative = 0.0
+    """Returns within this distance of the body's origin come from the own airframe."""
 
     @model_validator(mode="after")
     def _is_one_of_three(self) -> Self:
@@ -147,23 +182,32 @@ class TrafficSection(Section):
         "line",
         "spread",
     )
+    """Intersection models that count in the grid."""
     position_sigma_m: NotNegative = 0.0
+    """Standard deviation of reported positions, on each axis."""
     velocity_sigma_mps: NotNegative = 0.0
+    """Standard deviation of reported velocities, on each axis."""
     deviates: bool = False
     """Intruders fly anywhere inside their stated spread, with a new direction every second."""
     report_s: Positive = 1.0
+    """Time between reports of one intruder."""
 
 
 class FlyingIntruderSection(Section):
     """`[[intruder]]`: one that appears during the mission."""
 
     name: str
+    """Differs from intruder to intruder."""
     appears_s: NotNegative
+    """Time of the mission at which it is detected."""
     position_m: Point
+    """Where it is then; `[traffic] spawn` says in which frame."""
     velocity_mps: Point
+    """In the same frame."""
     spread_deg: Annotated[tuple[float, float], Field(strict=False)] = (0.0, 0.0)
     """[horizontal, vertical] half-angles."""
     radius_m: NotNegative = 0.0
+    """Of its body; the margin is kept from its surface."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -197,12 +241,19 @@ class SimulationSection(Section):
     """`[simulation]`: what truth is like."""
 
     seed: int = Field(default=0, ge=0)
+    """Of all noise; the same seed flies the same flight."""
     step_s: float = Field(default=0.05, gt=0.0, le=0.05)
+    """Step of the true motion."""
     scan_latency_s: NotNegative = 0.0
+    """Age of a scan when it reaches the vehicle."""
     state_noise_mps: NotNegative = 0.0
+    """Bound of the disturbance w (3.20) on each axis of velocity."""
     input_noise: NotNegative = 0.0
+    """Bound of the disturbance v (3.20), as a share of speed and of the turn rate."""
     position_sigma_m: NotNegative = 0.0
+    """Standard deviation of the own position as measured; stated to the vehicle."""
     time_limit_s: Positive | None = None
+    """End of a flight that does not arrive; default: six straight flights and a minute."""
 
 
 class MissionFile(Section):

@@ -22,6 +22,7 @@ class VehicleSection(Section):
     """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
 
     position_m: Point = (0.0, 0.0, 0.0)
+    """World frame."""
     attitude_deg: Point = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
 
@@ -39,13 +40,17 @@ class SimulateSection(Section):
     beams_per_cell: Annotated[tuple[int, int], Field(strict=False)] = (20, 10)
     """Azimuths and elevations through every column of cells, at angular midpoints."""
     azimuth_deg: Numbers | None = None
+    """Left positive; needs `elevation_deg` beside it."""
     elevation_deg: Numbers | None = None
     """Beams at every azimuth and elevation listed, in place of `beams_per_cell`."""
     max_range_m: float | None = Field(default=None, gt=0.0)
     """Default: the grid's range."""
     sigma_m: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the range."""
     dropout: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Share of returns that get lost."""
     seed: int = Field(default=0, ge=0)
+    """Of noise and drop-outs."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -68,6 +73,7 @@ class ScanSection(Section):
     pattern: str = "auto"
     """Name of the sensor whose beams these are, or "auto" to estimate them from the points."""
     simulate: SimulateSection | None = None
+    """In place of `file`."""
 
     @model_validator(mode="after")
     def _is_one_of_two(self) -> Self:
@@ -82,10 +88,13 @@ class IntruderSection(Section):
     """`[[intruder]]`: in the same frame as the obstacles."""
 
     position_m: Point
+    """Where it is at the moment of decision."""
     velocity_mps: Point
+    """In the same frame."""
     spread_deg: float | Pair = 0.0
     """Half-angles of the cone of its uncertainty: [horizontal, vertical], or one for both."""
     radius_m: float = 0.0
+    """Of its body."""
     models: Annotated[tuple[ModelName, ...], Field(strict=False)] | None = None
     """Default: line, and body with a radius, and spread with a spread."""
     timed: bool | TimedRule = False
@@ -93,6 +102,7 @@ class IntruderSection(Section):
     up: Point | None = None
     """World up in the grid's frame; default: as the vehicle's attitude says."""
     name: str = ""
+    """For the result."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -131,6 +141,7 @@ class TimingSection(Section):
     """`[vehicle_timing]`: when the vehicle is in which cell."""
 
     model: Literal["radial", "reach-set"] = "radial"
+    """radial: straight away through the layers; reach-set: as its trajectories pass."""
     speed_mps: float | None = Field(default=None, gt=0.0)
     """Default: the reach set's."""
 
@@ -139,6 +150,7 @@ class ReachSetSection(Section):
     """`[reach_set]`: the trajectories that are rated."""
 
     method: Literal["flying", "primitives", "combined", "harmonic", "chaotic", "full"] = "flying"
+    """How trajectories are selected."""
     spread: Tuning | None = None
     """Nodes kept per cell by chaotic, and by the chaotic part of combined."""
     harmonic: Tuning | None = None
@@ -148,7 +160,9 @@ class ReachSetSection(Section):
     speed_mps: float | None = Field(default=None, gt=0.0)
     """Default: one layer a movement of 1 s."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
+    """Turn in one movement."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, le=90.0)
+    """Steepest pitch, up and down."""
 
     @model_validator(mode="after")
     def _tuning_belongs(self) -> Self:
@@ -168,11 +182,13 @@ class RatingSection(Section):
     """`[rating]`: how evidence becomes a rating."""
 
     name: Literal["total", "printed", "visible", "evidence"] = "total"
+    """How the evidence of a cell becomes its rating."""
     unknown: Share = 0.0
     """How far hidden space counts as blocked, u."""
     unknown_unseen: Share = 1.0
     """The same for columns that no beam looks into."""
     detection: Literal["ratio", "surface"] = "ratio"
+    """Hits by beams of the column (5.41), or by those that a reference surface returns."""
     threshold: Share = 0.3
     """Rating from which a trajectory counts as passable."""
     safety_margin_m: float = Field(default=0.6, ge=0.0)

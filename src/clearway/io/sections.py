@@ -37,15 +37,21 @@ class GridSection(Section):
     range_m: float | Numbers = 10.0
     """Outer radius, or [near, far]; more than two numbers are the edges themselves."""
     layers: Count = 10
+    """Layers from near to far."""
     azimuth_deg: float | Numbers = 45.0
     """Half of the field of view, or [right, left]; left is positive."""
     columns: Count = 7
+    """Columns from right to left."""
     elevation_deg: float | Numbers = 30.0
     """Half of the field of view, or [bottom, top]; up is positive."""
     rows: Count = 5
+    """Rows from bottom to top."""
     range_edges_m: Numbers | None = None
+    """Uneven layers, in place of `range_m`."""
     azimuth_edges_deg: Numbers | None = None
+    """Uneven columns, in place of `azimuth_deg`."""
     elevation_edges_deg: Numbers | None = None
+    """Uneven rows, in place of `elevation_deg`."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -115,12 +121,17 @@ class ObstacleSection(Section):
     """`[[obstacle]]`: in the grid's frame, or the world's where a `[vehicle]` is given."""
 
     shape: Literal["ball", "line", "plane", "cuboid"]
+    """A box along its local axes, rotated, then rounded by the radius."""
     position_m: Point
+    """Its middle."""
     orientation_deg: Point = (0.0, 0.0, 0.0)
+    """Roll, pitch (nose down positive), yaw (left positive)."""
     size_m: Numbers = ()
     """Full lengths along local x, y, z: [], [l], [l, w] or [l, w, d]."""
     radius_m: float = 0.0
+    """Of a ball or a line; how far a plane or a cuboid is inflated."""
     name: str = ""
+    """For messages and logs."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
