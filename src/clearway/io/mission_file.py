@@ -82,7 +82,8 @@ class RatingSection(Section):
     """`[rating]`: how evidence becomes a rating, and what a trajectory must have of it."""
 
     name: Literal["total", "printed", "visible", "evidence"] = "total"
-    """How the evidence of a cell becomes its rating."""
+    """total weighs what is seen, what the map says and what is hidden; printed is (4.22), visible
+    that of 2.2.2, evidence 1 - P_O."""
     unknown: Share = 0.0
     """How far hidden space counts as blocked, u."""
     unknown_unseen: Share = 1.0

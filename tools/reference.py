@@ -1,0 +1,229 @@
+"""The reference of mission and scene files, from the models that read them.
+
+`python -m tools.reference` prints it, with `--write` into docs/missions.md.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from textwrap import dedent
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from clearway.io.mission_file import MissionFile, built_in_missions
+from clearway.io.scene_file import SceneFile
+from clearway.sensors import NAMED_PATTERNS
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"
+
+HEAD = """\
+<!-- Made by `python -m tools.reference --write`: change the models in src/clearway/io instead. -->
+
+# Mission and scene files
+
+`clearway fly` takes a [mission file](#mission-files) and `clearway assess` a
+[scene file](#scene-files). Both are TOML. Lengths are metres, times seconds, and the unit stands in
+the key: angles are degrees in files and radians everywhere else. x points forward or east, y left
+or north, z up; roll, pitch and yaw are in that order, **pitch positive nose down**, yaw positive
+left.
+
+Only what differs from the defaults has to be written. Unknown keys, wrong types and impossible
+values are refused, all of them at once, with the place and the valid choices. Every run writes the
+effective file, defaults filled in, into its output folder; that file repeats the run.
+"""
+
+MISSIONS = """
+## Mission files
+
+Missions that come with clearway, flown by their name: {names}.
+
+A mission needs a name and waypoints. This one flies round a ball that no map shows:
+
+```toml
+[mission]
+name = "round-a-ball"
+waypoints_m = [[20, 0, 0]]
+
+[[lidar]]
+sigma_m = 0.03
+
+[[obstacle]]
+shape = "ball"
+position_m = [10, 0, 0]
+radius_m = 2
+```
+
+[examples/missions](../examples/missions) holds two flights through surveyed places: round a tree
+and between two roofs at the scale above, and under a power line at 5 m/s with 50 m of range.
+"""
+
+SCENES = """
+## Scene files
+
+A scene is one moment: what is rated are the cells of the grid and the trajectories through them.
+`clearway assess --scan FILE` needs no scene file; options take the place of keys.
+[examples/scenes](../examples/scenes) holds some to start from.
+
+```toml
+[[obstacle]]
+shape = "ball"
+position_m = [5, 0, 0]
+radius_m = 1
+
+[scan.simulate]
+obstacles = [0]
+```
+"""
+
+
+KINDS = {
+    "number": "number",
+    "integer": "whole number",
+    "string": "text",
+    "boolean": "true or false",
+}
+
+
+def page() -> str:
+    """The whole page."""
+    names = ", ".join(f"`{name}`" for name in sorted(built_in_missions()))
+    patterns = ", ".join(f"`{name}`" for name in sorted(NAMED_PATTERNS))
+    described: dict[type[BaseModel], str] = {}
+    parts = [
+        HEAD,
+        MISSIONS.format(names=names),
+        *_tables(MissionFile, "", described),
+        SCENES,
+        *_tables(SceneFile, "", described),
+        f"\nSensors by name, for `pattern`: {patterns}.\n",
+    ]
+    return "".join(parts)
+
+
+def _tables(
+    model: type[BaseModel], path: str, described: dict[type[BaseModel], str]
+) -> Iterator[str]:
+    """A section of the page for each table of a file; what is `described` is not repeated."""
+    for name, field in model.model_fields.items():
+        part = _section(field.annotation)
+        if part is None:
+            continue
+        place = f"{path}.{name}" if path else name
+        many = "tuple" in str(field.annotation)
+        heading = f"`[[{place}]]`" if many else f"`[{place}]`"
+        yield f"\n### {heading}\n\n"
+        if part in described:
+            yield f"The same keys as {described[part]} above.\n"
+            continue
+        described[part] = heading
+        yield _purpose(part) + "\n\n" + _keys(part)
+        yield from _tables(part, place, described)
+
+
+def _section(annotation: object) -> type[BaseModel] | None:
+    """The table behind a field, if it is one."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    found = (_section(argument) for argument in get_args(annotation))
+    return next((part for part in found if part is not None), None)
+
+
+def _purpose(model: type[BaseModel]) -> str:
+    """The first line of a table's docstring, without the table's name."""
+    text = inspect.getdoc(model) or ""
+    _, _, purpose = text.partition(": ")
+    return purpose[:1].upper() + purpose[1:]
+
+
+def _keys(model: type[BaseModel]) -> str:
+    """A markdown table of the plain keys of a table."""
+    schema = model.model_json_schema()
+    meanings = _meanings(model)
+    lines = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
+    for name, field in model.model_fields.items():
+        if _section(field.annotation) is not None:
+            continue
+        default = "**needed**" if field.is_required() else _default(field.get_default())
+        value = _value(schema["properties"][name])
+        lines.append(f"| `{name}` | {value} | {default} | {meanings[name]} |")
+    return "\n".join(lines) + "\n"
+
+
+def _meanings(model: type[BaseModel]) -> dict[str, str]:
+    """Docstrings of the fields, which Python itself does not keep; inherited ones too."""
+    meanings: dict[str, str] = {}
+    for ancestor in reversed(model.__mro__):
+        if not issubclass(ancestor, BaseModel) or ancestor is BaseModel:
+            continue
+        (definition,) = ast.parse(dedent(inspect.getsource(ancestor))).body
+        assert isinstance(definition, ast.ClassDef)
+        body = definition.body
+        for field, after in zip(body, [*body[1:], None], strict=True):
+            if not isinstance(field, ast.AnnAssign) or not isinstance(field.target, ast.Name):
+                continue
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+                meanings[field.target.id] = " ".join(str(after.value.value).split())
+    return meanings
+
+
+def _default(value: object) -> str:
+    return "none" if value is None else f"`{json.dumps(value)}`"
+
+
+def _value(schema: dict[str, Any]) -> str:
+    """What a key takes, in words, from its JSON schema."""
+    if "anyOf" in schema:
+        kinds = [_value(part) for part in schema["anyOf"] if part.get("type") != "null"]
+        return " or ".join(kinds)
+    if "enum" in schema or "const" in schema:
+        return _choice(schema.get("enum") or [schema["const"]])
+    if schema["type"] == "array":
+        return _list(schema)
+    return KINDS[schema["type"]] + _limits(schema)
+
+
+def _choice(values: list[str]) -> str:
+    quoted = [f'`"{value}"`' for value in values]
+    return ", ".join(quoted[:-1]) + (" or " if len(quoted) > 1 else "") + quoted[-1]
+
+
+def _list(schema: dict[str, Any]) -> str:
+    parts = schema.get("prefixItems")
+    if parts is not None:
+        return f"{len(parts)} {_value(parts[0])}s"
+    least = f", at least {schema['minItems']}" if schema.get("minItems") else ""
+    items = schema["items"]
+    if "prefixItems" in items:
+        return f"list of [{_value(items)}]{least}"
+    return f"list of {_value(items)}{'' if 'enum' in items else 's'}{least}"
+
+
+def _limits(schema: dict[str, Any]) -> str:
+    if "minimum" in schema and "maximum" in schema:
+        return f", {schema['minimum']:g} to {schema['maximum']:g}"
+    words = (
+        ("exclusiveMinimum", "above"),
+        ("minimum", "at least"),
+        ("exclusiveMaximum", "below"),
+        ("maximum", "at most"),
+    )
+    return "".join(f", {word} {schema[key]:g}" for key, word in words if key in schema)
+
+
+def main() -> None:
+    if sys.argv[1:] == ["--write"]:
+        PAGE.write_text(page(), encoding="utf-8")
+    elif sys.argv[1:]:
+        raise SystemExit("python -m tools.reference [--write]")
+    else:
+        sys.stdout.write(page())
+
+
+if __name__ == "__main__":
+    main()
