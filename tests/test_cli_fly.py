@@ -110,6 +110,21 @@ BAD = {
         "none.las",
         "read",
     ),
+    "too slow for the grid": (
+        SHORT + "\n[vehicle]\nspeed_mps = 0.01\n",
+        "vehicle.speed_mps",
+        "too short for a grid",
+    ),
+    "too fast to turn away": (
+        SHORT + "\n[vehicle]\nspeed_mps = 20\n",
+        "grid.range_m",
+        "turning radius",
+    ),
+    "start inside an obstacle": (
+        SHORT.replace("[7, 0.2, 0]", "[0.5, 0, 0]"),
+        "the start lies 0.50 m inside",
+        "refused",
+    ),
     "no such pattern": (
         SHORT.replace("beams_per_cell = [10, 5]", 'pattern = "vlp99"'),
         "vlp99",

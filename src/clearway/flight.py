@@ -31,6 +31,8 @@ from clearway.system import AvoidanceSystem, DataLimits
 from clearway.traffic import ScriptedIntruder, Spawn, Traffic, TrafficSettings
 from clearway.world import CombinedWorld, World
 
+MOST_MOVEMENTS = 100
+"""Movements that may fit in the range of the grid: more make trees that nobody needs."""
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
@@ -76,6 +78,10 @@ class FlightSetup:
             self.planner.settings.safety_margin_m,
             self.mission.reach_radius_m,
         )
+        start = self.mission.start.position_m
+        inside = -float(self.world.distance_m(start[None])[0])
+        if inside > 0.0:
+            reasons.append(f"the start lies {inside:.2f} m inside something that is really there")
         if reasons:
             raise FlightRefusedError(
                 "\n".join(f"mission {self.mission.name!r} refused: {reason}" for reason in reasons)
@@ -103,6 +109,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     automaton = MovementAutomaton.plane(
         vehicle.speed_mps, vehicle.turn_step_deg, vehicle.movement_s, vehicle.pitch_limit_deg
     )
+    _check_scale(file, automaton, grid)
     library = ReachLibrary.load_or_build(automaton, grid, file.reach_set.method, notice=notice)
     start = State(np.array(vehicle.position_m), np.radians(vehicle.attitude_deg))
     mission = Mission(
@@ -138,6 +145,23 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         ),
         notes=notes,
     )
+
+
+def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
+    """Refuse movements that are out of proportion to what the vehicle sees."""
+    step, needed = automaton.step_m, automaton.turning_radius_m + file.safety.margin_m
+    if grid.range_m > MOST_MOVEMENTS * step:
+        raise InputError(
+            f"mission {file.mission.name!r}",
+            f"vehicle.speed_mps x movement_s: a movement of {step:.3g} m is too short for a grid of "
+            f"{grid.range_m:.3g} m; at most {MOST_MOVEMENTS} movements may fit in its range",
+        )
+    if grid.range_m < step + needed:
+        raise InputError(
+            f"mission {file.mission.name!r}",
+            f"grid.range_m: {grid.range_m:.3g} m is too short to turn away in time; one movement "
+            f"({step:.3g} m), the turning radius and the margin ({needed:.3g} m) must fit in it",
+        )
 
 
 def _scripted(part: FlyingIntruderSection, spawn: Spawn) -> ScriptedIntruder:
