@@ -113,7 +113,7 @@ BAD = {
     "too slow for the grid": (
         SHORT + "\n[vehicle]\nspeed_mps = 0.01\n",
         "vehicle.speed_mps",
-        "too short for a grid",
+        "too short for a grid of",
     ),
     "too fast to turn away": (
         SHORT + "\n[vehicle]\nspeed_mps = 20\n",

@@ -153,8 +153,8 @@ def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: Avoidanc
     if grid.range_m > MOST_MOVEMENTS * step:
         raise InputError(
             f"mission {file.mission.name!r}",
-            f"vehicle.speed_mps x movement_s: a movement of {step:.3g} m is too short for a grid of "
-            f"{grid.range_m:.3g} m; at most {MOST_MOVEMENTS} movements may fit in its range",
+            f"vehicle.speed_mps x movement_s: a movement of {step:.3g} m is too short for a grid "
+            f"of {grid.range_m:.3g} m; at most {MOST_MOVEMENTS} movements may fit in its range",
         )
     if grid.range_m < step + needed:
         raise InputError(
