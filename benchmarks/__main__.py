@@ -29,7 +29,13 @@ def main() -> None:
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer repeats, fewer flights")
-    parser.add_argument("--only", metavar="PATTERN", help="names that contain it, or match *")
+    parser.add_argument(
+        "--only",
+        metavar="PATTERN",
+        action="append",
+        default=[],
+        help="names that contain it, with * for anything; may be given again",
+    )
     parser.add_argument("--markdown", metavar="FILE", type=Path, help="write the table to a file")
     parser.add_argument(
         "--readme", action="store_true", help="put the headlines into README.md; takes a full run"
@@ -40,19 +46,22 @@ def _options() -> argparse.Namespace:
     return options
 
 
-def _chosen(pattern: str | None) -> list[Benchmark]:
-    """Benchmarks by name; those that fly take long and come last."""
+def _chosen(patterns: list[str]) -> list[Benchmark]:
+    """Benchmarks by name, or all; those that fly take long and come last."""
     from benchmarks import decisions, flights, intruders, maps, reach, sensors
 
     rooms = (decisions, sensors, reach, maps, intruders, flights)
     everything = [benchmark for room in rooms for benchmark in room.BENCHMARKS]
-    if pattern is None:
+    if not patterns:
         return everything
-    chosen = [each for each in everything if fnmatch.fnmatch(each.name, f"*{pattern}*")]
-    if not chosen:
-        names = "\n  ".join(each.name for each in everything)
-        raise SystemExit(f"no benchmark is called *{pattern}*; there are\n  {names}")
-    return chosen
+    names = [each.name for each in everything]
+    found = {pattern: fnmatch.filter(names, f"*{pattern}*") for pattern in patterns}
+    for pattern, matches in found.items():
+        if not matches:
+            known = "\n  ".join(names)
+            raise SystemExit(f"no benchmark is called *{pattern}*; there are\n  {known}")
+    wanted = {name for matches in found.values() for name in matches}
+    return [each for each in everything if each.name in wanted]
 
 
 if __name__ == "__main__":
