@@ -93,6 +93,16 @@ def test_the_state_is_carried_to_the_decision_time_along_the_plan():
     assert live.decide(2.5).counts["state: stale"] == 1
 
 
+def test_the_buffer_holds_what_was_decided_from_then_on():
+    live = system_after_free_flight()
+    assert live.buffer.start_s == 0.0
+    assert set(live.buffer.names) == {"Straight"}
+    live.update(state(1.5, x=1.5))
+    again = live.decide(1.5)
+    assert live.buffer.start_s == 1.5
+    assert live.buffer.names == again.decision.movements
+
+
 def test_a_decision_is_due_when_something_changes():
     live = system()
     live.update(state(0.0))

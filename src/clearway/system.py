@@ -282,8 +282,9 @@ class AvoidanceSystem:
             return Mode.AVOIDANCE
         return Mode.NAVIGATION
 
-    def remaining_buffer(self) -> MovementBuffer:
-        """What was decided last; (6.3) chains it with what is flown before and after."""
+    @property
+    def buffer(self) -> MovementBuffer:
+        """The movements decided last, with their times; what is past of them is flown (6.2)."""
         return self._buffer
 
     # --- what is known now ----------------------------------------------------------------
