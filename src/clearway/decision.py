@@ -122,6 +122,8 @@ class Repertoire:
     """[nodes] stage costs from the start to each node."""
     first_movement: IntArray
     """[nodes] index of the first movement on the way to each node."""
+    first_node: IntArray
+    """[nodes] node of that first movement."""
     step_m: float
     """Length of one movement: the unit of prices."""
 
@@ -136,13 +138,14 @@ class Repertoire:
         """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles."""
         cost = stage_cost(reach_set, prices).copy()
         first = reach_set.movement.astype(np.int64)
+        first_node = np.arange(reach_set.nodes)
         for node, parent in enumerate(reach_set.parent):
             if parent >= 0:
                 cost[node] += cost[parent]
-                first[node] = first[parent]
+                first[node], first_node[node] = first[parent], first_node[parent]
         step_m = float(np.max(reach_set.length_m[reach_set.parent < 0]))
         refuge = refuge_of(reach_set, turning_radius_m)
-        return cls(reach_set, paths_of(reach_set), refuge, cost, first, step_m)
+        return cls(reach_set, paths_of(reach_set), refuge, cost, first, first_node, step_m)
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -232,7 +235,10 @@ def choose(
     """
     paths = repertoire.paths
     order = np.argsort(candidates.cost_m, kind="stable")
-    rated = assessment.node_rating[candidates.nodes[order]] >= threshold
+    ends = candidates.nodes[order]
+    # A plan whose first movement leaves nothing feasible, P_D = 0, is no plan (2.3).
+    feasible = assessment.feasibility[repertoire.first_node[ends]] > 0.0
+    rated = (assessment.node_rating[ends] >= threshold) & feasible
     if not verify:
         rated &= candidates.untouched[order]
     report = _Report(repertoire, assessment, candidates, hazards, int((~rated).sum()))
