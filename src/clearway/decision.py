@@ -254,6 +254,8 @@ def choose(
         (Basis.NO_REFUGE, order, None),
     )
     for basis, tier, refuge in tiers:
+        if refuge is None:
+            tried.clear()  # The last round looks at all candidates once more.
         verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m, refuge)
         tried.append((tier, verification))
         if verification.chosen >= 0:
