@@ -173,6 +173,8 @@ def _scripted(part: FlyingIntruderSection, spawn: Spawn) -> ScriptedIntruder:
         np.radians(part.spread_deg),
         part.radius_m,
         spawn,
+        part.transponder,
+        part.seen_by_lidar,
     )
 
 

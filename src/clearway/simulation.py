@@ -18,12 +18,13 @@ from clearway.metrics import FlightMetrics, intruder_distances, measure
 from clearway.mission import Mission, Mode, advanced
 from clearway.mission import Progress as MissionProgress
 from clearway.movements import Movement
+from clearway.obstacle_map import ObstacleMap
 from clearway.prediction import corrected_movement, needs_correction, prediction_error
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
 from clearway.system import AvoidanceSystem, FlightDecision, Reading
 from clearway.traffic import Traffic
-from clearway.world import World
+from clearway.world import CombinedWorld, World
 
 LARGEST_STEP_S = 0.05
 """Truth is never coarser than this."""
@@ -184,12 +185,16 @@ class _Flight:
             replace(state, position_m=state.position_m + error, position_std_m=sigma)
         ]
         seen_from = self._true_state(max(self.times[0], now - settings.scan_latency_s))
-        readings += [
-            simulate_scan(lidar, self.world, seen_from, self.scan_rng) for lidar in self.lidars
-        ]
+        world = self._world_at(seen_from.time_s)
+        readings += [simulate_scan(lidar, world, seen_from, self.scan_rng) for lidar in self.lidars]
         if self.traffic is not None:
             readings += self.traffic.reports(now)
         return readings
+
+    def _world_at(self, time_s: float) -> World:
+        """What stands still, and visible traffic where it was at a time."""
+        bodies = self.traffic.bodies(time_s) if self.traffic is not None else []
+        return CombinedWorld([self.world, ObstacleMap(bodies)]) if bodies else self.world
 
     def _move_traffic(self) -> None:
         if self.traffic is not None:

@@ -1,15 +1,18 @@
 """Scripted traffic for simulations: intruders that appear, fly on, and report themselves.
 
-An intruder is announced at a time of the mission, at a place relative to the nominal straight
-flight, to the ownship, or to the world. From then on it flies straight, or anywhere inside its
-stated spread, and reports its true position and announced velocity, with noise if asked for.
+An intruder appears at a time of the mission, at a place relative to the nominal straight flight,
+to the ownship, or to the world. From then on it flies straight, or anywhere inside its stated
+spread. With a transponder it reports its true position and announced velocity, with noise if asked
+for; a visible one is a ball that simulated sensors see.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from operator import itemgetter
 from typing import Literal
 
 import numpy as np
@@ -17,6 +20,7 @@ import numpy as np
 from clearway.frames import FloatArray, world_from_body
 from clearway.intruders import Intruder
 from clearway.mission import Mission
+from clearway.obstacles import Obstacle
 from clearway.state import State, frozen_array
 
 Spawn = Literal["nominal", "ownship", "world"]
@@ -29,7 +33,7 @@ class ScriptedIntruder:
 
     name: str
     appears_s: float
-    """Time at which it is detected."""
+    """Time from which it is there, and reports itself if it can."""
     position_m: FloatArray
     """[3] where it is then, in the frame of `spawn`."""
     velocity_mps: FloatArray
@@ -38,6 +42,10 @@ class ScriptedIntruder:
     """[2] horizontal, vertical."""
     radius_m: float = 0.0
     spawn: Spawn = "nominal"
+    transponder: bool = True
+    """Whether it reports itself."""
+    visible: bool = False
+    """Whether simulated sensors see it, as a ball of its radius."""
 
     def __post_init__(self) -> None:
         for name, length in (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2)):
@@ -106,7 +114,7 @@ class Traffic:
         """What the intruders report at a time, in the world frame."""
         reports = []
         for name, flyer in self._flying.items():
-            if time_s < flyer.next_report_s - 1e-9:
+            if not flyer.transponder or time_s < flyer.next_report_s - 1e-9:
                 continue
             flyer.next_report_s = time_s + self.settings.report_s
             settings = self.settings
@@ -124,6 +132,19 @@ class Traffic:
                 )
             )
         return reports
+
+    def bodies(self, time_s: float) -> list[Obstacle]:
+        """Visible intruders as balls where they were at a time already flown."""
+        return [
+            Obstacle.ball(self._place(name, time_s), flyer.radius_m, name)
+            for name, flyer in self._flying.items()
+            if flyer.visible and self.tracks[name][0][0] <= time_s + 1e-9
+        ]
+
+    def _place(self, name: str, time_s: float) -> FloatArray:
+        """[3] position of an intruder at a step of its track."""
+        track = self.tracks[name]
+        return track[bisect_left(track, time_s - 1e-9, key=itemgetter(0))][1]
 
     def radii_m(self) -> dict[str, float]:
         """Body radius by name, of all that have appeared."""
@@ -156,6 +177,7 @@ class _Flyer:
     ) -> None:
         self.position_m, self.axis_mps = position_m, velocity_mps
         self.spread_rad, self.radius_m = scripted.spread_rad, scripted.radius_m
+        self.transponder, self.visible = scripted.transponder, scripted.visible
         self.next_report_s = time_s
         self._time_s, self._turns_s = time_s, time_s
         self._rng, self._deviates = rng, deviates

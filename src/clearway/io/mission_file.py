@@ -192,6 +192,8 @@ class TrafficSection(Section):
     """Intruders fly anywhere inside their stated spread, with a new direction every second."""
     report_s: Positive = 1.0
     """Time between reports of one intruder."""
+    follow_movers: bool = False
+    """Count what moves and is seen by LiDAR alone as intruders too."""
 
 
 class FlyingIntruderSection(Section):
@@ -200,7 +202,7 @@ class FlyingIntruderSection(Section):
     name: str
     """Differs from intruder to intruder."""
     appears_s: NotNegative
-    """Time of the mission at which it is detected."""
+    """Time of the mission from which it is there, and reports itself if it can."""
     position_m: Point
     """Where it is then; `[traffic] spawn` says in which frame."""
     velocity_mps: Point
@@ -209,11 +211,22 @@ class FlyingIntruderSection(Section):
     """[horizontal, vertical] half-angles."""
     radius_m: NotNegative = 0.0
     """Of its body; the margin is kept from its surface."""
+    transponder: bool = True
+    """Whether it reports itself."""
+    visible: bool | None = None
+    """Whether a LiDAR sees it, as a ball of its radius; default: if it has no transponder."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
         said(self._reported)
+        if self.seen_by_lidar and self.radius_m == 0.0:
+            raise ValueError("a LiDAR sees it as a ball, so radius_m must be above 0")
         return self
+
+    @property
+    def seen_by_lidar(self) -> bool:
+        """Whether a LiDAR sees it, said or by default."""
+        return not self.transponder if self.visible is None else self.visible
 
     def _reported(self) -> Intruder:
         return Intruder(

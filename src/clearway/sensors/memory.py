@@ -16,8 +16,7 @@ from clearway.compiled import compiled, read_only
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import Sensor, beam_raster, count_passes
-from clearway.sensors.simulate import sensor_pose
+from clearway.sensors.passing import beam_raster, count_passes, returns_in_world, sensor_at
 from clearway.sensors.voxels import merge_balls, number_voxels, slot_of, table_bits, voxel_key
 from clearway.state import BoolArray, IntArray, State
 
@@ -93,19 +92,9 @@ def update_memory(
     ground_m: returns at or below this height of the world frame are not remembered, nor are
     blind, too far and own-airframe ones. A voxel hit by this scan is never forgotten.
     """
-    rotation, origin = sensor_pose(lidar, state)
-    pattern = lidar.pattern
-    sensor = Sensor(
-        read_only(rotation),
-        read_only(origin),
-        state.position_m,
-        float(pattern.min_range_m),
-        float(min(pattern.max_range_m, 1e30)),
-        float(lidar.airframe_radius_m),
-        0.5 * float(pattern.spacing_rad),
-        0.5 * memory.voxel_m + 3.0 * lidar.sigma_m + tolerance_m,
-    )
-    points, radii = _in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
+    tolerance_m += 0.5 * memory.voxel_m + 3.0 * lidar.sigma_m
+    sensor = sensor_at(lidar, state, tolerance_m)
+    points, radii = returns_in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
     voxel_of, voxels = number_voxels(points, memory.voxel_m)
     seen, seen_radii = merge_balls(points, radii, voxel_of, voxels)
     passes = count_passes(
@@ -115,7 +104,7 @@ def update_memory(
         memory.passes,
         scan.points_m,
         sensor,
-        beam_raster(pattern),
+        beam_raster(lidar.pattern),
     )
     again = _in_voxels_of(memory.position_m, seen, memory.voxel_m)
     position, radius, last_seen, passes = _joined(
@@ -165,35 +154,6 @@ def _joined(old: Balls, keep: BoolArray, expiry: float, new: Balls) -> Balls:
     positions[m:end], radii[m:end] = new.position_m, new.radius_m
     last_seen[m:end], passes[m:end] = new.last_seen_s, new.passes
     return Balls(positions[:end], radii[:end], last_seen[:end], passes[:end])
-
-
-@compiled
-def _in_world(
-    points: FloatArray, sensor: Sensor, reach: float, ground: float
-) -> tuple[FloatArray, FloatArray]:
-    """Returns worth remembering [m, 3] in the world frame, and half the beam spacing there."""
-    r, o, e = sensor.rotation, sensor.origin, sensor.body
-    r00, r01, r02, ox, ex = r[0, 0], r[0, 1], r[0, 2], o[0], e[0]
-    r10, r11, r12, oy, ey = r[1, 0], r[1, 1], r[1, 2], o[1], e[1]
-    r20, r21, r22, oz, ez = r[2, 0], r[2, 1], r[2, 2], o[2], e[2]
-    low, high = sensor.min_range**2, min(sensor.max_range, reach) ** 2
-    own, half_spacing = sensor.airframe_radius**2, sensor.half_spacing
-    placed, radii = np.empty((len(points), 3)), np.empty(len(points))
-    m = 0
-    for n in range(len(points)):
-        a, b, c = points[n, 0], points[n, 1], points[n, 2]
-        squared = a * a + b * b + c * c
-        if not (squared >= low and squared <= high):
-            continue
-        x = r00 * a + r01 * b + r02 * c + ox
-        y = r10 * a + r11 * b + r12 * c + oy
-        z = r20 * a + r21 * b + r22 * c + oz
-        if z <= ground or (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < own:
-            continue
-        placed[m, 0], placed[m, 1], placed[m, 2] = x, y, z
-        radii[m] = half_spacing * np.sqrt(squared)
-        m += 1
-    return placed[:m], radii[:m]
 
 
 @compiled

@@ -12,11 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.compiled import compiled
+from clearway.compiled import compiled, read_only
 from clearway.frames import FloatArray
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
-from clearway.state import BoolArray, IntArray
+from clearway.sensors.lidar import Lidar
+from clearway.sensors.simulate import sensor_pose
+from clearway.state import BoolArray, IntArray, State
 
 MAX_COLUMNS, MAX_ROWS = 512, 256
 MAX_WINDOW = 8
@@ -39,6 +41,51 @@ class Sensor(NamedTuple):
     airframe_radius: float
     half_spacing: float
     tolerance: float
+
+
+def sensor_at(lidar: Lidar, state: State, tolerance_m: float) -> Sensor:
+    """The sensor of a vehicle in a state; beams pass a point if they go on for the tolerance."""
+    rotation, origin = sensor_pose(lidar, state)
+    pattern = lidar.pattern
+    return Sensor(
+        read_only(rotation),
+        read_only(origin),
+        state.position_m,
+        float(pattern.min_range_m),
+        float(min(pattern.max_range_m, 1e30)),
+        float(lidar.airframe_radius_m),
+        0.5 * float(pattern.spacing_rad),
+        float(tolerance_m),
+    )
+
+
+@compiled
+def returns_in_world(
+    points: FloatArray, sensor: Sensor, reach: float, ground: float
+) -> tuple[FloatArray, FloatArray]:
+    """Returns of obstacles [m, 3] in the world frame, and half the beam spacing there."""
+    r, o, e = sensor.rotation, sensor.origin, sensor.body
+    r00, r01, r02, ox, ex = r[0, 0], r[0, 1], r[0, 2], o[0], e[0]
+    r10, r11, r12, oy, ey = r[1, 0], r[1, 1], r[1, 2], o[1], e[1]
+    r20, r21, r22, oz, ez = r[2, 0], r[2, 1], r[2, 2], o[2], e[2]
+    low, high = sensor.min_range**2, min(sensor.max_range, reach) ** 2
+    own, half_spacing = sensor.airframe_radius**2, sensor.half_spacing
+    placed, radii = np.empty((len(points), 3)), np.empty(len(points))
+    m = 0
+    for n in range(len(points)):
+        a, b, c = points[n, 0], points[n, 1], points[n, 2]
+        squared = a * a + b * b + c * c
+        if not (squared >= low and squared <= high):
+            continue
+        x = r00 * a + r01 * b + r02 * c + ox
+        y = r10 * a + r11 * b + r12 * c + oy
+        z = r20 * a + r21 * b + r22 * c + oz
+        if z <= ground or (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < own:
+            continue
+        placed[m, 0], placed[m, 1], placed[m, 2] = x, y, z
+        radii[m] = half_spacing * np.sqrt(squared)
+        m += 1
+    return placed[:m], radii[:m]
 
 
 class BeamRaster(NamedTuple):
