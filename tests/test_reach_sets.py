@@ -49,6 +49,23 @@ CASES = [
         MovementAutomaton.plane(0.7), AvoidanceGrid.uniform(7.0, 10), "flying", 0.0, id="slow"
     ),
     pytest.param(FIVE, GRID, "flying", 0.0, id="five-movements"),
+    pytest.param(
+        MovementAutomaton.plane(turn_step_deg=10.0),
+        AvoidanceGrid.uniform(25.0, 25, columns=9),
+        "cover",
+        0.0,
+        id="ten-degrees-25-layers",
+    ),
+    pytest.param(
+        MovementAutomaton.plane(turn_step_deg=5.0), GRID, "combined", STEP / 3, id="five-degrees"
+    ),
+    pytest.param(
+        MovementAutomaton.plane(turn_step_deg=30.0, pitch_limit_deg=60.0),
+        GRID,
+        "flying",
+        0.0,
+        id="thirty-degrees",
+    ),
 ]
 
 
@@ -285,6 +302,16 @@ def test_two_speeds_and_unlike_climb_rates():
 def test_bad_input_is_named(build, words):
     with pytest.raises(ClearwayError, match=words):
         build()
+
+
+@pytest.mark.parametrize("method", ["chaotic", "harmonic", "combined", "dispersion"])
+def test_nodes_stay_within_the_bound(method):
+    """(6.5): m (r + 1) h v l for every spread r."""
+    for spread in (1, 3, 7):
+        tuning = {"harmonic": spread} if method == "harmonic" else {"spread": spread}
+        tree = build_reach_set(PLANE, GRID, method, **tuning)
+        kept = spread + (method == "combined")
+        assert tree.nodes <= 9 * (kept + 1) * GRID.cells
 
 
 def test_method_names():
