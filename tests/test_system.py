@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearway.errors import ClearwayError
-from clearway.intruders import Intruder
+from clearway.intruders import Intruder, TrackerSettings
 from clearway.mission import Mode
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
@@ -176,3 +176,29 @@ def test_nothing_compiles_in_flight_after_the_warm_up():
     with event.install_listener("numba:compile", Listener()):
         simulate(live, BALL, (LIDAR,), SimulationSettings(time_limit_s=12.0))
     assert compiled == []
+
+
+def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():
+    live = system(tracker=TrackerSettings(), address="own")
+    rng = np.random.default_rng(3)
+    for second in range(6):
+        live.update(state(float(second), x=float(second)))
+        truth = np.array([40.0 - second, 5.0, 0.0])
+        report = Intruder(
+            truth + rng.normal(0.0, 0.3, 3),
+            np.array([-1.0, 0.0, 0.0]) + rng.normal(0.0, 0.1, 3),
+            radius_m=0.6,
+            name="a",
+            time_s=float(second),
+            position_std_m=0.3,
+            velocity_std_mps=0.1,
+        )
+        live.update(report)
+        if second == 3:
+            live.update(report)
+        assert live.due(float(second))
+        decision = live.decide(float(second)).decision
+    movers = decision.hazards.movers
+    np.testing.assert_allclose(movers.position_m[0], [30.0, 5.0, 0.0], atol=0.5)
+    assert movers.radius_m[0] < 0.6 + 3 * 0.3, "six reports tell more than one"
+    assert live.counts["report: duplicate"] == 1

@@ -20,7 +20,7 @@ from clearway.errors import ClearwayError
 from clearway.explain import explanation
 from clearway.frames import FloatArray, wrap_angle
 from clearway.hazards import PointHazards
-from clearway.intruders import Intruder
+from clearway.intruders import Intruder, Ownship, Report, TrackerSettings, Tracks, track_reports
 from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
 from clearway.movement_buffer import MovementBuffer
 from clearway.obstacle_map import ObstacleMap
@@ -84,6 +84,8 @@ class AvoidanceSystem:
 
     detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
     from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
+    tracker: reports of intruders are made into tracks first; None takes each as it comes.
+    address: the own transponder's, by which the tracker knows own echoes; by place where empty.
     """
 
     def __init__(
@@ -96,6 +98,8 @@ class AvoidanceSystem:
         detour: Detour | None = None,
         detection_rule: Rule = "ratio",
         ground_m: float = -np.inf,
+        tracker: TrackerSettings | None = None,
+        address: str = "",
     ) -> None:
         self.planner = planner
         self.mission = mission
@@ -110,6 +114,9 @@ class AvoidanceSystem:
         self._states: deque[State] = deque()
         self._scans: dict[str, Scan] = {}
         self._intruders: dict[str, Intruder] = {}
+        self._tracks = None if tracker is None else Tracks(settings=tracker)
+        self._heard: list[Report] = []
+        self._address = address
         self._memory = PointMemory.empty(
             MEMORY_VOXEL * planner.settings.safety_margin_m,
             self.limits.memory_s,
@@ -165,6 +172,9 @@ class AvoidanceSystem:
             )
 
     def _take_intruder(self, intruder: Intruder) -> None:
+        if self._tracks is not None:
+            self._heard.append(Report.of(intruder))
+            return
         known = self._intruders.get(intruder.name)
         if known is not None and intruder.time_s < known.time_s:
             self.counts["intruder: late report"] += 1
@@ -185,7 +195,9 @@ class AvoidanceSystem:
             scan.time_s > self._decided_s and len(scan.points_m) for scan in self._scans.values()
         ):
             return "new returns"
-        if any(report.time_s > self._decided_s for report in self._intruders.values()):
+        heard = [report.time_s for report in self._heard]
+        heard += [intruder.time_s for intruder in self._intruders.values()]
+        if any(time_s > self._decided_s for time_s in heard):
             return "new reports of traffic"
         return None
 
@@ -234,7 +246,7 @@ class AvoidanceSystem:
             detections=detections,
             remembered=self._remembered_near(state),
             obstacle_map=self.obstacle_map,
-            intruders=self._present_intruders(now_s),
+            intruders=self._present_intruders(state, now_s),
             state_age_s=now_s - self._states[-1].time_s,
             range_sigma_m=sigma,
         )
@@ -359,7 +371,10 @@ class AvoidanceSystem:
         level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
         return Ground.at_height(level, self._ground_m, 0.0)
 
-    def _present_intruders(self, now_s: float) -> list[Intruder]:
+    def _present_intruders(self, state: State, now_s: float) -> list[Intruder]:
+        if self._tracks is not None:
+            self._tracks = self._tracked(self._tracks, state, now_s)
+            return self._tracks.intruders()
         present = {}
         for name, intruder in self._intruders.items():
             if now_s - intruder.time_s > self.limits.intruder_s:
@@ -368,6 +383,17 @@ class AvoidanceSystem:
                 present[name] = intruder
         self._intruders = present
         return list(present.values())
+
+    def _tracked(self, tracks: Tracks, state: State, now_s: float) -> Tracks:
+        """The tracks after what was heard since the last decision; what is left out is counted."""
+        velocity = self.planner.speed_mps * state.world_from_body[:, 0]
+        own = Ownship(state.position_m, velocity, self._address)
+        fresh = track_reports(tracks, self._heard, now_s, own)
+        self._heard.clear()
+        for reason, count in fresh.left_out.items():
+            self.counts[f"report: {reason}"] += count - tracks.left_out[reason]
+        self.counts = +self.counts
+        return fresh
 
     def _leave_dead_end(self, state: State, now_s: float) -> None:
         """The no-progress rule: fly a detour when the goal has not come nearer for long."""

@@ -15,6 +15,9 @@ from clearway.frames import FloatArray
 from clearway.intruders.intruder import Intruder
 from clearway.state import frozen_array
 
+SUREST = 1e-3
+"""Metres, and metres a second: no report is taken to be more exact, or a filter has no noise."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
@@ -37,6 +40,20 @@ class Report:
         object.__setattr__(self, "spread_rad", frozen_array(self.spread_rad, (2,)))
         if self.velocity_mps is not None:
             object.__setattr__(self, "velocity_mps", frozen_array(self.velocity_mps, (3,)))
+
+    @classmethod
+    def of(cls, intruder: Intruder) -> Report:
+        """What an intruder told of itself, as a report; its name stands in for an address."""
+        return cls(
+            intruder.time_s,
+            intruder.position_m,
+            intruder.velocity_mps,
+            intruder.address or intruder.name,
+            max(SUREST, intruder.position_std_m),
+            max(SUREST, intruder.velocity_std_mps),
+            intruder.radius_m,
+            intruder.spread_rad,
+        )
 
     @property
     def measured(self) -> FloatArray:
