@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Generic
 
 import numpy as np
 
@@ -19,10 +20,11 @@ from clearway.mission import Mission, Mode, advanced
 from clearway.mission import Progress as MissionProgress
 from clearway.movements import Movement
 from clearway.obstacle_map import ObstacleMap
+from clearway.pilot import D, Pilot
 from clearway.prediction import corrected_movement, needs_correction, prediction_error
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
-from clearway.system import AvoidanceSystem, FlightDecision, Reading
+from clearway.system import Reading
 from clearway.traffic import Traffic
 from clearway.world import CombinedWorld, World
 
@@ -56,17 +58,17 @@ class SimulationSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class LoggedDecision:
+class LoggedDecision(Generic[D]):
     """A decision as it was taken in flight, and how long it took."""
 
-    flight: FlightDecision
+    flight: D
     why_now: str
     elapsed_s: float
     """From the sensor's arrays in hand to the explained decision."""
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(Generic[D]):
     """One simulated flight."""
 
     mission: Mission
@@ -74,7 +76,7 @@ class Run:
     """[n] at most 0.05 s apart."""
     states: FloatArray
     """[n, 6] true states, world frame."""
-    decisions: tuple[LoggedDecision, ...]
+    decisions: tuple[LoggedDecision[D], ...]
     movements: tuple[str, ...]
     """Movements flown: the chained buffer of (6.3)."""
     progress: MissionProgress
@@ -105,18 +107,18 @@ class Run:
         return self.reached and self.metrics.margin_violations == 0
 
 
-OnDecision = Callable[[LoggedDecision, MissionProgress], None]
+OnDecision = Callable[[LoggedDecision[D], MissionProgress], None]
 
 
 def simulate(
-    system: AvoidanceSystem,
+    system: Pilot[D],
     world: World,
     lidars: Sequence[Lidar],
     settings: SimulationSettings | None = None,
-    on_decision: OnDecision | None = None,
+    on_decision: OnDecision[D] | None = None,
     traffic: Traffic | None = None,
-) -> Run:
-    """Fly the system's mission through a true world; the same seed gives the same run.
+) -> Run[D]:
+    """Fly the pilot's mission through a true world; the same seed gives the same run.
 
     traffic: fresh for every flight, since it flies along.
     """
@@ -125,12 +127,12 @@ def simulate(
     return flight.run(on_decision)
 
 
-class _Flight:
+class _Flight(Generic[D]):
     """One flight under way."""
 
     def __init__(
         self,
-        system: AvoidanceSystem,
+        system: Pilot[D],
         world: World,
         lidars: Sequence[Lidar],
         settings: SimulationSettings,
@@ -152,11 +154,11 @@ class _Flight:
         self.predicted = start.vector
         self.corrections = 0
 
-    def run(self, on_decision: OnDecision | None) -> Run:
+    def run(self, on_decision: OnDecision[D] | None) -> Run[D]:
         system, mission = self.system, self.mission
         limit = self._time_limit()
         self._move_traffic()
-        decisions: list[LoggedDecision] = []
+        decisions: list[LoggedDecision[D]] = []
         queue: list[Movement] = []
         while not self.progress.done(mission) and self.times[-1] < limit:
             now = self.times[-1]
@@ -169,7 +171,7 @@ class _Flight:
                 flight = system.decide(now)
                 entry = LoggedDecision(flight, why, time.perf_counter() - started)
                 decisions.append(entry)
-                queue = list(self.automaton.chain(flight.decision.movements))
+                queue = list(self.automaton.chain(flight.movements))
                 if on_decision is not None:
                     on_decision(entry, self.progress)
             self._fly(queue.pop(0))
@@ -263,7 +265,7 @@ class _Flight:
         straight = self.mission.straight_length_m / max(speed, 1e-9)
         return self.mission.start.time_s + 6.0 * straight + 60.0
 
-    def _finished(self, decisions: list[LoggedDecision]) -> Run:
+    def _finished(self, decisions: list[LoggedDecision[D]]) -> Run[D]:
         times, states = np.array(self.times), np.array(self.states)
         margin = self.system.planner.settings.safety_margin_m
         tracks = self.traffic.tracks if self.traffic is not None else {}

@@ -78,6 +78,16 @@ class FlightDecision:
     counts: dict[str, int]
     """Data left out since the last decision, by reason."""
 
+    @property
+    def state(self) -> State:
+        """Own state that was decided for."""
+        return self.decision.state
+
+    @property
+    def movements(self) -> tuple[str, ...]:
+        """The movement buffer to execute."""
+        return self.decision.movements
+
 
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
@@ -235,13 +245,25 @@ class AvoidanceSystem:
 
         Raises ClearwayError if no own state has come yet.
         """
+        situation, scan_age = self.situation(now_s)
+        held = self._buffer.at(now_s + 1e-6)
+        commitment = Commitment(self._side, held.name if held else "")
+        decision = decide(self.planner, situation, commitment)
+        return self._adopt(decision, now_s, scan_age)
+
+    def situation(self, now_s: float) -> tuple[Situation, float]:
+        """All that is known at a moment, and the age of the oldest scan used (NaN without any).
+
+        Raises ClearwayError if no own state has come yet.
+        """
         state = self._expected_state(now_s)
+        self._leave_dead_end(state, now_s)
         detections, scan_age = self._detections(state, now_s)
         sigma = max((lidar.sigma_m for lidar in self._lidars.values()), default=0.0)
         situation = Situation(
             state=state,
-            target_m=self.mission.goals_m[0],
-            next_m=None,
+            target_m=self.progress.target(self.mission),
+            next_m=self.progress.following(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             detections=detections,
             remembered=self._remembered_near(state),
@@ -250,16 +272,7 @@ class AvoidanceSystem:
             state_age_s=now_s - self._states[-1].time_s,
             range_sigma_m=sigma,
         )
-        self._leave_dead_end(state, now_s)
-        situation = replace(
-            situation,
-            target_m=self.progress.target(self.mission),
-            next_m=self.progress.following(self.mission),
-        )
-        held = self._buffer.at(now_s + 1e-6)
-        commitment = Commitment(self._side, held.name if held else "")
-        decision = decide(self.planner, situation, commitment)
-        return self._adopt(decision, now_s, scan_age)
+        return situation, scan_age
 
     def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
         automaton = self.planner.automaton
