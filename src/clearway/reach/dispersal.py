@@ -12,7 +12,7 @@ from clearway.grid import AvoidanceGrid
 from clearway.movements import MovementAutomaton
 from clearway.reach.buffers import nodes_of
 from clearway.reach.lattice import build_lattice, grid_from_level, in_grid, movements_deep
-from clearway.reach.trace import completed, level_states
+from clearway.reach.replay import completed, level_states
 from clearway.reach.tree import ReachSet
 
 PERSISTENCE = 0.6

@@ -90,14 +90,12 @@ def build_lattice(
     rows: list[list[tuple[int, FloatArray]]] = []
     generation_end, generation = len(attitudes), 0
     while len(rows) < len(attitudes) and generation < deep:
-        row: list[tuple[int, FloatArray]] = []
         roll, pitch, last = attitudes[len(rows)]
-        state = np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
+        row = []
         for movement in automaton.movements:
-            times = movement.duration_s * np.arange(1, steps + 1) / steps
-            path = np.array([automaton.predict(state, movement, float(time)) for time in times])
+            path = _path(automaton, movement, roll, pitch, steps)
             reached = -1
-            if automaton.allowed(state, movement, last):
+            if automaton.allowed([0.0, 0.0, 0.0, roll, pitch, 0.0], movement, last):
                 reached = index_of(float(path[-1, 3]), float(path[-1, 4]), movement)
             row.append((reached, path))
         rows.append(row)
@@ -109,6 +107,15 @@ def build_lattice(
                 "give the automaton a pitch limit, or turn steps that are multiples of each other"
             )
     return Lattice(automaton, _pieces(automaton, rows, attitudes), start)
+
+
+def _path(
+    automaton: MovementAutomaton, movement: Movement, roll: float, pitch: float, steps: int
+) -> FloatArray:
+    """[steps, 6] states along a movement from the origin, at equal times."""
+    state = np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
+    times = movement.duration_s * np.arange(1, steps + 1) / steps
+    return np.array([automaton.predict(state, movement, float(time)) for time in times])
 
 
 def _pieces(

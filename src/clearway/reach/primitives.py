@@ -15,7 +15,7 @@ from clearway.grid import AvoidanceGrid
 from clearway.movements import MovementAutomaton
 from clearway.reach.buffers import ByteArray
 from clearway.reach.lattice import Lattice
-from clearway.reach.trace import completed
+from clearway.reach.replay import completed
 
 Turn = tuple[int, int]
 """Change of pitch and of yaw by a movement from level flight, in nrad so that they compare."""

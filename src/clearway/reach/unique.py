@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.reach.buffers import ByteArray, keys_of, mirrored
 from clearway.reach.lattice import Lattice
-from clearway.reach.trace import level_states
+from clearway.reach.replay import level_states
 from clearway.state import BoolArray, IntArray
 
 SAME = 1e-6
