@@ -174,6 +174,8 @@ class Decision:
     hazards: Hazards
     decide_within_s: float
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
+    intruders: tuple[str, ...] = ()
+    """Names of the movers in `hazards`."""
 
 
 def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
@@ -239,6 +241,7 @@ def decide(
         repertoire=repertoire,
         hazards=hazards,
         decide_within_s=_decide_within(planner, repertoire, choice, hazards, margin),
+        intruders=tuple(intruder.name for intruder in intruders),
     )
 
 

@@ -70,5 +70,5 @@ def _what(cause: Cause, index: int, decision: Decision, obstacle_map: ObstacleMa
         name = obstacle_map.obstacles[source].name or f"number {source}"
         return f"of map obstacle {name}"
     if cause is Cause.INTRUDER:
-        return f"of intruder {index}"
+        return f"of intruder {decision.intruders[index] or f'number {index}'}"
     return "of a return"

@@ -55,6 +55,7 @@ class FlightSetup:
     script: tuple[ScriptedIntruder, ...]
     """Intruders that appear."""
     traffic: TrafficSettings
+    follow_movers: bool
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
@@ -68,6 +69,7 @@ class FlightSetup:
             limits=self.limits,
             detection_rule=self.detection_rule,
             ground_m=self.ground_m,
+            follow_movers=self.follow_movers,
         )
 
     def refuse_impossible(self) -> None:
@@ -143,6 +145,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
             file.traffic.deviates,
             file.traffic.report_s,
         ),
+        follow_movers=file.traffic.follow_movers,
         notes=notes,
     )
 

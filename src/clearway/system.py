@@ -23,6 +23,7 @@ from clearway.hazards import PointHazards
 from clearway.intruders import Intruder, Ownship, Report, TrackerSettings, Tracks, track_reports
 from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
 from clearway.movement_buffer import MovementBuffer
+from clearway.movers import Following, MoverSettings, follow, forget_movers, unreported
 from clearway.obstacle_map import ObstacleMap
 from clearway.sensors import (
     Detection,
@@ -96,6 +97,7 @@ class AvoidanceSystem:
     from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
     tracker: reports of intruders are made into tracks first; None takes each as it comes.
     address: the own transponder's, by which the tracker knows own echoes; by place where empty.
+    follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
     """
 
     def __init__(
@@ -110,6 +112,7 @@ class AvoidanceSystem:
         ground_m: float = -np.inf,
         tracker: TrackerSettings | None = None,
         address: str = "",
+        follow_movers: bool = False,
     ) -> None:
         self.planner = planner
         self.mission = mission
@@ -127,6 +130,8 @@ class AvoidanceSystem:
         self._tracks = None if tracker is None else Tracks(settings=tracker)
         self._heard: list[Report] = []
         self._address = address
+        settings = MoverSettings.of(planner.settings.safety_margin_m, planner.speed_mps)
+        self._following = Following(settings) if follow_movers else None
         self._memory = PointMemory.empty(
             MEMORY_VOXEL * planner.settings.safety_margin_m,
             self.limits.memory_s,
@@ -180,6 +185,20 @@ class AvoidanceSystem:
                 tolerance_m=self.planner.settings.sigmas * state.position_std_m,
                 ground_m=self._ground_m,
             )
+            self._follow(self._lidars[scan.sensor], scan, state)
+
+    def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
+        """Find what moves, and leave no ghost of it behind."""
+        if self._following is not None:
+            self._following = follow(
+                self._following,
+                lidar,
+                scan,
+                state,
+                sigmas=self.planner.settings.sigmas,
+                ground_m=self._ground_m,
+            )
+            self._memory = forget_movers(self._memory, self._following)
 
     def _take_intruder(self, intruder: Intruder) -> None:
         if self._tracks is not None:
@@ -219,6 +238,7 @@ class AvoidanceSystem:
             tuple(self._lidars.values()),
             self.obstacle_map,
             self.limits,
+            follow_movers=self._following is not None,
         )
         start = self.mission.start
         for step in range(3):
@@ -268,7 +288,7 @@ class AvoidanceSystem:
             detections=detections,
             remembered=self._remembered_near(state),
             obstacle_map=self.obstacle_map,
-            intruders=self._present_intruders(state, now_s),
+            intruders=self._traffic(state, now_s),
             state_age_s=now_s - self._states[-1].time_s,
             range_sigma_m=sigma,
         )
@@ -383,6 +403,13 @@ class AvoidanceSystem:
             return None
         level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
         return Ground.at_height(level, self._ground_m, 0.0)
+
+    def _traffic(self, state: State, now_s: float) -> list[Intruder]:
+        """Reported intruders, and those that LiDAR alone sees."""
+        reported = self._present_intruders(state, now_s)
+        if self._following is None:
+            return reported
+        return reported + unreported(self._following.intruders(), reported)
 
     def _present_intruders(self, state: State, now_s: float) -> list[Intruder]:
         if self._tracks is not None:

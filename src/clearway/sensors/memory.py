@@ -7,7 +7,7 @@ A nearer return hides the point and says nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,13 @@ from clearway.compiled import compiled, read_only
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import beam_raster, count_passes, returns_in_world, sensor_at
+from clearway.sensors.passing import (
+    beam_raster,
+    count_passes,
+    nearest_returns,
+    returns_in_world,
+    sensor_at,
+)
 from clearway.sensors.voxels import merge_balls, number_voxels, slot_of, table_bits, voxel_key
 from clearway.state import BoolArray, IntArray, State
 
@@ -97,14 +103,15 @@ def update_memory(
     points, radii = returns_in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
     voxel_of, voxels = number_voxels(points, memory.voxel_m)
     seen, seen_radii = merge_balls(points, radii, voxel_of, voxels)
+    raster = beam_raster(lidar.pattern)
     passes = count_passes(
         memory.position_m,
         memory.radius_m,
         memory.voxel_m,
         memory.passes,
-        scan.points_m,
+        nearest_returns(scan.points_m, raster),
         sensor,
-        beam_raster(lidar.pattern),
+        raster,
     )
     again = _in_voxels_of(memory.position_m, seen, memory.voxel_m)
     position, radius, last_seen, passes = _joined(
@@ -124,6 +131,34 @@ def update_memory(
         radius[room],
         last_seen[room],
         passes[room],
+    )
+
+
+def forget_moved(
+    memory: PointMemory,
+    position_m: FloatArray,
+    velocity_mps: FloatArray,
+    time_s: float,
+    reach_m: float,
+    since_s: float,
+) -> PointMemory:
+    """Memory without the returns of a body in motion: those last seen where it was at that time.
+
+    The body's centre [3] is at `position_m` at `time_s`, its surface within `reach_m` of it; only
+    what was last seen at `since_s` or later can be its own.
+    """
+    before = memory.last_seen_s - time_s
+    centers = position_m + before[:, None] * velocity_mps
+    apart = np.linalg.norm(memory.position_m - centers, axis=1)
+    keep = (apart > reach_m) | (memory.last_seen_s < since_s)
+    if keep.all():
+        return memory
+    return replace(
+        memory,
+        position_m=memory.position_m[keep],
+        radius_m=memory.radius_m[keep],
+        last_seen_s=memory.last_seen_s[keep],
+        passes=memory.passes[keep],
     )
 
 

@@ -168,7 +168,7 @@ def _bin(
 
 
 @compiled
-def _nearest_returns(points: FloatArray, raster: BeamRaster) -> FloatArray:
+def nearest_returns(points: FloatArray, raster: BeamRaster) -> FloatArray:
     """[columns, rows] range of the nearest return per bin; inf without any."""
     nearest = np.full(raster.low.shape, np.inf)
     per_column, per_row, bottom = raster.per_column, raster.per_row, raster.bottom
@@ -188,12 +188,14 @@ def count_passes(
     radii: FloatArray,
     voxel: float,
     passes: IntArray,
-    points: FloatArray,
+    nearest: FloatArray,
     sensor: Sensor,
     raster: BeamRaster,
 ) -> IntArray:
-    """[n] sweeps through each remembered point in a row, this one included if it passed."""
-    nearest = _nearest_returns(points, raster)
+    """[n] sweeps through each point [n, 3] in a row, this one included if it passed.
+
+    nearest: [columns, rows] `nearest_returns` of the sweep.
+    """
     r, o = sensor.rotation, sensor.origin
     r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]
     r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
