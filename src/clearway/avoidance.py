@@ -192,14 +192,9 @@ def decide(
     position, world_from_grid = grid_frame(situation.state)
     margin = margin_m(settings, situation)
 
-    shapes = _shapes_near(situation, position, world_from_grid, grid)
     seen_from = replace(situation.state, attitude_rad=situation.state.attitude_rad * NO_ROLL)
     intruders = [i.at(seen_from.time_s).seen_from(seen_from) for i in situation.intruders]
-    hazards = Hazards(
-        _points(situation, settings, position, world_from_grid, grid.range_m + margin),
-        shapes,
-        _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
-    )
+    hazards = hazards_of(planner, situation, intruders, margin)
     up = up_seen_from(seen_from)
     evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings, up)
     cells = assess_cells(
@@ -210,7 +205,7 @@ def decide(
     reach = rate_reach_set(repertoire.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
     clear = untouched(repertoire.reach_set, evidence.coated)  # def. 6
 
-    goal = _goal(situation)
+    goal = goal_of(situation)
     arrived = arrival(repertoire.reach_set, goal)
 
     def to_go(nodes: IntArray) -> FloatArray:
@@ -284,7 +279,20 @@ def gather_evidence(
     return replace(free, coated=coated, **changes)  # type: ignore[arg-type]
 
 
-def _goal(situation: Situation) -> Goal:
+def hazards_of(
+    planner: Planner, situation: Situation, intruders: Sequence[Intruder], margin: float
+) -> Hazards:
+    """All that is known to be in reach, in the grid frame, as the intruders are."""
+    settings, grid = planner.settings, planner.grid
+    position, world_from_grid = grid_frame(situation.state)
+    return Hazards(
+        _points(situation, settings, position, world_from_grid, grid.range_m + margin),
+        _shapes_near(situation, position, world_from_grid, grid),
+        _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
+    )
+
+
+def goal_of(situation: Situation) -> Goal:
     """The waypoints in the level frame of the vehicle."""
     level_from_world = world_from_body([0.0, 0.0, situation.state.attitude_rad[2]]).T
     origin = situation.state.position_m
