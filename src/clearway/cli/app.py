@@ -1,4 +1,4 @@
-"""The command line: `clearway fly`, `clearway assess`, `clearway reach-set`.
+"""The command line: `clearway fly`, `assess`, `reach-set` and `reproduce`.
 
 Only typer is imported here and at the head of the command modules, so that `--help` answers at
 once; each command imports what it needs when it runs.
@@ -16,6 +16,7 @@ from clearway.cli.fly import fly
 from clearway.cli.reach_compare import compare
 from clearway.cli.reach_set import reach_set
 from clearway.cli.report import run_guarded
+from clearway.cli.reproduce import reproduce
 
 app = typer.Typer(
     name="clearway",
@@ -31,6 +32,7 @@ reach_sets = typer.Typer(add_completion=False)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare")(run_guarded(compare))
 app.add_typer(reach_sets, name="reach-set")
+app.command("reproduce")(run_guarded(reproduce))
 
 
 def _print_version(wanted: bool) -> None:

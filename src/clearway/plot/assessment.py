@@ -14,7 +14,8 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from clearway.frames import FloatArray
 from clearway.fusion import CellAssessment, ReachAssessment
-from clearway.plot.cells import ALL_ROWS, POINT_COLOR, UNIT, CellView, Quantity, draw_cells
+from clearway.grid import AvoidanceGrid
+from clearway.plot.cells import ALL_ROWS, POINT_COLOR, CellView, Quantity, cased, draw_cells
 from clearway.reach.tree import ReachSet
 from clearway.state import BoolArray
 
@@ -136,11 +137,45 @@ def draw_panels(
     inside = points_m[grid.cell_of(points_m) >= 0]
     near = inside[:: max(1, len(inside) // MOST_POINTS)]
     space.plot(*near.T, ".", color=POINT_COLOR, markersize=2.0)
-    for line in view.lines:
-        space.plot(*line.points_m.T, line.style, color=line.color, linewidth=line.width, zorder=5)
+    _draw_lines(space, view, grid.range_m)
     space.set_title(caption, fontsize=11)
     draw_cells(right, grid, quantity, near, view)
     return figure
+
+
+def draw_cells_alone(
+    grid: AvoidanceGrid, quantity: Quantity, title: str, view: CellView = ALL_ROWS
+) -> Figure:
+    """One figure of cells by row, without trajectories in space."""
+    figure = Figure(figsize=(9.0, 7.2), layout="constrained")
+    figure.suptitle(title, fontsize=14)
+    draw_cells(figure, grid, quantity, np.zeros((0, 3)), view)
+    return figure
+
+
+def _draw_lines(axes: Axes3D, view: CellView, range_m: float) -> None:
+    """Lines and the edges of the border as far as the grid's range, with room for them."""
+    edges = () if view.border is None else view.border.edges_m
+    color = "" if view.border is None else view.border.color
+    lines = [(line.points_m, line.style, line.color, line.width) for line in view.lines]
+    lines += [(edge, "-", color, 1.0) for edge in edges]
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    for points, style, line_color, width in lines:
+        near = points[np.linalg.norm(points, axis=1) <= range_m]
+        rim = cased(width)
+        axes.plot(*near.T, style, color=line_color, linewidth=width, path_effects=rim, zorder=5)
+        low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
+    _set_limits(axes, low, high)
+
+
+def _set_limits(axes: Axes3D, low: FloatArray, high: FloatArray) -> None:
+    """One scale on all axes."""
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_zlim(low[2], high[2])
+    # Labels of a wide box need more room.
+    size = high - low
+    axes.set_box_aspect(tuple(size), zoom=0.92 if size[1] <= 1.2 * size[0] else 0.82)
 
 
 def draw_reach_set(
@@ -157,17 +192,13 @@ def draw_reach_set(
             list(lines[order]),
             array=node_values[order],
             cmap=quantity.colors,
-            norm=UNIT,
+            norm=quantity.scale,
             linewidths=1.0,
             alpha=0.9,
         )
     )
     axes.plot([0.0], [0.0], [0.0], ">", color="black", markersize=7)
-    low, high = lines.min(axis=(0, 1)), lines.max(axis=(0, 1))
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_zlim(low[2], high[2])
-    axes.set_box_aspect(tuple(high - low), zoom=0.92)
+    _set_limits(axes, lines.min(axis=(0, 1)), lines.max(axis=(0, 1)))
     axes.set_xlabel("x ahead (m)")
     axes.set_ylabel("y left (m)")
     axes.set_zlabel("z up (m)")

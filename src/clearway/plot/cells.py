@@ -19,6 +19,7 @@ from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from clearway.frames import FloatArray, cartesian_from_spherical, spherical_from_cartesian
 from clearway.grid import AvoidanceGrid
@@ -45,6 +46,8 @@ class Quantity:
     without_label: str = "no value"
     important: Literal["low", "high"] = "low"
     """Which trajectories are drawn on top of the others."""
+    scale: Normalize = UNIT
+    """From values to colours."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +73,8 @@ class Border:
     """[n] for points [n, 3] in the grid frame: negative inside the body, positive outside."""
     label: str
     color: str
+    edges_m: tuple[FloatArray, ...] = ()
+    """[n, 3] each; lines that show the body in space."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +89,12 @@ class CellView:
 
     def rows_of(self, grid: AvoidanceGrid) -> tuple[int, ...]:
         return tuple(range(grid.rows - 1, -1, -1)) if self.rows is None else self.rows
+
+    def across(self, panels: int) -> int:
+        """Panels side by side: more of the slim ones that show ahead to the right."""
+        if panels == 1:
+            return 1
+        return (2 if panels <= 6 else 3 if panels <= 12 else 4) + (self.ahead == "right")
 
     def turned(self, left_ahead: FloatArray) -> FloatArray:
         """[..., 2] horizontal and vertical of the picture for (left, ahead)."""
@@ -112,7 +123,7 @@ def draw_cells(
     points_m: [n, 3] hit points in the grid, drawn in the row that they are in.
     """
     rows = view.rows_of(grid)
-    across = 1 if len(rows) == 1 else 2 if len(rows) <= 6 else 3 if len(rows) <= 12 else 4
+    across = view.across(len(rows))
     down = -(-len(rows) // across)
     panels = list(target.subplots(down, across, squeeze=False, sharex=True, sharey=True).flat)
     point_rows = grid.cell_of(points_m) % grid.rows
@@ -127,7 +138,9 @@ def draw_cells(
     for axes in panels[len(rows) :]:
         axes.set_visible(False)
     _label(panels, len(rows), across, view)
-    bar = target.colorbar(ScalarMappable(UNIT, quantity.colors), ax=panels, shrink=0.8, pad=0.02)
+    bar = target.colorbar(
+        ScalarMappable(quantity.scale, quantity.colors), ax=panels, shrink=0.8, pad=0.02
+    )
     bar.set_label(quantity.label)
     _draw_legend(target, quantity, len(points_m) > 0, view)
 
@@ -164,7 +177,7 @@ def _draw_row(
             outlines,
             array=values,
             cmap=quantity.colors,
-            norm=UNIT,
+            norm=quantity.scale,
             edgecolors="#9a9a9a",
             linewidths=0.4,
         )
@@ -191,7 +204,13 @@ def _draw_over(axes: Axes, grid: AvoidanceGrid, row: int, view: CellView) -> Non
         distance, _, elevation = spherical_from_cartesian(line.points_m).T
         here = (elevation >= bottom) & (elevation <= top) & (distance <= grid.range_m + 1e-9)
         seen = np.where(here[:, None], view.seen(line.points_m), np.nan)
-        axes.plot(*seen.T, line.style, color=line.color, linewidth=line.width)
+        axes.plot(
+            *seen.T,
+            line.style,
+            color=line.color,
+            linewidth=line.width,
+            path_effects=cased(line.width),
+        )
         if line.start:
             axes.plot(*seen[0], line.start, color=line.color, clip_on=False)
     if view.border is not None:
@@ -213,16 +232,24 @@ def _draw_border(
     if outside.min() < 0.0 < outside.max():
         at = view.turned(np.stack([distance * np.sin(azimuth), distance * np.cos(azimuth)], -1))
         at = at[:, :, 0]
-        axes.contour(
+        outline = axes.contour(
             at[..., 0], at[..., 1], outside, levels=[0.0], colors=[border.color], linewidths=1.4
         )
+        outline.set_path_effects(cased(1.4))
+
+
+def cased(width: float) -> list[AbstractPathEffect]:
+    """A line of this width with a white rim, to be seen on any colour."""
+    return [withStroke(linewidth=width + 1.6, foreground="white")]
 
 
 def _row_title(grid: AvoidanceGrid, row: int) -> str:
     low, high = np.degrees(grid.elevation_edges_rad[row : row + 2])
     places = {grid.rows // 2: " (middle)"} if grid.rows % 2 else {}
-    place = (places | {0: " (bottom)", grid.rows - 1: " (top)"}).get(row, "")
-    return f"Layer {grid.rows - row}{place}: {low:.0f}° to {high:.0f}°"
+    places |= {0: " (bottom)", grid.rows - 1: " (top)"}
+    if grid.rows == 1:
+        places = {}
+    return f"Layer {grid.rows - row}{places.get(row, '')}: {low:.0f}° to {high:.0f}°"
 
 
 def _label(panels: Sequence[Axes], rows: int, across: int, view: CellView) -> None:
