@@ -79,15 +79,13 @@ def search(
     ClearwayError for an automaton without a straight movement.
     """
     pieces, straight = _pieces(automaton, most_movements)
-    front = Front(np.zeros((1, 3)), np.zeros(1), *(np.zeros(1, np.int64) for _ in range(3)))
+    none = np.zeros(1, dtype=np.int64)
+    front = Front(np.zeros((1, 3)), np.zeros(1), none, none, none)
     fronts: list[Front] = []
     elapsed, looked_at = 0.0, 0
     while len(fronts) < most_movements:
-        found, *grown = _grow(
-            pieces, straight, front.position_m, front.yaw_rad, front.attitude, elapsed,
-            opponent, keep_m,
-        )  # fmt: skip
-        front = _distinct(Front(*grown), SAME * automaton.step_m, keep=found)
+        front, found = _grow(pieces, straight, front, elapsed, opponent, keep_m)
+        front = _distinct(front, SAME * automaton.step_m, found)
         fronts.append(front)
         looked_at += len(front.yaw_rad)
         if found >= 0 or not len(front.yaw_rad):
@@ -111,20 +109,26 @@ def _pieces(automaton: MovementAutomaton, deep: int) -> tuple[Pieces, int]:
     return pieces, straight[0]
 
 
-def _distinct(front: Front, same_m: float, keep: int) -> Front:
-    """Each state once; all of one state where the search has found what it looked for."""
-    if keep >= 0:
-        return Front(*(values[keep : keep + 1] for values in front))
-    keys = np.column_stack(
-        [
-            np.rint(front.position_m / same_m),
-            np.rint(front.yaw_rad * 1e6),
-            front.attitude,
-        ]
-    ).astype(np.int64)
-    _, first = np.unique(keys, axis=0, return_index=True)
-    first.sort()
-    return Front(*(values[first] for values in front))
+def _distinct(front: Front, same_m: float, found: int) -> Front:
+    """Each state once; that one alone which the search has looked for."""
+    if found >= 0:
+        chosen = np.array([found])
+    else:
+        keys = np.column_stack(
+            [
+                np.rint(front.position_m / same_m),
+                np.rint(front.yaw_rad * 1e6),
+                front.attitude,
+            ]
+        ).astype(np.int64)
+        chosen = np.sort(np.unique(keys, axis=0, return_index=True)[1])
+    return Front(
+        front.position_m[chosen],
+        front.yaw_rad[chosen],
+        front.attitude[chosen],
+        front.parent[chosen],
+        front.movement[chosen],
+    )
 
 
 def _sequence(automaton: MovementAutomaton, fronts: list[Front]) -> tuple[str, ...]:
@@ -159,10 +163,10 @@ def _chord_gap(
         bz - u[2] * end_s,
     )
     if opponent.acceleration_mps2 == 0.0:
-        return ahead
+        return float(ahead)
     here = chord_distance(0.0, 0.0, 0.0, ax, ay, az, bx, by, bz)
     speed = np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
-    return max(ahead - 0.5 * opponent.acceleration_mps2 * end_s**2, here - speed * end_s)
+    return float(max(ahead - 0.5 * opponent.acceleration_mps2 * end_s**2, here - speed * end_s))
 
 
 @compiled
@@ -197,14 +201,13 @@ def _clear_for_good(
 def _grow(
     pieces: Pieces,
     straight: int,
-    position: FloatArray,
-    yaw: FloatArray,
-    attitude: IntArray,
+    front: Front,
     start_s: float,
     opponent: Opponent,
     keep: float,
-) -> tuple[int, FloatArray, FloatArray, IntArray, IntArray, IntArray]:
-    """All movements from a front that stay clear; the index of one with a clear way on, or -1."""
+) -> tuple[Front, int]:
+    """All movements from a front that stay clear, and one of them with a clear way on, or -1."""
+    position, yaw, attitude = front.position_m, front.yaw_rad, front.attitude
     movements, steps = pieces.path.shape[1], pieces.path.shape[2]
     most = len(yaw) * movements
     places, yaws = np.empty((most, 3)), np.empty(most)
@@ -245,11 +248,5 @@ def _grow(
             if found < 0 and _clear_for_good(after, velocity, start_s + duration, opponent, keep):
                 found = count
             count += 1
-    return (
-        found,
-        places[:count],
-        yaws[:count],
-        attitudes[:count],
-        parents[:count],
-        names[:count],
-    )
+    grown = Front(places[:count], yaws[:count], attitudes[:count], parents[:count], names[:count])
+    return grown, found

@@ -79,7 +79,8 @@ class Encounter:
     @property
     def closing_mps(self) -> FloatArray:
         """[3] velocity of the intruder relative to straight flight."""
-        return self.velocity_mps - np.array([self.own_speed_mps, 0.0, 0.0])
+        closing: FloatArray = self.velocity_mps - np.array([self.own_speed_mps, 0.0, 0.0])
+        return closing
 
     @property
     def collision_s(self) -> float:
