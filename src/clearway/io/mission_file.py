@@ -55,7 +55,9 @@ class VehicleSection(Section):
 class ReachSetSection(Section):
     """`[reach_set]`: the trajectories to choose from."""
 
-    method: Literal["flying", "primitives", "combined", "harmonic", "chaotic"] = "flying"
+    method: Literal[
+        "flying", "primitives", "cover", "late", "dispersion", "combined", "harmonic", "chaotic"
+    ] = "flying"
     """How trajectories are selected; flying contains turns of any length, then straight."""
 
 

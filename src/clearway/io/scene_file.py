@@ -149,7 +149,17 @@ class TimingSection(Section):
 class ReachSetSection(Section):
     """`[reach_set]`: the trajectories that are rated."""
 
-    method: Literal["flying", "primitives", "combined", "harmonic", "chaotic", "full"] = "flying"
+    method: Literal[
+        "flying",
+        "primitives",
+        "cover",
+        "late",
+        "dispersion",
+        "combined",
+        "harmonic",
+        "chaotic",
+        "full",
+    ] = "flying"
     """How trajectories are selected."""
     spread: Tuning | None = None
     """Nodes kept per cell by chaotic, and by the chaotic part of combined."""
