@@ -7,7 +7,7 @@ decision instant. Lengths and speeds are multiples of `scale`; at scale 1 the ow
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,23 @@ class EncounterSettings:
     @property
     def noisy(self) -> bool:
         return self.position_noise_m > 0.0 or self.velocity_noise_mps > 0.0
+
+    @property
+    def in_words(self) -> str:
+        """One line for tables."""
+        parts = [f"detected at {self.detected_at_m:g} m"]
+        if self.deviates:
+            horizontal, vertical = (math.degrees(spread) for spread in self.spread_rad)
+            parts.append(f"deviating by up to {horizontal:g} x {vertical:g} deg")
+        if self.noisy:
+            parts.append(
+                f"noise {self.position_noise_m:g} m, {self.velocity_noise_mps:g} m/s, tracked"
+            )
+        if self.miss_m:
+            parts.append(f"missing by up to {self.miss_m:g} m")
+        if self.scale != 1.0:
+            parts.append(f"{self.scale:g} times the scale")
+        return ", ".join(parts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,3 +169,17 @@ def _turned_off(position: FloatArray, miss_m: float, rng: np.random.Generator) -
     off = math.asin(miss_m * math.sqrt(rng.random()) / distance)
     turned: FloatArray = distance * (math.cos(off) * sight + math.sin(off) * across)
     return turned
+
+
+STANDARD_KINDS = tuple(
+    replace(kind, scale=scale)
+    for scale in (1.0, 15.0)
+    for kind in (
+        EncounterSettings(),
+        EncounterSettings(deviates=True),
+        EncounterSettings(position_noise_m=0.3, velocity_noise_mps=0.1),
+        EncounterSettings(detected_at_m=6.0),
+        EncounterSettings(detected_at_m=4.0),
+    )
+)
+"""What the project is held to, and detection at 4 m besides: from 6 m on all can be avoided."""

@@ -90,6 +90,10 @@ class Tally:
         return min((o.min_distance_m for o in self.outcomes if o.avoidable), default=float("inf"))
 
     @property
+    def distance_to_keep_m(self) -> float:
+        return distance_to_keep_m(self.settings.scale)
+
+    @property
     def required(self) -> float:
         """Share that must be kept: less where reports are noisy or come late."""
         late = self.settings.detected_at_m < RANGE_M
@@ -177,15 +181,13 @@ def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission
     return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
 
 
-def outcome(seed: int, settings: EncounterSettings) -> Outcome:
-    """Fly the encounter of a seed."""
-    encounter = random_encounter(seed, settings)
-    run = fly_encounter(encounter, settings)
+def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> Outcome:
+    """What a flight came to."""
     traffic = run.metrics.intruders
     if traffic is None:
-        raise ClearwayError(f"encounter {seed}: the intruder did not appear")
+        raise ClearwayError(f"encounter {encounter.seed}: the intruder did not appear")
     return Outcome(
-        seed,
+        encounter.seed,
         traffic.min_distance_m,
         traffic.violations == 0,
         is_avoidable(encounter, settings.scale),
@@ -194,7 +196,10 @@ def outcome(seed: int, settings: EncounterSettings) -> Outcome:
 
 
 def _outcomes(seeds: Sequence[int], settings: EncounterSettings) -> list[Outcome]:
-    return [outcome(seed, settings) for seed in seeds]
+    return [
+        outcome_of(encounter, settings, fly_encounter(encounter, settings))
+        for encounter in (random_encounter(seed, settings) for seed in seeds)
+    ]
 
 
 def fly_encounters(

@@ -1,0 +1,283 @@
+"""`clearway encounters`: random encounters with intruders, and how many keep their distance."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+
+if TYPE_CHECKING:
+    from clearway.encounter import EncounterSettings
+    from clearway.encounters import Outcome, Tally
+
+KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
+FAILURES_SHOWN = 12
+
+
+def encounters(
+    detected_at: Annotated[
+        float,
+        typer.Option(help="Distance of detection in metres at scale 1.", rich_help_panel=KIND),
+    ] = 10.0,
+    deviates: Annotated[
+        bool,
+        typer.Option(
+            "--deviates",
+            help="Intruders fly anywhere inside their spread, with a report each second.",
+            rich_help_panel=KIND,
+        ),
+    ] = False,
+    noise: Annotated[
+        str,
+        typer.Option(
+            help="Noise of reports, metres,m/s at scale 1 (0.3,0.1); they pass a tracker then.",
+            rich_help_panel=KIND,
+        ),
+    ] = "0,0",
+    miss: Annotated[
+        float,
+        typer.Option(
+            help="Straight flight passes within this many metres at scale 1.", rich_help_panel=KIND
+        ),
+    ] = 0.0,
+    scale: Annotated[
+        float, typer.Option(help="Multiplies lengths and speeds.", rich_help_panel=KIND)
+    ] = 1.0,
+    every_kind: Annotated[
+        bool,
+        typer.Option(
+            "--every-kind", help="Fly all kinds that the project is held to.", rich_help_panel=KIND
+        ),
+    ] = False,
+    count: Annotated[int, typer.Option(min=1, help="Encounters.", rich_help_panel=RUN)] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first one.", rich_help_panel=RUN)] = 0,
+    only: Annotated[
+        int | None,
+        typer.Option(
+            min=0, help="Fly this seed alone and print its decisions.", rich_help_panel=RUN
+        ),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.", rich_help_panel=RUN)] = 2,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write every encounter to this CSV file.", rich_help_panel=OUTPUT),
+    ] = None,
+) -> None:
+    """Fly random encounters on collision courses: exit status 0 if enough keep their distance."""
+    from clearway.encounter import EncounterSettings
+
+    position_noise, velocity_noise = _noise(noise)
+    settings = EncounterSettings(
+        detected_at_m=detected_at,
+        deviates=deviates,
+        position_noise_m=position_noise,
+        velocity_noise_mps=velocity_noise,
+        miss_m=miss,
+        scale=scale,
+    )
+    if only is not None:
+        _fly_one(only, settings, as_json)
+        return
+    kinds = _every_kind() if every_kind else [settings]
+    tallies = [_flown(kind, range(seed, seed + count), workers) for kind in kinds]
+    if out is not None:
+        _write(tallies, out)
+    if as_json:
+        print_json({"encounters": [_summary(tally) for tally in tallies]})
+    else:
+        _print_table(tallies)
+    if any(tally.share < tally.required for tally in tallies):
+        leave(NOT_REACHED)
+
+
+def _noise(text: str) -> tuple[float, float]:
+    from clearway.errors import InputError
+
+    try:
+        position, velocity = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            "--noise", f"two numbers are needed, as in 0.3,0.1; got {text!r}"
+        ) from None
+    return position, velocity
+
+
+def _every_kind() -> list[EncounterSettings]:
+    from clearway.encounter import STANDARD_KINDS
+
+    return list(STANDARD_KINDS)
+
+
+def _flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Tally:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from clearway.encounters import fly_encounters
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task(settings.in_words, total=len(seeds))
+        return fly_encounters(settings, seeds, workers, lambda more: bar.advance(task, more))
+
+
+def _summary(tally: Tally) -> dict[str, Any]:
+    low, high = tally.interval
+    settings = tally.settings
+    return {
+        "kind": settings.in_words,
+        "detected_at_m": settings.detected_at_m,
+        "deviates": settings.deviates,
+        "spread_deg": [math.degrees(spread) for spread in settings.spread_rad]
+        if settings.deviates
+        else [0.0, 0.0],
+        "position_noise_m": settings.position_noise_m,
+        "velocity_noise_mps": settings.velocity_noise_mps,
+        "miss_m": settings.miss_m,
+        "scale": settings.scale,
+        "encounters": len(tally.outcomes),
+        "avoidable": tally.avoidable,
+        "kept": tally.kept,
+        "share": tally.share,
+        "wilson_95": [low, high],
+        "required": tally.required,
+        "min_distance_m": _number(tally.min_distance_m),
+        "distance_to_keep_m": tally.distance_to_keep_m,
+        "with_emergency": sum(outcome.emergencies > 0 for outcome in tally.outcomes),
+        "failures": [outcome.seed for outcome in tally.failures],
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _print_table(tallies: Sequence[Tally]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    table = Table()
+    for column in ("kind", "flown", "avoidable", "kept", "share", "Wilson 95 %", "nearest", "need"):
+        table.add_column(column, justify="left" if column == "kind" else "right")
+    for tally in tallies:
+        low, high = tally.interval
+        met = tally.share >= tally.required
+        table.add_row(
+            tally.settings.in_words,
+            str(len(tally.outcomes)),
+            str(tally.avoidable),
+            str(tally.kept),
+            f"{100.0 * tally.share:.2f} %",
+            f"{100.0 * low:.2f} to {100.0 * high:.2f} %",
+            f"{tally.min_distance_m:.3f} of {tally.distance_to_keep_m:g} m",
+            f"{100.0 * tally.required:g} %: {'met' if met else 'MISSED'}",
+        )
+    console.print(table)
+    for tally in tallies:
+        for outcome in tally.failures[:FAILURES_SHOWN]:
+            print(f"{tally.settings.in_words}: {_in_words(outcome)}; see it with {_replay(tally)}")
+        more = len(tally.failures) - FAILURES_SHOWN
+        if more > 0:
+            print(f"{tally.settings.in_words}: {more} more")
+
+
+def _in_words(outcome: Outcome) -> str:
+    return f"seed {outcome.seed} came within {outcome.min_distance_m:.3f} m"
+
+
+def _replay(tally: Tally) -> str:
+    """The options that fly one of these alone."""
+    settings = tally.settings
+    options = [f"--detected-at {settings.detected_at_m:g}"]
+    if settings.deviates:
+        options.append("--deviates")
+    if settings.noisy:
+        options.append(f"--noise {settings.position_noise_m:g},{settings.velocity_noise_mps:g}")
+    if settings.miss_m:
+        options.append(f"--miss {settings.miss_m:g}")
+    if settings.scale != 1.0:
+        options.append(f"--scale {settings.scale:g}")
+    return f"{' '.join(options)} --only SEED"
+
+
+def _fly_one(seed: int, settings: EncounterSettings, as_json: bool) -> None:
+    """Fly one encounter and say what was decided when."""
+    from clearway.encounter import random_encounter
+    from clearway.encounters import fly_encounter, outcome_of
+
+    encounter = random_encounter(seed, settings)
+    run = fly_encounter(encounter, settings)
+    outcome = outcome_of(encounter, settings, run)
+    if as_json:
+        print_json(
+            {
+                "seed": seed,
+                "kind": settings.in_words,
+                "position_m": encounter.position_m.tolist(),
+                "velocity_mps": encounter.velocity_mps.tolist(),
+                "collision_s": encounter.collision_s,
+                "avoidable": outcome.avoidable,
+                "kept": outcome.kept,
+                "min_distance_m": outcome.min_distance_m,
+                "decisions": [
+                    {"time_s": entry.flight.time_s, "explanation": entry.flight.explanation}
+                    for entry in run.decisions
+                ],
+            }
+        )
+    else:
+        place = ", ".join(f"{value:.2f}" for value in encounter.position_m)
+        velocity = ", ".join(f"{value:.2f}" for value in encounter.velocity_mps)
+        print(f"intruder at [{place}] m flying [{velocity}] m/s")
+        print(f"straight flight meets it after {encounter.collision_s:.2f} s")
+        for entry in run.decisions:
+            print(f"{entry.flight.time_s:6.1f} s  {entry.flight.explanation}")
+        said = "kept its distance" if outcome.kept else "came too near"
+        hope = "avoidable" if outcome.avoidable else "not avoidable by any sequence of movements"
+        print(f"{said}: nearest {outcome.min_distance_m:.3f} m; {hope}")
+    if outcome.avoidable and not outcome.kept:
+        leave(NOT_REACHED)
+
+
+def _write(tallies: Sequence[Tally], path: Path) -> None:
+    """One row per encounter."""
+    from clearway.errors import InputError
+
+    try:
+        with path.open("w", newline="") as file:
+            rows = csv.writer(file)
+            rows.writerow(("kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies"))
+            for tally in tallies:
+                for each in tally.outcomes:
+                    rows.writerow(
+                        (
+                            tally.settings.in_words,
+                            each.seed,
+                            f"{each.min_distance_m:.6f}",
+                            int(each.kept),
+                            int(each.avoidable),
+                            each.emergencies,
+                        )
+                    )
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be written: {cause.strerror or cause}") from cause
+    say(f"wrote {path}")
