@@ -239,18 +239,21 @@ class AvoidanceSystem:
             self.obstacle_map,
             self.limits,
             follow_movers=self._following is not None,
+            tracker=None if self._tracks is None else self._tracks.settings,
+            address=self._address,
         )
         start = self.mission.start
-        for step in range(3):
+        # Nothing about; an intruder ahead; one so near that only the emergency rule is left.
+        for step, ahead in enumerate((None, 0.5, 0.0)):
             time_s = start.time_s + step
             trial.update(replace(start, time_s=time_s))
             for lidar in self._lidars.values():
-                ahead = lidar.pattern.directions[:: max(1, lidar.pattern.beams // 50)]
+                beams = lidar.pattern.directions[:: max(1, lidar.pattern.beams // 50)]
                 distance = 0.4 * self.planner.grid.range_m
-                trial.update(Scan(distance * ahead, time_s, lidar.name))
-            if step:
+                trial.update(Scan(distance * beams, time_s, lidar.name))
+            if ahead is not None:
                 passing = Intruder(
-                    start.position_m + 0.5 * self.planner.grid.range_m,
+                    start.position_m + ahead * self.planner.grid.range_m,
                     np.array([0.0, -self.planner.speed_mps, 0.0]),
                     np.array([0.1, 0.1]),
                     self.planner.settings.safety_margin_m,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from clearway.errors import InputError
-from clearway.frames import FloatArray, body_points_from_world
+from clearway.frames import FloatArray
 from clearway.state import State, frozen_array
 
 LARGEST = 1e9
@@ -53,9 +53,11 @@ class Intruder:
                 problems.append(f"{key}: {length} numbers are needed, got {getattr(self, key)!r}")
                 continue
             object.__setattr__(self, key, array)
-            if not np.all(np.abs(array) <= LARGEST):
-                problems.append(f"{key}: must be finite numbers, at most 1e9, got {array.tolist()}")
-            elif key == "spread_rad" and not np.all((array >= 0.0) & (array < np.pi / 2)):
+            # Lists of three are checked faster without NumPy, and every decision checks many.
+            numbers = array.tolist()
+            if not all(abs(number) <= LARGEST for number in numbers):
+                problems.append(f"{key}: must be finite numbers, at most 1e9, got {numbers}")
+            elif key == "spread_rad" and not all(0.0 <= number < np.pi / 2 for number in numbers):
                 degrees = np.degrees(array).tolist()
                 problems.append(f"{key}: must be within [0, 90) degrees, got {degrees} degrees")
         problems += self._scalar_problems()
@@ -106,14 +108,11 @@ class Intruder:
 
     def seen_from(self, state: State) -> Intruder:
         """The intruder in the body frame of a world state: the frame of the avoidance grid."""
+        world_from_body = state.world_from_body
         return replace(
             self,
-            position_m=body_points_from_world(
-                self.position_m[None, :], state.position_m, state.attitude_rad
-            )[0],
-            velocity_mps=body_points_from_world(
-                self.velocity_mps[None, :], np.zeros(3), state.attitude_rad
-            )[0],
+            position_m=(self.position_m - state.position_m) @ world_from_body,
+            velocity_mps=self.velocity_mps @ world_from_body,
         )
 
 
