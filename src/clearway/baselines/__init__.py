@@ -1,0 +1,53 @@
+"""The planners that clearway is compared with, by name; all fly by `BaselinePilot`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from clearway.baselines.deterministic import first_hit, full, reduced
+from clearway.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
+from clearway.baselines.margins import adaptive, turn_back
+from clearway.baselines.pilot import BaselineDecision, BaselinePilot
+from clearway.baselines.potential_field import potential_field
+from clearway.baselines.straight import straight
+from clearway.baselines.vfh import vector_field_histogram
+from clearway.errors import ClearwayError
+
+CLEARWAY = "clearway"
+"""The name of clearway's own planner among the others."""
+BASELINES: Mapping[str, MakeRule] = MappingProxyType(
+    {
+        "straight": straight,
+        "deterministic": full,
+        "deterministic-reduced": reduced,
+        "deterministic-first-hit": first_hit,
+        "potential-field": potential_field,
+        "turn-back": turn_back,
+        "adaptive": adaptive,
+        "vfh": vector_field_histogram,
+    }
+)
+"""Rules by name: functions of the craft."""
+PLANNERS = (CLEARWAY, *BASELINES)
+
+
+def baseline_named(name: str) -> MakeRule:
+    """The rule of that name; raises ClearwayError listing the valid ones."""
+    try:
+        return BASELINES[name]
+    except KeyError:
+        raise ClearwayError(f"planner {name!r}: there are {', '.join(PLANNERS)}") from None
+
+
+__all__ = [
+    "BASELINES",
+    "CLEARWAY",
+    "PLANNERS",
+    "BaselineDecision",
+    "BaselinePilot",
+    "Craft",
+    "Manoeuvre",
+    "Rule",
+    "baseline_named",
+]

@@ -1,0 +1,78 @@
+"""What reactive baselines see: everything known as balls around the vehicle, in the level frame."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance import NO_ROLL, Planner, Situation, grid_frame, hazards_of
+from clearway.frames import FloatArray, cartesian_from_spherical, world_from_body
+from clearway.hazards import Hazards, MovingHazards
+
+MAP_SPACING_RAD = np.radians(5.0)
+"""Between the directions in which the map is looked at."""
+
+
+class Balls(NamedTuple):
+    """Solid balls in the level frame: origin at the vehicle, x along its heading, z up."""
+
+    position_m: FloatArray
+    """[n, 3]"""
+    radius_m: FloatArray
+    """[n]"""
+
+
+def hazards_around(planner: Planner, situation: Situation) -> Hazards:
+    """Remembered points, map shapes and intruders in the grid frame, as clearway verifies them."""
+    level = situation.state.attitude_rad * NO_ROLL
+    seen_from = type(situation.state)(situation.state.position_m, level, situation.state.time_s)
+    intruders = [i.at(seen_from.time_s).seen_from(seen_from) for i in situation.intruders]
+    return hazards_of(planner, situation, intruders, planner.settings.safety_margin_m)
+
+
+def balls_around(planner: Planner, situation: Situation) -> Balls:
+    """The same as balls: intruders where they come nearest, map surfaces at spaced directions."""
+    hazards = hazards_around(planner, situation)
+    movers = _where_nearest(hazards.movers, planner)
+    charted = _map_surfaces(situation, planner.grid.range_m)
+    position = np.concatenate([hazards.points.position_m, movers.position_m, charted.position_m])
+    radius = np.concatenate([hazards.points.radius_m, movers.radius_m, charted.radius_m])
+    level_from_grid = world_from_body([0.0, float(situation.state.attitude_rad[1]), 0.0])
+    return Balls(np.ascontiguousarray(position @ level_from_grid.T), radius)
+
+
+def _where_nearest(movers: MovingHazards, planner: Planner) -> Balls:
+    """Movers at the closest approach to a vehicle that flies straight on, grown until then."""
+    horizon = planner.grid.range_m / planner.speed_mps
+    relative = movers.velocity_mps - np.array([planner.speed_mps, 0.0, 0.0])
+    closing = -np.einsum("ij,ij->i", movers.position_m, relative)
+    speed2 = np.maximum(np.einsum("ij,ij->i", relative, relative), 1e-12)
+    when = np.clip(closing / speed2, 0.0, horizon)
+    return Balls(
+        movers.position_m + when[:, None] * movers.velocity_mps,
+        movers.radius_m + when * movers.growth_mps,
+    )
+
+
+def _map_surfaces(situation: Situation, range_m: float) -> Balls:
+    """Where rays meet the map, in the grid frame, with half the spacing there as radius."""
+    charted = situation.obstacle_map
+    if charted is None or not len(charted):
+        return Balls(np.zeros((0, 3)), np.zeros(0))
+    position, world_from_grid = grid_frame(situation.state)
+    rays = _directions()
+    distance = charted.cast(position, np.ascontiguousarray(rays @ world_from_grid.T), range_m)
+    hit = np.isfinite(distance)
+    return Balls(distance[hit, None] * rays[hit], 0.5 * MAP_SPACING_RAD * distance[hit])
+
+
+@cache
+def _directions() -> FloatArray:
+    """[n, 3] unit vectors all around, evenly in azimuth and elevation."""
+    azimuth = np.arange(-np.pi, np.pi, MAP_SPACING_RAD)
+    elevation = np.arange(-0.5 * np.pi, 0.5 * np.pi, MAP_SPACING_RAD) + 0.5 * MAP_SPACING_RAD
+    mesh = np.meshgrid(azimuth, elevation, indexing="ij")
+    angles = np.stack([np.ones_like(mesh[0]), *mesh], axis=-1).reshape(-1, 3)
+    return cartesian_from_spherical(angles)
