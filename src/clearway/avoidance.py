@@ -212,7 +212,15 @@ def decide(
         return planner.terminal_cost(repertoire.reach_set, nodes, goal, arrived, planner.automaton)
 
     candidates = price_candidates(
-        repertoire, reach, clear, goal, arrived, to_go, settings.prices, commitment or Commitment()
+        repertoire,
+        reach,
+        clear,
+        goal,
+        arrived,
+        to_go,
+        settings.prices,
+        commitment or Commitment(),
+        hazards.movers,
     )  # (4.6)
     choice = choose(
         repertoire,

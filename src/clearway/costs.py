@@ -55,6 +55,8 @@ class Prices:
     """For passing on another side than the one committed to, in movement lengths."""
     other_plan: float = 0.1
     """For a first movement other than the last plan's, in movement lengths."""
+    ahead: float = 0.0
+    """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
 
 
 StageCost = Callable[[ReachSet, Prices], FloatArray]

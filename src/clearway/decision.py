@@ -14,9 +14,10 @@ from enum import StrEnum
 import numpy as np
 
 from clearway.costs import Arrival, Goal, Prices, StageCost, length_and_prices
+from clearway.crossing import crossings_ahead
 from clearway.frames import FloatArray
 from clearway.fusion import ReachAssessment
-from clearway.hazards import Cause, Hazards
+from clearway.hazards import Cause, Hazards, MovingHazards
 from clearway.reach.tree import ReachSet
 from clearway.state import BoolArray, IntArray
 from clearway.verify import (
@@ -190,11 +191,12 @@ def price_candidates(
     to_go: Callable[[IntArray], FloatArray],
     prices: Prices,
     commitment: Commitment,
+    movers: MovingHazards | None = None,
 ) -> Candidates:
     """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
 
     untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
-    of given nodes.
+    of given nodes. movers: intruders that it may cost something to cross ahead of.
     """
     reach_set, step_m = repertoire.reach_set, repertoire.step_m
     complete = reach_set.complete
@@ -216,6 +218,8 @@ def price_candidates(
     if commitment.first_movement:
         planned = reach_set.movement_names.index(commitment.first_movement)
         cost += prices.other_plan * step_m * (repertoire.first_movement[nodes] != planned)
+    if prices.ahead > 0.0 and movers is not None and len(movers.radius_m):
+        cost += prices.ahead * step_m * crossings_ahead(reach_set, movers)[nodes]
     return Candidates(nodes, cost, sides, untouched[nodes])
 
 

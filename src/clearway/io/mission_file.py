@@ -122,6 +122,8 @@ class PricesSection(Section):
     """For passing on another side than the one committed to, in movement lengths."""
     other_plan: NotNegative = 0.1
     """For a first movement other than the last plan's, in movement lengths."""
+    ahead: NotNegative = 0.0
+    """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
 
 
 class LidarSection(Section):
