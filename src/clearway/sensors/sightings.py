@@ -25,6 +25,8 @@ DEPTH_OF_CENTER = 2.0 / 3.0
 """How far behind the mean of its returns the centre of a ball lies, in radii."""
 PRECISION = 0.6
 """Standard deviation of a cluster's mean, in half beam spacings."""
+SHAPELESS = 0.05
+"""The same of the centre, in half widths: no body is quite a ball, nor seen from afar."""
 
 
 class Frame(NamedTuple):
@@ -53,7 +55,7 @@ class Sighting(NamedTuple):
     half_spacing_m: float
     """Half the beam spacing there."""
     std_m: float
-    """Of the mean on each axis, if all of its near side is in view."""
+    """Of the centre on each axis, if all of the near side is in view."""
 
     @property
     def time_s(self) -> float:
@@ -114,7 +116,15 @@ def sight_bodies(
             float(clusters.half_width_m[c]),
             float(clusters.half_thickness_m[c]),
             float(clusters.half_spacing_m[c]),
-            float(np.hypot(noise, PRECISION * clusters.half_spacing_m[c])),
+            float(
+                np.linalg.norm(
+                    (
+                        noise,
+                        PRECISION * clusters.half_spacing_m[c],
+                        SHAPELESS * clusters.half_width_m[c],
+                    )
+                )
+            ),
         )
         for c in np.flatnonzero(fits)
     ]

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
 from clearway.frames import FloatArray
 from clearway.intruders import Intruder
+from clearway.movers.motion import Motion, fit_motion
 from clearway.sensors import Lidar, PointMemory, Scan
 from clearway.sensors.memory import forget_moved
 from clearway.sensors.sightings import (
@@ -31,9 +32,10 @@ CONSISTENT = 9.0
 """Mean square of the residuals of a straight track, in variances, up to which it is believed."""
 CERTAIN = 3.0
 """Standard deviations of its velocity by which a mover must be in motion."""
+TURNED = 0.5
+"""Share of what it flew since that a mover may be off: it may have turned by 30 degrees."""
 PASSES_TO_END = 2
 """Scans in a row that look through the place of a mover before it is given up."""
-WIDEST_SPREAD_RAD = np.pi / 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,39 +73,6 @@ class MoverSettings:
         return cls(0.5 * margin_m, 4.0 * margin_m, 0.25 * speed_mps, 3.0 * speed_mps)
 
 
-class Motion(NamedTuple):
-    """Straight motion fitted to sightings, world frame."""
-
-    time_s: float
-    position_m: FloatArray
-    """[3] of the centre."""
-    velocity_mps: FloatArray
-    position_std_m: float
-    velocity_std_mps: float
-    radius_m: float
-    misfit: float
-    """Mean square of the residuals, in variances."""
-
-    def at(self, time_s: float) -> FloatArray:
-        """[3] centre at a time."""
-        return self.position_m + (time_s - self.time_s) * self.velocity_mps
-
-    def intruder(self, name: str) -> Intruder:
-        """The body as an intruder at the time of its last sighting, world frame."""
-        speed = float(np.linalg.norm(self.velocity_mps))
-        spread = min(np.arctan2(self.velocity_std_mps, speed), WIDEST_SPREAD_RAD)
-        return Intruder(
-            self.position_m,
-            self.velocity_mps,
-            np.array([spread, spread]),
-            self.radius_m,
-            name,
-            self.time_s,
-            self.position_std_m,
-            self.velocity_std_mps,
-        )
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
     """A cluster followed over scans; a mover once it has a motion."""
@@ -130,6 +99,16 @@ class Body:
         span = last.time_s - before.time_s
         share = (time_s - last.time_s) / span if span > 0.0 else 0.0
         return center + share * (center - before.center_m(before.half_width_m))
+
+    def gate_m(self, time_s: float, settings: MoverSettings) -> float:
+        """How far from there it may be found: a mover may turn, anything else may move off."""
+        motion = self.motion
+        if motion is None:
+            return settings.gap_m + settings.fastest_mps * (time_s - self.sightings[-1].time_s)
+        elapsed = time_s - motion.time_s
+        unsure = motion.position_std_m + motion.velocity_std_mps * elapsed
+        turned = TURNED * motion.speed_mps * elapsed
+        return settings.gap_m + CERTAIN * unsure + turned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,8 +209,7 @@ def _assigned(
         return {}
     expected = np.array([body.expected_m(time_s) for body in bodies])
     found = np.array([s.center_m(s.half_width_m) for s in sightings])
-    since = np.array([time_s - body.sightings[-1].time_s for body in bodies])
-    gates = settings.gap_m + settings.fastest_mps * since
+    gates = np.array([body.gate_m(time_s, settings) for body in bodies])
     apart = np.linalg.norm(expected[:, None] - found, axis=2)
     never = 1e3 * (float(gates.max()) + settings.gap_m)
     rows, columns = linear_sum_assignment(np.where(apart <= gates[:, None], apart, never))
@@ -262,7 +240,7 @@ def _seen_again(body: Body, sighting: Sighting, settings: MoverSettings) -> Body
     motion = fit_motion(sightings)
     if motion.misfit > CONSISTENT:
         motion = fit_motion(sightings[-settings.scans :])
-    still = float(np.linalg.norm(motion.velocity_mps)) < 0.5 * settings.slowest_mps
+    still = motion.speed_mps < 0.5 * settings.slowest_mps
     return replace(body, motion=None if still else motion)
 
 
@@ -276,38 +254,5 @@ def _first_motion(sightings: Sequence[Sighting], settings: MoverSettings) -> Mot
     if proof < settings.share:
         return None
     motion = fit_motion(sightings)
-    fastest = max(settings.slowest_mps, CERTAIN * motion.velocity_std_mps)
-    if motion.misfit > CONSISTENT or float(np.linalg.norm(motion.velocity_mps)) < fastest:
-        return None
-    return motion
-
-
-def fit_motion(sightings: Sequence[Sighting]) -> Motion:
-    """Straight motion of a ball by weighted least squares, at the time of the last sighting.
-
-    Where less of the body is seen than elsewhere its mean is off by up to what is missing.
-    """
-    widths = np.array([s.half_width_m for s in sightings])
-    radius = float(widths.max()) + min(s.half_spacing_m for s in sightings)
-    centers = np.array([s.center_m(radius) for s in sightings])
-    lacking = widths.max() - widths
-    weights = 1.0 / (np.array([s.std_m for s in sightings]) ** 2 + lacking**2)
-    end_s = sightings[-1].time_s
-    times = np.array([s.time_s for s in sightings]) - end_s
-    total, first, second = weights.sum(), weights @ times, weights @ times**2
-    determinant = total * second - first**2
-    sums, moments = weights @ centers, (weights * times) @ centers
-    velocity = (total * moments - first * sums) / determinant
-    position = (second * sums - first * moments) / determinant
-    residuals = centers - position - times[:, None] * velocity
-    misfit = float(weights @ np.sum(residuals**2, axis=1)) / (3.0 * max(len(times) - 2, 1))
-    worse = max(misfit, 1.0)
-    return Motion(
-        end_s,
-        position,
-        velocity,
-        float(np.sqrt(worse * second / determinant)),
-        float(np.sqrt(worse * total / determinant)),
-        radius,
-        misfit,
-    )
+    slowest = max(settings.slowest_mps, CERTAIN * motion.velocity_std_mps)
+    return motion if motion.misfit <= CONSISTENT and motion.speed_mps >= slowest else None
