@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.avoidance import AvoidanceSettings, Planner
+from clearway.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
 from clearway.costs import Prices
 from clearway.errors import FlightRefusedError, InputError
 from clearway.grid import AvoidanceGrid
@@ -20,6 +21,7 @@ from clearway.io.mission_file import (
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
+from clearway.pilot import D, Pilot, Steering
 from clearway.point_world import PointWorld
 from clearway.reach import ReachLibrary
 from clearway.route import check_mission
@@ -42,6 +44,8 @@ class FlightSetup:
     """A mission, ready to be flown any number of times."""
 
     planner: Planner
+    craft: Craft
+    """What baselines know of the vehicle."""
     mission: Mission
     lidars: tuple[Lidar, ...]
     world: World
@@ -91,14 +95,25 @@ class FlightSetup:
 
     def fly(self, on_decision: OnDecision | None = None) -> Run:
         """Refuse or fly; the decisions of the flight never compile, a warm-up has done it."""
+        return self._flown(self.system(), on_decision)
+
+    def fly_with(
+        self, planner: str, on_decision: OnDecision[Steering] | None = None
+    ) -> Run[Steering]:
+        """As `fly`, with clearway or a baseline by name; raises ClearwayError for other names."""
+        if planner == CLEARWAY:
+            return self._flown(self.system(), on_decision)
+        rule = rule_named(planner, self.craft)
+        return self._flown(BaselinePilot(self.system(), rule), on_decision)
+
+    def _flown(self, pilot: Pilot[D], on_decision: OnDecision[D] | None) -> Run[D]:
         self.refuse_impossible()
-        system = self.system()
-        system.warm_up()
+        pilot.warm_up()
         traffic = None
         if self.script:
             speed = self.planner.speed_mps
             traffic = Traffic(self.script, self.mission, speed, self.traffic, self.simulation.seed)
-        return simulate(system, self.world, self.lidars, self.simulation, on_decision, traffic)
+        return simulate(pilot, self.world, self.lidars, self.simulation, on_decision, traffic)
 
 
 def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
@@ -128,8 +143,14 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     if file.point_cloud is not None:
         cloud, notes = point_world(file.point_cloud)
         worlds.append(cloud)
+    planner = Planner.of(library, avoidance_settings(file))
     return FlightSetup(
-        planner=Planner.of(library, avoidance_settings(file)),
+        planner=planner,
+        craft=Craft(
+            planner,
+            vehicle.body_radius_m,
+            file.safety.conservative_turning_radius_m or automaton.turning_radius_m,
+        ),
         mission=mission,
         lidars=tuple(lidar_of(part, grid) for part in file.lidar),
         world=worlds[0] if len(worlds) == 1 else CombinedWorld(worlds),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic
+from typing import Generic, TypeGuard
 
 import numpy as np
 
@@ -20,11 +20,11 @@ from clearway.mission import Mission, Mode, advanced
 from clearway.mission import Progress as MissionProgress
 from clearway.movements import Movement
 from clearway.obstacle_map import ObstacleMap
-from clearway.pilot import D, Pilot
+from clearway.pilot import D, Pilot, Steering
 from clearway.prediction import corrected_movement, needs_correction, prediction_error
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
-from clearway.system import Reading
+from clearway.system import FlightDecision, Reading
 from clearway.traffic import Traffic
 from clearway.world import CombinedWorld, World
 
@@ -97,6 +97,16 @@ class Run(Generic[D]):
         return self.progress.done(self.mission)
 
     @property
+    def crashed_s(self) -> float | None:
+        """Time of the first contact: in an obstacle, which ends a flight, or an intruder's body."""
+        contact = self.metrics.obstacle_distance_m <= 0.0
+        if self.metrics.intruders is not None:
+            traffic = self.metrics.intruders
+            radius = traffic.margin_m - self.safety_margin_m
+            contact = contact | np.any(traffic.distance_m <= radius[:, None], axis=0)
+        return float(self.time_s[np.argmax(contact)]) if contact.any() else None
+
+    @property
     def emergencies(self) -> int:
         """Decisions in which nothing kept the margin."""
         return sum(entry.flight.mode is Mode.EMERGENCY for entry in self.decisions)
@@ -108,6 +118,11 @@ class Run(Generic[D]):
 
 
 OnDecision = Callable[[LoggedDecision[D], MissionProgress], None]
+
+
+def decided_by_clearway(run: Run[Steering]) -> TypeGuard[Run]:
+    """Whether the decisions of a flight carry what clearway's own do, as its pictures need."""
+    return all(isinstance(entry.flight, FlightDecision) for entry in run.decisions)
 
 
 def simulate(
@@ -153,6 +168,8 @@ class _Flight(Generic[D]):
         self.turn_rate = max(m.turn_rate_rps for m in self.automaton.movements)
         self.predicted = start.vector
         self.corrections = 0
+        self.crashed = False
+        self.free_m = 0.0
 
     def run(self, on_decision: OnDecision[D] | None) -> Run[D]:
         system, mission = self.system, self.mission
@@ -160,7 +177,7 @@ class _Flight(Generic[D]):
         self._move_traffic()
         decisions: list[LoggedDecision[D]] = []
         queue: list[Movement] = []
-        while not self.progress.done(mission) and self.times[-1] < limit:
+        while not (self.progress.done(mission) or self.crashed) and self.times[-1] < limit:
             now = self.times[-1]
             readings = self._sense(now)
             started = time.perf_counter()
@@ -209,7 +226,7 @@ class _Flight(Generic[D]):
         return State(vector[:3], vector[3:], self.times[min(at, len(self.times) - 1)])
 
     def _fly(self, movement: Movement) -> None:
-        """Execute one movement in steps; stops early when the last goal is reached."""
+        """Execute one movement in steps; stops early at the last goal, or in an obstacle."""
         settings = self.settings
         steps = int(np.ceil(movement.duration_s / settings.step_s - 1e-9))
         step = movement.duration_s / steps
@@ -226,9 +243,19 @@ class _Flight(Generic[D]):
             self.states.append(state)
             self.times.append(start + number * step)
             self._move_traffic()
+            self.crashed = self._hit()
+            if self.crashed:
+                return
             self.progress = advanced(self.mission, self.progress, state[:3], self.times[-1])
             if self.progress.done(self.mission):
                 return
+
+    def _hit(self) -> bool:
+        """Whether the vehicle is in an obstacle; looked up only where it can have come to one."""
+        self.free_m -= float(np.linalg.norm(self.states[-1][:3] - self.states[-2][:3]))
+        if self.free_m <= 0.0:
+            self.free_m = float(self.world.distance_m(self.states[-1][None, :3])[0])
+        return self.free_m <= 0.0
 
     def _corrected(self, movement: Movement) -> Movement:
         """The movement that brings the attitude back to what the chain of movements predicts.

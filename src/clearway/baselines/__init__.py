@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 from clearway.baselines.deterministic import first_hit, full, reduced
@@ -32,12 +33,14 @@ BASELINES: Mapping[str, MakeRule] = MappingProxyType(
 PLANNERS = (CLEARWAY, *BASELINES)
 
 
-def baseline_named(name: str) -> MakeRule:
-    """The rule of that name; raises ClearwayError listing the valid ones."""
+@lru_cache(maxsize=32)
+def rule_named(name: str, craft: Craft) -> Rule:
+    """The rule of that name for a craft; raises ClearwayError listing the valid ones."""
     try:
-        return BASELINES[name]
+        make = BASELINES[name]
     except KeyError:
         raise ClearwayError(f"planner {name!r}: there are {', '.join(PLANNERS)}") from None
+    return make(craft)
 
 
 __all__ = [
@@ -49,5 +52,5 @@ __all__ = [
     "Craft",
     "Manoeuvre",
     "Rule",
-    "baseline_named",
+    "rule_named",
 ]
