@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import argparse
 import fnmatch
+import os
 import sys
 from pathlib import Path
 
-from benchmarks.table import Benchmark, Row, as_markdown, print_table, replace_short_form
+from benchmarks.table import (
+    Benchmark,
+    Results,
+    Row,
+    as_markdown,
+    machine,
+    print_table,
+    replace_short_form,
+)
 
+BUSY = 0.7
 README = Path(__file__).resolve().parent.parent / "README.md"
 
 
 def main() -> None:
     options = _options()
     chosen = _chosen(options.only)
-    results: list[tuple[Benchmark, Row]] = []
+    load = os.getloadavg()[0]
+    if load > BUSY:
+        print(
+            f"others keep this machine busy (load {load:.1f}): times will be long", file=sys.stderr
+        )
+    rows: list[tuple[Benchmark, Row]] = []
     for number, benchmark in enumerate(chosen, start=1):
         print(f"{number} of {len(chosen)}: {benchmark.name}", file=sys.stderr)
-        results.append((benchmark, benchmark.measure(options.quick)))
+        rows.append((benchmark, benchmark.measure(options.quick)))
+    results = Results(rows, machine(load))
     print_table(results)
     if options.markdown is not None:
         options.markdown.write_text(as_markdown(results), encoding="utf-8")

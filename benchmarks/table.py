@@ -47,15 +47,21 @@ class Benchmark:
     """Whether the README shows it."""
 
 
-Results = Sequence[tuple[Benchmark, Row]]
+@dataclass(frozen=True, slots=True)
+class Results:
+    """All rows in order, and what they were measured on."""
+
+    rows: Sequence[tuple[Benchmark, Row]]
+    machine: str
 
 
-def machine() -> str:
-    """What the figures were measured on, and when."""
+def machine(load: float) -> str:
+    """What the figures are measured on, and when; `load` is that of others before the start."""
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba"))
     return (
         f"{_processor()}, {os.cpu_count()} cores, one thread each; "
-        f"Python {platform.python_version()}, {packages}; {datetime.now(UTC):%Y-%m-%d}"
+        f"Python {platform.python_version()}, {packages}; {datetime.now(UTC):%Y-%m-%d}, "
+        f"load {load:.1f} before the start"
     )
 
 
@@ -77,10 +83,10 @@ def print_table(results: Results) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=190)
-    table = Table(title=machine(), title_justify="left", title_style="")
+    table = Table(title=results.machine, title_justify="left", title_style="")
     for column in COLUMNS:
         table.add_column(column, no_wrap=column == "name")
-    for benchmark, row in results:
+    for benchmark, row in results.rows:
         colour = "" if row.target is None else "green" if row.target.met else "bold red"
         target = Text(str(row.target or ""), style=colour)
         table.add_row(benchmark.name, row.what, row.result, row.spread, target, row.reference)
@@ -91,19 +97,19 @@ def as_markdown(results: Results) -> str:
     """The whole table."""
     rows = [
         (benchmark.name, row.what, row.result, row.spread, str(row.target or ""), row.reference)
-        for benchmark, row in results
+        for benchmark, row in results.rows
     ]
-    return f"{_markdown(COLUMNS, rows)}\nMeasured on {machine()}.\n"
+    return f"{_markdown(COLUMNS, rows)}\nMeasured on {results.machine}.\n"
 
 
 def short_form(results: Results) -> str:
     """The headlines, without names and references."""
     rows = [
         (row.what, row.result, row.spread, str(row.target or ""))
-        for benchmark, row in results
+        for benchmark, row in results.rows
         if benchmark.headline
     ]
-    return f"{_markdown(COLUMNS[1:5], rows)}\nMeasured on {machine()}.\n"
+    return f"{_markdown(COLUMNS[1:5], rows)}\nMeasured on {results.machine}.\n"
 
 
 def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

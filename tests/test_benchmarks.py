@@ -53,17 +53,18 @@ def test_the_short_form_replaces_what_is_between_the_marks(tmp_path: Path) -> No
     readme.write_text("above\n<!-- bench:begin -->\nold\n<!-- bench:end -->\nbelow\n")
     code = (
         "import sys; from pathlib import Path\n"
-        "from benchmarks.table import Benchmark, Row, Target, replace_short_form\n"
+        "from benchmarks.table import Benchmark, Results, Row, Target, replace_short_form\n"
         "row = Row('flights', '20 of 20', 'nearest 0.8 m', Target('all', True))\n"
         "shown = Benchmark('a', lambda quick: row, headline=True)\n"
         "hidden = Benchmark('b', lambda quick: row)\n"
-        "results = [(shown, row), (hidden, Row('not shown', '1 ms'))]\n"
-        "replace_short_form(Path(sys.argv[1]), results)\n"
+        "rows = [(shown, row), (hidden, Row('not shown', '1 ms'))]\n"
+        "replace_short_form(Path(sys.argv[1]), Results(rows, 'one machine'))\n"
     )
     subprocess.run([sys.executable, "-c", code, str(readme)], cwd=REPOSITORY, check=True)
     text = readme.read_text()
     assert text.startswith("above\n<!-- bench:begin -->\n| what |")
     assert text.endswith("<!-- bench:end -->\nbelow\n")
     assert "| flights | 20 of 20 | nearest 0.8 m | all: met |" in text
+    assert "Measured on one machine." in text
     assert "old" not in text
     assert "not shown" not in text
