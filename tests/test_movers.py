@@ -12,6 +12,7 @@ from clearway.intruders import Intruder
 from clearway.movers import Following, MoverSettings, follow, forget_movers, unreported
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
+from clearway.point_world import PointWorld
 from clearway.sensors import (
     BeamPattern,
     Lidar,
@@ -23,8 +24,8 @@ from clearway.sensors import (
 from clearway.simulation import Run, SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem
-from clearway.traffic import ScriptedIntruder, Traffic
-from clearway.world import CombinedWorld
+from clearway.traffic import ScriptedIntruder, Traffic, TrafficSettings
+from clearway.world import CombinedWorld, World
 from clearway.worlds import ball_world
 from test_simulation import STATIC, WALLS, static_world
 from worlds_for_tests import GRID, LIDAR, mission, planner
@@ -196,7 +197,7 @@ def test_other_beams_see_movers_too() -> None:
     assert np.abs(mover.velocity_mps - velocity).max() < 0.2
 
 
-def flown_following(world: ObstacleMap, to_fly: object, **simulation: object) -> AvoidanceSystem:
+def flown_following(world: World, to_fly: object, **simulation: object) -> AvoidanceSystem:
     system = AvoidanceSystem(planner(), to_fly, (LIDAR,), follow_movers=True)  # type: ignore[arg-type]
     run = simulate(system, world, (LIDAR,), SimulationSettings(**simulation))  # type: ignore[arg-type]
     assert run.safe
@@ -220,8 +221,29 @@ def test_nothing_moves_along_walls(wall: str) -> None:
     flown_following(ObstacleMap(WALLS[wall]), mission((40, 0, 0)), seed=1)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_moves_in_woods(seed: int) -> None:
+    """Trunks, and crowns that beams pass through here and there."""
+    rng = np.random.default_rng(seed)
+    trunks = ObstacleMap(
+        [
+            Obstacle.line([x, y, 0.0], 12.0, 0.15, [0.0, np.pi / 2.0, 0.0])
+            for x, y in rng.uniform([4.0, -10.0], [25.0, 10.0], (30, 2))
+        ]
+    )
+    crowns = rng.uniform([6.0, -9.0, -4.0], [25.0, 9.0, 4.0], (10, 3))
+    leaves = (crowns[:, None] + rng.normal(0.0, 0.5, (10, 250, 3))).reshape(-1, 3)
+    woods = CombinedWorld([trunks, PointWorld(np.ascontiguousarray(leaves), 0.05)])
+    flown_following(woods, mission((30, 0, 0)), seed=seed)
+
+
 def encounter(
-    course_deg: float, speed_mps: float, follows: bool = True, max_range_m: float = 10.0
+    course_deg: float,
+    speed_mps: float,
+    follows: bool = True,
+    max_range_m: float = 10.0,
+    traffic: TrafficSettings | None = None,
+    seed: int = 0,
 ) -> Run:
     """Straight flight would meet a silent intruder after 14 s, in the middle of its body."""
     course = np.radians(course_deg)
@@ -231,8 +253,9 @@ def encounter(
         0.0,
         np.array([14.0, 0.0, 0.0]) - 14.0 * velocity,
         velocity,
-        radius_m=RADIUS_M,
-        spawn="world",
+        np.array([np.pi / 16, np.pi / 24]),
+        RADIUS_M,
+        "world",
         transponder=False,
         visible=True,
     )
@@ -240,7 +263,13 @@ def encounter(
     lidar = Lidar("lidar", pattern, sigma_m=0.03, dropout=0.05)
     to_fly = mission((30.0, 0.0, 0.0))
     system = AvoidanceSystem(planner(), to_fly, (lidar,), follow_movers=follows)
-    return simulate(system, EMPTY, (lidar,), traffic=Traffic([silent], to_fly, 1.0))
+    return simulate(
+        system,
+        EMPTY,
+        (lidar,),
+        SimulationSettings(seed=seed),
+        traffic=Traffic([silent], to_fly, 1.0, traffic, seed),
+    )
 
 
 def nearest_m(run: Run) -> float:
@@ -256,6 +285,12 @@ def test_up_to_the_own_speed_a_range_of_ten_metres_keeps_the_margin(
     run = encounter(course_deg, speed_mps)
     assert run.safe
     assert nearest_m(run) >= 1.2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_that_turns_a_little_every_second_is_followed_too(seed: int) -> None:
+    run = encounter(150.0, 0.75, traffic=TrafficSettings(deviates=True), seed=seed)
+    assert run.safe
 
 
 def test_a_faster_one_takes_a_longer_range() -> None:

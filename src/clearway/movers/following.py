@@ -28,8 +28,11 @@ from clearway.sensors.sightings import (
 )
 from clearway.state import State
 
-CONSISTENT = 9.0
-"""Mean square of the residuals of a straight track, in variances, up to which it is believed."""
+CONSISTENT, STILL_CONSISTENT = 2.0, 9.0
+"""Mean square of the residuals, in variances, up to which a straight track is believed: of what may
+be a mover, and of one that is known and may turn."""
+AS_WIDE = 0.75
+"""Share of its greatest width that a mover must show last: gaps in foliage make bodies of parts."""
 CERTAIN = 3.0
 """Standard deviations of its velocity by which a mover must be in motion."""
 TURNED = 0.5
@@ -54,7 +57,7 @@ class MoverSettings:
     """Fewest returns of a body."""
     scans: int = 3
     """Fewest scans that must show it."""
-    share: float = 0.5
+    share: float = 0.6
     """Share of its returns that beams must prove moved."""
     window_s: float = 4.0
     """Its motion is taken from the sightings of this time."""
@@ -238,7 +241,7 @@ def _seen_again(body: Body, sighting: Sighting, settings: MoverSettings) -> Body
     if body.motion is None:
         return replace(body, motion=_first_motion(sightings, settings))
     motion = fit_motion(sightings)
-    if motion.misfit > CONSISTENT:
+    if motion.misfit > STILL_CONSISTENT:
         motion = fit_motion(sightings[-settings.scans :])
     still = motion.speed_mps < 0.5 * settings.slowest_mps
     return replace(body, motion=None if still else motion)
@@ -247,6 +250,8 @@ def _seen_again(body: Body, sighting: Sighting, settings: MoverSettings) -> Body
 def _first_motion(sightings: Sequence[Sighting], settings: MoverSettings) -> Motion | None:
     """The motion of what has proved to move; None for anything else."""
     first, last = sightings[0], sightings[-1]
+    if last.half_width_m < AS_WIDE * max(s.half_width_m for s in sightings):
+        return None
     moved = float(np.linalg.norm(last.mean_m - first.mean_m))
     if moved < settings.slowest_mps * (last.time_s - first.time_s):
         return None
