@@ -63,6 +63,8 @@ class Verdict:
     avoidable: bool
     movements: tuple[str, ...]
     """A sequence that stays clear, to be followed by straight flight; empty where none does."""
+    for_good: bool
+    """Straight flight after it stays clear however long; False where the search went no deeper."""
     looked_at: int
     """States that the search came through."""
 
@@ -72,19 +74,22 @@ def search(
     opponent: Opponent,
     keep_m: float,
     most_movements: int = MOST_MOVEMENTS,
+    chosen_movements: int = MOST_MOVEMENTS,
 ) -> Verdict:
     """Whether some sequence of movements keeps `keep_m` from the opponent at all times.
 
-    Where sequences of the greatest length still stay clear, one of them is the answer. Raises
+    After the first `chosen_movements` the last one is held, which makes longer sequences few. Where
+    sequences of the greatest length still stay clear, one of them is the answer. Raises
     ClearwayError for an automaton without a straight movement.
     """
     pieces, straight = _pieces(automaton, most_movements)
     none = np.zeros(1, dtype=np.int64)
     front = Front(np.zeros((1, 3)), np.zeros(1), none, none, none)
     fronts: list[Front] = []
-    elapsed, looked_at = 0.0, 0
+    elapsed, looked_at, found = 0.0, 0, -1
     while len(fronts) < most_movements:
-        front, found = _grow(pieces, straight, front, elapsed, opponent, keep_m)
+        held = len(fronts) >= chosen_movements
+        front, found = _grow(pieces, straight, held, front, elapsed, opponent, keep_m)
         front = _distinct(front, SAME * automaton.step_m, found)
         fronts.append(front)
         looked_at += len(front.yaw_rad)
@@ -92,8 +97,8 @@ def search(
             break
         elapsed += float(pieces.duration_s[0])
     if not len(front.yaw_rad):
-        return Verdict(False, (), looked_at)
-    return Verdict(True, _sequence(automaton, fronts), looked_at)
+        return Verdict(False, (), False, looked_at)
+    return Verdict(True, _sequence(automaton, fronts), found >= 0, looked_at)
 
 
 @lru_cache(maxsize=4)
@@ -175,12 +180,13 @@ def _clear_for_good(
 ) -> bool:
     """Whether straight flight stays clear from here on, however long."""
     p, u = opponent.position_m, opponent.velocity_mps
-    if opponent.acceleration_mps2 == 0.0:
-        # The nearest point of the relative way, or its start where it already leads away.
-        off, closing = place - p - u * time_s, velocity - u
-        speed2 = np.sum(closing**2)
-        ahead_s = max(0.0, -np.sum(off * closing) / max(speed2, 1e-18))
-        return bool(np.sum((off + ahead_s * closing) ** 2) >= keep * keep)
+    # The nearest point of the relative way, or its start where it already leads away.
+    off, closing = place - p - u * time_s, velocity - u
+    speed2 = np.sum(closing**2)
+    ahead_s = max(0.0, -np.sum(off * closing) / max(speed2, 1e-18))
+    passes = bool(np.sum((off + ahead_s * closing) ** 2) >= keep * keep)
+    if opponent.acceleration_mps2 == 0.0 or not passes:
+        return passes
     speed = np.sqrt(np.sum(u**2))
     start, start_s = place.copy(), time_s
     step = PURSUIT_STEP * keep / max(np.sqrt(np.sum(velocity**2)), 1e-9)
@@ -201,6 +207,7 @@ def _clear_for_good(
 def _grow(
     pieces: Pieces,
     straight: int,
+    held: bool,
     front: Front,
     start_s: float,
     opponent: Opponent,
@@ -219,7 +226,7 @@ def _grow(
         cos, sin = np.cos(yaw[n]), np.sin(yaw[n])
         for m in range(movements):
             reached = pieces.following[attitude[n], m]
-            if reached < 0:
+            if reached < 0 or (held and m != front.movement[n]):
                 continue
             duration = pieces.duration_s[m]
             before[:] = position[n]

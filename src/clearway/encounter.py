@@ -136,7 +136,7 @@ def random_encounter(seed: int, settings: EncounterSettings | None = None) -> En
                 math.sin(elevation),
             ]
         )
-        closing = _closing_speed(float(sight[0]), ratio, approaching)
+        closing = closing_speed(float(sight[0]), ratio, approaching)
         if closing is not None and closing >= SLOWEST_CLOSING:
             break
     velocity = np.array([1.0, 0.0, 0.0]) - closing * sight
@@ -148,7 +148,7 @@ def random_encounter(seed: int, settings: EncounterSettings | None = None) -> En
     )
 
 
-def _closing_speed(ahead: float, ratio: float, approaching: bool) -> float | None:
+def closing_speed(ahead: float, ratio: float, approaching: bool) -> float | None:
     """Speed along the line of sight at which |velocity| is `ratio`; None where no heading collides.
 
     ahead: cosine of the angle between the line of sight and the course. All speeds are shares of

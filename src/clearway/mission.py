@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class Mission:
             )
         return problems
 
-    @property
+    @cached_property
     def goals_m(self) -> FloatArray:
         """[n, 3] waypoints and then landing points."""
         return np.concatenate([self.waypoints_m, self.landing_m])

@@ -36,8 +36,8 @@ class PlaneModel:
 
         Inputs are speed (m/s) and roll, pitch and yaw rates (rad/s). Exact for any duration.
         """
-        x, y, z, roll, pitch, yaw = (float(value) for value in np.asarray(state))
-        speed, roll_rate, pitch_rate, yaw_rate = (float(value) for value in np.asarray(inputs))
+        x, y, z, roll, pitch, yaw = np.asarray(state, dtype=np.float64).tolist()
+        speed, roll_rate, pitch_rate, yaw_rate = np.asarray(inputs, dtype=np.float64).tolist()
         return np.array(
             plane_advance(
                 (x, y, z, roll, pitch, yaw),

@@ -14,6 +14,7 @@ from clearway import __version__
 from clearway.cli.assess import assess
 from clearway.cli.encounters import encounters
 from clearway.cli.fly import fly
+from clearway.cli.pursuit import pursuit
 from clearway.cli.reach_compare import compare
 from clearway.cli.reach_set import reach_set
 from clearway.cli.report import run_guarded
@@ -30,6 +31,7 @@ app = typer.Typer(
 app.command("fly")(run_guarded(fly))
 app.command("assess")(run_guarded(assess))
 app.command("encounters")(run_guarded(encounters))
+app.command("pursuit")(run_guarded(pursuit))
 reach_sets = typer.Typer(add_completion=False)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare")(run_guarded(compare))

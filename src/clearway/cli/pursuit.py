@@ -1,0 +1,74 @@
+"""`clearway pursuit`: encounters with an intruder that wants to hit, and which can be won."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from clearway.cli.report import print_json, say
+
+
+def pursuit(
+    detected_at: Annotated[float, typer.Option(help="Distance of detection in metres.")] = 6.0,
+    accelerations: Annotated[
+        str, typer.Option(help="Bounds in m/s2; 0 flies straight on. Turning takes 0.26 of us.")
+    ] = "0,0.05,0.1,0.26",
+    keep: Annotated[float, typer.Option(help="Distance to keep in metres.")] = 1.2,
+    bearing_step_deg: Annotated[float, typer.Option(min=1.0, help="Between bearings.")] = 5.0,
+    out: Annotated[Path, typer.Option(help="Folder of the picture.")] = Path(
+        "clearway-out/pursuit"
+    ),
+    plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw the picture.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Map which collision courses can be won against an intruder that wants to hit (def. 3)."""
+    import numpy as np
+
+    from clearway.pursuit import win_map
+
+    bearings_deg = np.arange(0.0, 90.0, bearing_step_deg)
+    speeds = np.round(np.arange(0.5, 0.96, 0.05), 2).tolist()
+    bearings = np.radians(bearings_deg).tolist()
+    result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
+    if plots:
+        from clearway.io.staging import staged
+        from clearway.plot.pursuit import draw_win_map
+
+        with staged(out) as scratch:
+            draw_win_map(result).savefig(scratch / "win-map.png")
+        say(f"wrote win-map.png to {out}")
+    if as_json:
+        print_json(
+            {
+                "detected_at_m": detected_at,
+                "keep_m": keep,
+                "bearings_deg": bearings_deg.tolist(),
+                "speeds": speeds,
+                "exists": result.exists.tolist(),
+                "accelerations_mps2": result.accelerations_mps2.tolist(),
+                "won": result.won.tolist(),
+                "share": result.share.tolist(),
+            }
+        )
+        return
+    count = int(result.exists.sum())
+    print(f"{count} collision courses detected at {detected_at:g} m, {keep:g} m to keep")
+    for bound, share in zip(result.accelerations_mps2, result.share, strict=True):
+        kind = "flies straight on" if bound == 0.0 else f"at most {bound:g} m/s2"
+        print(f"{kind:20s} {100.0 * share:5.1f} % won for good")
+
+
+def _bounds(text: str) -> list[float]:
+    from clearway.errors import InputError
+
+    try:
+        bounds = [float(part) for part in text.split(",")]
+    except ValueError:
+        bounds = [math.nan]
+    if not all(0.0 <= bound < math.inf for bound in bounds):
+        problem = f"numbers >= 0 with commas between are needed, as in 0,0.1; got {text!r}"
+        raise InputError("--accelerations", problem)
+    return bounds
