@@ -88,7 +88,7 @@ def encounters(
         _fly_one(only, settings, as_json)
         return
     kinds = _every_kind() if every_kind else [settings]
-    tallies = [_flown(kind, range(seed, seed + count), workers) for kind in kinds]
+    tallies = [flown(kind, range(seed, seed + count), workers) for kind in kinds]
     if out is not None:
         _write(tallies, out)
     if as_json:
@@ -117,7 +117,8 @@ def _every_kind() -> list[EncounterSettings]:
     return list(STANDARD_KINDS)
 
 
-def _flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Tally:
+def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Tally:
+    """Fly encounters with a progress bar on standard error."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 

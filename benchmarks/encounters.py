@@ -1,0 +1,43 @@
+"""Random encounters with intruders: the share that keeps its distance, of those that can be won."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from benchmarks.flights import PROCESSES
+from benchmarks.table import Benchmark, Row, Target
+from clearway.cli.encounters import flown
+from clearway.encounter import STANDARD_KINDS, EncounterSettings
+
+FULL, QUICK, LARGE = 10_000, 100, 1_000
+
+
+def kept(settings: EncounterSettings) -> Callable[[bool], Row]:
+    """Fewer at a larger scale, where every encounter is the small one times the scale."""
+
+    def measure(quick: bool) -> Row:
+        number = QUICK if quick else FULL if settings.scale == 1.0 else LARGE
+        tally = flown(settings, range(number), PROCESSES)
+        low, high = tally.interval
+        return Row(
+            f"{number} encounters {settings.in_words}: distance kept, of those that can be",
+            f"{tally.kept} of {tally.avoidable}",
+            f"95 % Wilson {100.0 * low:.2f} to {100.0 * high:.2f} %, "
+            f"nearest {tally.min_distance_m:.2f} of {tally.distance_to_keep_m:g} m",
+            Target(f">= {100.0 * tally.required:g} %", tally.share >= tally.required),
+        )
+
+    return measure
+
+
+def name_of(settings: EncounterSettings) -> str:
+    parts = [f"encounters, {settings.detected_at_m:g} m"]
+    parts += ["deviating"] if settings.deviates else []
+    parts += ["tracked"] if settings.noisy else []
+    parts += [f"x {settings.scale:g}"] if settings.scale != 1.0 else []
+    return ", ".join(parts)
+
+
+BENCHMARKS = tuple(
+    Benchmark(name_of(kind), kept(kind), headline=kind.scale == 1.0) for kind in STANDARD_KINDS
+)
