@@ -14,6 +14,7 @@ from clearway import __version__
 from clearway.cli.assess import assess
 from clearway.cli.encounters import encounters
 from clearway.cli.fly import fly
+from clearway.cli.map import show_map
 from clearway.cli.pursuit import pursuit
 from clearway.cli.reach_compare import compare
 from clearway.cli.reach_set import reach_set
@@ -36,6 +37,7 @@ reach_sets = typer.Typer(add_completion=False)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare")(run_guarded(compare))
 app.add_typer(reach_sets, name="reach-set")
+app.command("map")(run_guarded(show_map))
 app.command("reproduce")(run_guarded(reproduce))
 
 

@@ -1,0 +1,197 @@
+"""`clearway map`: what map files hold, in one local frame, and a picture of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import print_json, say
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from clearway.io.map_features import Geodetic, Period
+    from clearway.io.maps import KeepOut, MapFile
+
+
+def show_map(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Obstacles (.csv, .dat of the FAA, GeoJSON), buildings (CityJSON), zones (ED-318, "
+            "ED-269), terrain (GeoTIFF); heights above ground are above the terrain among them."
+        ),
+    ],
+    origin: Annotated[
+        str | None,
+        typer.Option(
+            help="Latitude,longitude,height of the local frame in degrees and metres; default: "
+            "amid the first file."
+        ),
+    ] = None,
+    radius: Annotated[
+        float, typer.Option(min=0.1, help="Metres that a mere point stands for.")
+    ] = 20.0,
+    at: Annotated[
+        str | None,
+        typer.Option(help="Moment such as 2025-06-01T12:00Z: zones not in force then are left out"),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the picture; default clearway-out/map.")
+    ] = None,
+    plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw the picture.")] = True,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on standard output.")
+    ] = False,
+) -> None:
+    """Summarise and draw map files: obstacles, keep-out zones, what was left out and why."""
+    from clearway.io.maps import read_maps
+    from clearway.io.moments import moment
+
+    when = None if at is None else moment("--at", at)
+    maps = read_maps(files, _origin(origin), point_radius_m=radius)
+    if plots:
+        folder = out or Path("clearway-out/map")
+        _draw(maps, when, folder)
+        say(f"wrote map.png to {folder}")
+    if as_json:
+        print_json(_as_json(maps, when))
+    else:
+        print("\n\n".join(_in_words(one, when) for one in maps))
+
+
+def _origin(text: str | None) -> Geodetic | None:
+    from clearway.errors import InputError
+    from clearway.io.map_features import Geodetic
+
+    if text is None:
+        return None
+    try:
+        latitude, longitude, height = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            "--origin", f"latitude,longitude,height are needed, got {text!r}"
+        ) from None
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(height) < 1e5):
+        raise InputError("--origin", f"{text!r} is no place: +-90 and +-180 degrees, metres")
+    return Geodetic(latitude, longitude, height)
+
+
+def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: Path) -> None:
+    from clearway.io.staging import staged
+    from clearway.plot.map import draw_map
+
+    obstacles = [obstacle for one in maps for obstacle in one.obstacles]
+    zones = {
+        zone.name or zone.identifier: zone.obstacles
+        for one in maps
+        for zone in one.keep_out
+        if zone.in_force(when)
+    }
+    floor = [block for one in maps for block in one.floor]
+    title = ", ".join(Path(one.source).name for one in maps)
+    with staged(folder) as scratch:
+        draw_map(obstacles, floor, zones, title).savefig(scratch / "map.png", dpi=110)
+
+
+def _as_json(maps: tuple[MapFile, ...], when: datetime | None) -> dict[str, Any]:
+    return {
+        "origin": maps[0].origin._asdict(),
+        "obstacles": sum(len(one.obstacles) for one in maps),
+        "keep_out": sum(zone.in_force(when) for one in maps for zone in one.keep_out),
+        "files": [_file_as_json(one, when) for one in maps],
+    }
+
+
+def _file_as_json(one: MapFile, when: datetime | None) -> dict[str, Any]:
+    return {
+        "file": one.source,
+        "format": one.kind,
+        "crs": one.crs,
+        "obstacles": len(one.obstacles),
+        "floor_blocks": len(one.floor),
+        "extent_m": _extent(one),
+        "height_m": _heights(one),
+        "keep_out": [_zone_as_json(zone, when) for zone in one.keep_out],
+        "left_out": dict(one.counts),
+        "notes": list(one.notes),
+    }
+
+
+def _zone_as_json(zone: KeepOut, when: datetime | None) -> dict[str, Any]:
+    return {
+        "identifier": zone.identifier,
+        "name": zone.name,
+        "restriction": zone.restriction,
+        "limits": list(zone.limits),
+        "volumes": len(zone.obstacles),
+        "always": not zone.periods,
+        "in_force": zone.in_force(when),
+    }
+
+
+def _extent(one: MapFile) -> dict[str, list[float]] | None:
+    """[low, high] along each axis of the local frame; None without an obstacle."""
+    import numpy as np
+
+    from clearway.obstacle_tree import build_box_tree
+    from clearway.obstacles import shapes_of
+
+    shapes = [*one.solid, *(volume for zone in one.keep_out for volume in zone.obstacles)]
+    if not shapes:
+        return None
+    tree = build_box_tree(shapes_of(shapes))
+    spans = (np.round(np.stack([tree.low_m[0], tree.high_m[0]], axis=1), 3) + 0.0).tolist()
+    return dict(zip(("x", "y", "z"), spans, strict=True))
+
+
+def _heights(one: MapFile) -> dict[str, float] | None:
+    """From foot to top, smallest and largest among the obstacles."""
+    heights = [float(2.0 * (part.half_m[2] + part.radius_m)) for part in one.obstacles]
+    if not heights:
+        return None
+    return {"min": round(min(heights), 3), "max": round(max(heights), 3)}
+
+
+def _in_words(one: MapFile, when: datetime | None) -> str:
+    extent, heights = _extent(one), _heights(one)
+    rows = [("file", one.source), ("format", one.kind), ("reference", one.crs)]
+    latitude, longitude, height = one.origin
+    rows.append(("origin", f"{latitude:.6f}, {longitude:.6f} at {height:.1f} m"))
+    rows.append(("obstacles", str(len(one.obstacles))))
+    if one.floor:
+        rows.append(("floor", f"{len(one.floor)} blocks"))
+    if heights is not None:
+        rows.append(("heights", f"{heights['min']:.1f} to {heights['max']:.1f} m from foot to top"))
+    if extent is not None:
+        spans = (f"{axis} {low:.1f} to {high:.1f}" for axis, (low, high) in extent.items())
+        rows.append(("extent", ", ".join(spans) + " m"))
+    for zone in one.keep_out:
+        force = "" if zone.in_force(when) else ", NOT in force then"
+        rows.append(
+            (
+                "keep out",
+                f"{zone.name} ({zone.identifier}, {zone.restriction}): "
+                f"{'; '.join(zone.limits)}; {_times(zone.periods)}{force}",
+            )
+        )
+    rows += [("left out", f"{count} {reason}") for reason, count in one.counts.items()]
+    rows += [("note", note) for note in one.notes]
+    return "\n".join(f"{name:<12}{text}" for name, text in rows)
+
+
+def _times(periods: tuple[Period, ...]) -> str:
+    if not periods:
+        return "always"
+    spans = []
+    for period in periods:
+        begin = "" if period.start is None else f"from {period.start:%Y-%m-%d %H:%M} "
+        end = "" if period.end is None else f"until {period.end:%Y-%m-%d %H:%M} "
+        hours = " or ".join(
+            f"{'-'.join(daily.days) or 'daily'} {daily.start or 'begin'} to {daily.end or 'end'}"
+            for daily in period.hours
+        )
+        spans.append((begin + end + hours).strip() or "always")
+    return ", ".join(spans)

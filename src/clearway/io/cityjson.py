@@ -1,0 +1,185 @@
+"""Buildings of CityJSON models: surfaces seen from above, by height, as outlines with a top.
+
+Whatever the level of detail, an object is filled from its lowest point up to its surfaces, which
+are taken in steps of height: a sloping roof becomes a stair that holds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.errors import InputError
+from clearway.frames import FloatArray
+from clearway.io.coordinates import Projection, projection
+from clearway.io.foreign import Foreign
+from clearway.io.map_features import Height, MapFeature, ParsedMap, Polygon
+from clearway.io.rectangles import polygons_in, shapely_or_refuse, union_of
+from clearway.io.toml import parse_model
+
+GROUND_TYPES = (
+    "CityObjectGroup",
+    "LandUse",
+    "Railway",
+    "Road",
+    "TINRelief",
+    "TransportSquare",
+    "WaterBody",
+    "Waterway",
+)
+"""Kinds of objects that are the ground: a terrain file serves for that."""
+STEP_M = 2.0
+"""Surfaces whose heights differ by less share a top."""
+STANDS_M = 1.0
+"""What is no higher above an object's lowest point is the ground."""
+FINEST_LOD = 2.9
+"""Windows and door knobs of finer models are left to the LiDAR."""
+GAP_M = 2.0
+"""Gaps between parts of one object that are narrower are closed."""
+NO_AREA_M2 = 1e-4
+
+
+class Transform(Foreign):
+    scale: tuple[float, float, float]
+    translate: tuple[float, float, float]
+
+
+class Geometry(Foreign):
+    type: str
+    lod: float = 1.0
+    boundaries: tuple[Any, ...] = ()
+
+
+class CityObject(Foreign):
+    type: str
+    geometry: tuple[Geometry, ...] = ()
+
+
+class Metadata(Foreign):
+    referenceSystem: str | None = None
+
+
+class CityFile(Foreign):
+    transform: Transform
+    CityObjects: dict[str, CityObject]
+    vertices: list[tuple[float, float, float]]
+    metadata: Metadata = Metadata()
+
+
+def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
+    """Objects that stand above the ground, with outlines of the model's reference system.
+
+    data: the object in the file. Raises InputError for a model that is not one, vertices that do
+    not exist, or no reference system; MissingExtraError without pyproj or shapely.
+    """
+    city = parse_model(str(path), data, CityFile)
+    if city.metadata.referenceSystem is None:
+        raise InputError(
+            str(path), "metadata.referenceSystem: missing, but needed to place the model"
+        )
+    place = projection(path, city.metadata.referenceSystem)
+    if place.unit != "metre":
+        raise InputError(
+            str(path), f"coordinates are in {place.unit}s (CRS {place.name}); valid: metres"
+        )
+    vertices = np.array(city.vertices, dtype=np.float64).reshape(-1, 3)
+    vertices = vertices * city.transform.scale + city.transform.translate
+    features: list[MapFeature] = []
+    counts: dict[str, int] = {}
+    for name, part in city.CityObjects.items():
+        if part.type in GROUND_TYPES:
+            reason = f"{part.type}: ground"
+        else:
+            found = _features(path, name, part, vertices, place)
+            features.extend(found)
+            reason = "" if found else _why_none(part)
+        if reason:
+            counts[reason] = counts.get(reason, 0) + 1
+    if not features:
+        raise InputError(str(path), "no object that stands above the ground in it")
+    return ParsedMap(
+        kind=f"CityJSON of {len(city.CityObjects)} objects",
+        crs=place.name,
+        features=tuple(features),
+        counts=counts,
+        notes=(f"surfaces within {STEP_M:g} m of height share a top, objects are solid below",),
+    )
+
+
+def _why_none(part: CityObject) -> str:
+    if not any(geometry.boundaries for geometry in part.geometry):
+        return f"{part.type}: no geometry of its own"
+    return f"{part.type}: no higher than {STANDS_M:g} m above its lowest point"
+
+
+def _features(
+    path: Path, name: str, part: CityObject, vertices: FloatArray, place: Projection
+) -> list[MapFeature]:
+    """Outlines of one object, each with its top."""
+    geometries = [geometry for geometry in part.geometry if geometry.boundaries]
+    if not geometries:
+        return []
+    fine = [geometry for geometry in geometries if geometry.lod <= FINEST_LOD]
+    chosen = max(fine, key=lambda one: one.lod) if fine else geometries[0]
+    try:
+        faces = [vertices[face] for face in _faces(chosen.boundaries, len(vertices))]
+    except ValueError as cause:
+        raise InputError(str(path), f"CityObjects.{name}: {cause}") from cause
+    if not faces:
+        return []
+    low = Height(min(float(face[:, 2].min()) for face in faces), "sea level")
+    return [
+        MapFeature(
+            f"{part.type} {name}",
+            Polygon(tuple(place.latitude_longitude(ring) for ring in rings)),
+            low,
+            Height(top, "sea level"),
+        )
+        for top, rings in _tops(faces, low.value_m)
+    ]
+
+
+def _faces(boundaries: Sequence[Any], count: int) -> Iterator[npt.NDArray[np.int64]]:
+    """Outer rings of all surfaces, however deeply shells and solids nest them."""
+    for part in boundaries:
+        if not isinstance(part, list) or not part:
+            raise ValueError("boundaries: lists of vertex numbers are needed")
+        if isinstance(part[0], list) and part[0] and isinstance(part[0][0], int):
+            ring = np.array(part[0], dtype=np.int64)
+            if ring.min() < 0 or ring.max() >= count:
+                raise ValueError(f"boundaries: vertex {int(ring.max())}, but there are {count}")
+            if len(ring) >= 3:
+                yield ring
+        else:
+            yield from _faces(part, count)
+
+
+def _tops(faces: list[FloatArray], low_m: float) -> Iterator[tuple[float, list[FloatArray]]]:
+    """(top, rings of x, y) from the highest down; outlines grow on the way, so that each is simple.
+
+    What a higher one covers already is covered again, which changes nothing.
+    """
+    shapely = shapely_or_refuse("outlines of buildings")
+    tops = np.array([face[:, 2].max() for face in faces])
+    flats = shapely.make_valid(np.array([shapely.Polygon(face[:, :2]) for face in faces]))
+    outline = shapely.Polygon()
+    while len(tops) and tops.max() > low_m + STANDS_M:
+        top = float(tops.max())
+        group = tops > top - STEP_M
+        outline = _closed(shapely, union_of(shapely, [outline, *flats[group]]))
+        for piece in polygons_in(shapely, outline):
+            if piece.area > NO_AREA_M2:
+                yield top, [shapely.get_coordinates(ring) for ring in shapely.get_rings(piece)]
+        tops, flats = tops[~group], flats[~group]
+
+
+def _closed(shapely: ModuleType, outline: Any) -> Any:
+    """The outline with gaps and notches closed that no vehicle fits into."""
+    wide = shapely.buffer(outline, 0.5 * GAP_M, join_style="mitre", mitre_limit=2.0)
+    narrow = shapely.buffer(wide, -0.5 * GAP_M, join_style="mitre", mitre_limit=2.0)
+    return union_of(shapely, [narrow, outline])

@@ -1,0 +1,47 @@
+"""Coordinates of a map's own reference system as latitude and longitude, through pyproj."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from clearway.errors import InputError, MissingExtraError
+from clearway.frames import FloatArray
+
+
+class Projection(NamedTuple):
+    """A horizontal reference system; heights stay in the file's vertical datum."""
+
+    name: str
+    unit: str
+    """Of x and y, as pyproj calls it: metre, foot, degree ..."""
+    to_geographic: Any
+    """pyproj's transformer from x, y to longitude, latitude."""
+
+    def latitude_longitude(self, points: FloatArray) -> FloatArray:
+        """[n, 2] latitude, longitude in degrees of points [n, 2 or more] x, y."""
+        longitude, latitude = self.to_geographic.transform(points[:, 0], points[:, 1])
+        return np.stack([latitude, longitude], axis=-1)
+
+
+def projection(path: Path, stated: object) -> Projection:
+    """The horizontal part of the system that a file states, to WGS 84.
+
+    Raises InputError where it is none that pyproj knows, MissingExtraError without pyproj.
+    """
+    try:
+        import pyproj
+        from pyproj.exceptions import ProjError
+    except ImportError as cause:
+        raise MissingExtraError(f"placing {path}", "map") from cause
+    try:
+        crs = pyproj.CRS.from_user_input(stated)
+        horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
+        transformer = pyproj.Transformer.from_crs(horizontal, "EPSG:4326", always_xy=True)
+    except (ProjError, TypeError) as cause:
+        raise InputError(
+            str(path), f"its coordinate reference system {stated!r} is not known: {cause}"
+        ) from cause
+    return Projection(str(crs.name), str(horizontal.axis_info[0].unit_name), transformer)

@@ -1,0 +1,89 @@
+"""Files of other people's formats: text and JSON with errors that name the place, typed loosely."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from clearway.errors import InputError
+from clearway.frames import FloatArray
+
+
+class Foreign(BaseModel):
+    """A table of a format that is not ours: other keys are left aside, text may be a number."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+
+
+def read_text(path: Path) -> str:
+    """The file as text; InputError where it cannot be read, is empty or is no text."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    except UnicodeDecodeError as cause:
+        raise InputError(str(path), f"no text: byte {cause.start} is not UTF-8") from cause
+    if not text.strip():
+        raise InputError(str(path), f"the file is empty ({path.stat().st_size} bytes)")
+    return text
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """The object in a JSON file; InputError with line and column where it is none."""
+    text = read_text(path)
+    try:
+        data = json.loads(text, parse_constant=_refuse_constant)
+    except json.JSONDecodeError as cause:
+        end = "truncated: the text ends inside it" if cause.pos >= len(text.rstrip()) - 1 else ""
+        raise InputError(
+            str(path),
+            f"no valid JSON, line {cause.lineno} column {cause.colno}: {end or cause.msg}",
+        ) from cause
+    except (ValueError, RecursionError) as cause:
+        raise InputError(str(path), f"no valid JSON: {cause}") from cause
+    if not isinstance(data, dict):
+        raise InputError(str(path), f"a JSON object is needed, got a {type(data).__name__}")
+    return data
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def rings_of(coordinates: object) -> tuple[FloatArray, ...]:
+    """Rings of a GeoJSON polygon as [n, 2] latitude, longitude in degrees, without closing points.
+
+    Raises ValueError saying what is wrong, and where.
+    """
+    if not isinstance(coordinates, list) or not coordinates:
+        raise ValueError("a polygon needs a list of rings")
+    return tuple(_ring(number, ring) for number, ring in enumerate(coordinates))
+
+
+def position_of(coordinates: object) -> tuple[float, float]:
+    """Latitude and longitude in degrees of a GeoJSON position; ValueError saying what is wrong."""
+    if not isinstance(coordinates, list) or len(coordinates) < 2:
+        raise ValueError(f"a position needs longitude and latitude, got {coordinates!r}")
+    longitude, latitude = coordinates[:2]
+    for name, value, limit in (("latitude", latitude, 90.0), ("longitude", longitude, 180.0)):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > limit:
+            raise ValueError(f"{name} {value!r} is no number within +-{limit:g} degrees")
+    return float(latitude), float(longitude)
+
+
+def _ring(number: int, ring: object) -> FloatArray:
+    if not isinstance(ring, list):
+        raise ValueError(f"ring {number}: a list of positions is needed")
+    try:
+        points = np.array([position_of(position) for position in ring]).reshape(-1, 2)
+    except ValueError as cause:
+        raise ValueError(f"ring {number}: {cause}") from cause
+    if len(points) and np.array_equal(points[0], points[-1]):
+        points = points[:-1]
+    if len(points) < 3:
+        raise ValueError(f"ring {number}: {len(points)} corners; at least 3 are needed")
+    return points
