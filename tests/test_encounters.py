@@ -152,3 +152,18 @@ def test_a_price_for_crossing_ahead_passes_behind(price, passes):
         # They fly to the right: ahead of one is to its right.
         ahead = own[crossing, 1] < track[crossing, 2]
         assert ahead == (passes == "ahead"), name
+
+
+def test_a_mission_with_noisy_reports_is_flown_through_the_tracker():
+    tables = read_mission("intruders-collision").effective()
+    tables["traffic"] |= {
+        "position_sigma_m": 0.3,
+        "velocity_sigma_mps": 0.1,
+        "tracker": True,
+    }
+    setup = prepare(parse_model("test", tables, MissionFile))
+    assert setup.tracker is not None
+    run = setup.fly()
+    assert run.safe
+    first = run.decisions[-1].flight.decision.intruders
+    assert set(first) <= set(run.intruder_tracks), "tracks are named by what reported itself"

@@ -12,6 +12,7 @@ from clearway.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
 from clearway.costs import Prices
 from clearway.errors import FlightRefusedError, InputError
 from clearway.grid import AvoidanceGrid
+from clearway.intruders import TrackerSettings
 from clearway.io.mission_file import (
     FlyingIntruderSection,
     LidarSection,
@@ -35,6 +36,8 @@ from clearway.world import CombinedWorld, World
 
 MOST_MOVEMENTS = 100
 """Movements that may fit in the range of the grid: more make trees that nobody needs."""
+OWN_ADDRESS = "ownship"
+"""No intruder of a mission has it."""
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
@@ -60,6 +63,7 @@ class FlightSetup:
     """Intruders that appear."""
     traffic: TrafficSettings
     follow_movers: bool
+    tracker: TrackerSettings | None
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
@@ -74,6 +78,8 @@ class FlightSetup:
             detection_rule=self.detection_rule,
             ground_m=self.ground_m,
             follow_movers=self.follow_movers,
+            tracker=self.tracker,
+            address=OWN_ADDRESS,
         )
 
     def refuse_impossible(self) -> None:
@@ -167,6 +173,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
             file.traffic.report_s,
         ),
         follow_movers=file.traffic.follow_movers,
+        tracker=TrackerSettings() if file.traffic.tracker else None,
         notes=notes,
     )
 

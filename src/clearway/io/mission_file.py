@@ -196,6 +196,8 @@ class TrafficSection(Section):
     """Intruders fly anywhere inside their stated spread, with a new direction every second."""
     report_s: Positive = 1.0
     """Time between reports of one intruder."""
+    tracker: bool = False
+    """Make reports into tracks first, which smooths noisy ones."""
     follow_movers: bool = False
     """Count what moves and is seen by LiDAR alone as intruders too."""
 
