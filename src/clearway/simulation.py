@@ -99,12 +99,18 @@ class Run(Generic[D]):
     @property
     def crashed_s(self) -> float | None:
         """Time of the first contact: in an obstacle, which ends a flight, or an intruder's body."""
-        contact = self.metrics.obstacle_distance_m <= 0.0
-        if self.metrics.intruders is not None:
-            traffic = self.metrics.intruders
-            radius = traffic.margin_m - self.safety_margin_m
-            contact = contact | np.any(traffic.distance_m <= radius[:, None], axis=0)
+        contact = self.nearest_surface_m <= 0.0
         return float(self.time_s[np.argmax(contact)]) if contact.any() else None
+
+    @property
+    def nearest_surface_m(self) -> FloatArray:
+        """[n] distance to the nearest surface at each time, of obstacles and intruders' bodies."""
+        traffic = self.metrics.intruders
+        if traffic is None:
+            return self.metrics.obstacle_distance_m
+        radius = traffic.margin_m - self.safety_margin_m
+        bodies = (traffic.distance_m - radius[:, None]).min(axis=0)
+        return np.asarray(np.minimum(self.metrics.obstacle_distance_m, bodies))
 
     @property
     def emergencies(self) -> int:

@@ -33,14 +33,17 @@ BASELINES: Mapping[str, MakeRule] = MappingProxyType(
 PLANNERS = (CLEARWAY, *BASELINES)
 
 
+def known_planner(name: str) -> str:
+    """The name itself; raises ClearwayError listing the valid ones for any other."""
+    if name not in PLANNERS:
+        raise ClearwayError(f"planner {name!r}: there are {', '.join(PLANNERS)}")
+    return name
+
+
 @lru_cache(maxsize=32)
 def rule_named(name: str, craft: Craft) -> Rule:
-    """The rule of that name for a craft; raises ClearwayError listing the valid ones."""
-    try:
-        make = BASELINES[name]
-    except KeyError:
-        raise ClearwayError(f"planner {name!r}: there are {', '.join(PLANNERS)}") from None
-    return make(craft)
+    """The baseline of that name for a craft; made once. Errors as of `known_planner`."""
+    return BASELINES[known_planner(name)](craft)
 
 
 __all__ = [
@@ -52,5 +55,6 @@ __all__ = [
     "Craft",
     "Manoeuvre",
     "Rule",
+    "known_planner",
     "rule_named",
 ]

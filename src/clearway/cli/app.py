@@ -12,11 +12,12 @@ import typer
 
 from clearway import __version__
 from clearway.cli.assess import assess
+from clearway.cli.compare import compare
 from clearway.cli.encounters import encounters
 from clearway.cli.fly import fly
 from clearway.cli.map import show_map
 from clearway.cli.pursuit import pursuit
-from clearway.cli.reach_compare import compare
+from clearway.cli.reach_compare import compare as compare_reach_sets
 from clearway.cli.reach_set import reach_set
 from clearway.cli.report import run_guarded
 from clearway.cli.reproduce import reproduce
@@ -30,12 +31,13 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("fly")(run_guarded(fly))
+app.command("compare")(run_guarded(compare))
 app.command("assess")(run_guarded(assess))
 app.command("encounters")(run_guarded(encounters))
 app.command("pursuit")(run_guarded(pursuit))
 reach_sets = typer.Typer(add_completion=False)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
-reach_sets.command("compare")(run_guarded(compare))
+reach_sets.command("compare")(run_guarded(compare_reach_sets))
 app.add_typer(reach_sets, name="reach-set")
 app.command("map")(run_guarded(show_map))
 app.command("reproduce")(run_guarded(reproduce))

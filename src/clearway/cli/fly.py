@@ -14,12 +14,17 @@ if TYPE_CHECKING:
     from clearway.flight import FlightSetup
     from clearway.io.mission_file import MissionFile
     from clearway.mission import Progress as MissionProgress
+    from clearway.pilot import Steering
     from clearway.simulation import LoggedDecision, Run
 
 
 def fly(
     mission: Annotated[
-        str, typer.Argument(help="A mission by name (static-obstacles) or a mission file (TOML).")
+        str,
+        typer.Argument(
+            help="A mission by name (static-obstacles), a mission file (TOML), or a made-up world "
+            "and its seed (forest:3)."
+        ),
     ],
     out: Annotated[
         Path | None,
@@ -35,37 +40,42 @@ def fly(
         str | None,
         typer.Option(help="evidence holds candidates against it; none flies on cell ratings."),
     ] = None,
+    planner: Annotated[
+        str, typer.Option(help="clearway, or a planner to compare it with: straight, vfh, ...")
+    ] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
     """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
+    from clearway.baselines import known_planner
     from clearway.flight import prepare
     from clearway.io.run_files import summary
 
+    known_planner(planner)
     file = _changed(_read(mission), seed, rating, verify, spawn)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
     for note in setup.notes:
         say(note)
     setup.refuse_impossible()
-    run = _flown(setup)
+    run = flown_with_bar(setup, planner)
     folder = out or Path("clearway-out") / file.mission.name
-    written = _write(run, setup, file, folder, plots)
+    written = _write(run, setup, file, folder, plots, planner)
     if as_json:
-        print_json(summary(run))
+        print_json(summary(run, planner))
     else:
-        print(_in_words(run))
+        print(_in_words(run, planner))
     say(f"wrote {', '.join(written)} to {folder}")
     if not run.safe:
         leave(NOT_REACHED)
 
 
 def _read(mission: str) -> MissionFile:
-    from clearway.io.mission_file import read_mission
+    from clearway.io.world_file import find_mission
 
-    return read_mission(mission)
+    return find_mission(mission)
 
 
 def _changed(
@@ -91,7 +101,7 @@ def _changed(
     return parse_model("command line", tables, MissionFile)
 
 
-def _flown(setup: FlightSetup) -> Run:
+def flown_with_bar(setup: FlightSetup, planner: str) -> Run[Steering]:
     """Fly with a progress bar: the share of the straight way that is behind."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -106,7 +116,7 @@ def _flown(setup: FlightSetup) -> Run:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(setup.mission.name, total=total, status="")
 
-        def show(entry: LoggedDecision, progress: MissionProgress) -> None:
+        def show(entry: LoggedDecision[Steering], progress: MissionProgress) -> None:
             flight = entry.flight
             goals = len(setup.mission.goals_m)
             status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"
@@ -114,10 +124,10 @@ def _flown(setup: FlightSetup) -> Run:
             if flight.mode == "emergency":
                 bar.console.print(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
 
-        return setup.fly(show)
+        return setup.fly_with(planner, show)
 
 
-def _flown_length(setup: FlightSetup, entry: LoggedDecision) -> float:
+def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
     """Straight length up to the present goal, less what is left to it."""
     import numpy as np
 
@@ -125,11 +135,18 @@ def _flown_length(setup: FlightSetup, entry: LoggedDecision) -> float:
     corners = np.concatenate([mission.start.position_m[None], mission.goals_m])
     legs = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     goal = min(entry.flight.goal, len(legs) - 1)
-    left = np.linalg.norm(corners[goal + 1] - entry.flight.decision.state.position_m)
+    left = np.linalg.norm(corners[goal + 1] - entry.flight.state.position_m)
     return float(max(0.0, legs[: goal + 1].sum() - left))
 
 
-def _write(run: Run, setup: FlightSetup, file: MissionFile, folder: Path, plots: bool) -> list[str]:
+def _write(
+    run: Run[Steering],
+    setup: FlightSetup,
+    file: MissionFile,
+    folder: Path,
+    plots: bool,
+    planner: str,
+) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
     from clearway.io.run_files import summary, write_decisions, write_intruders, write_track
     from clearway.io.staging import staged
@@ -141,31 +158,36 @@ def _write(run: Run, setup: FlightSetup, file: MissionFile, folder: Path, plots:
         if run.intruder_tracks:
             write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
-        (scratch / "summary.json").write_text(json.dumps(summary(run), indent=2) + "\n")
+        (scratch / "summary.json").write_text(json.dumps(summary(run, planner), indent=2) + "\n")
         if plots:
             _draw(run, setup, file, scratch)
         return sorted(path.name for path in scratch.iterdir())
 
 
-def _draw(run: Run, setup: FlightSetup, file: MissionFile, folder: Path) -> None:
+def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:
     from clearway.plot.flight import Margins
-    from clearway.plot.flight_set import draw_flight
+    from clearway.plot.flight_set import draw_flight, draw_track
+    from clearway.simulation import decided_by_clearway
 
     body = file.vehicle.body_radius_m
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
     margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
-    for name, figure in draw_flight(run, margins):
+    if decided_by_clearway(run):
+        figures = draw_flight(run, margins)
+    else:
+        figures = draw_track(run, setup.world, margins)
+    for name, figure in figures:
         figure.savefig(folder / f"{name}.png", dpi=110)
 
 
-def _in_words(run: Run) -> str:
+def _in_words(run: Run[Steering], planner: str) -> str:
     metrics = run.metrics
     goals = len(run.mission.waypoints_m)
     from clearway.io.run_files import decision_times_ms
 
     times = decision_times_ms(run)
     lines = [
-        f"mission            {run.mission.name}",
+        f"mission            {run.mission.name}, planner {planner}",
         f"reached            {'yes' if run.reached else 'NO'}, "
         f"{run.progress.waypoints_reached(run.mission)} of {goals} waypoints",
         f"time               {metrics.time_s:.2f} s",
@@ -183,6 +205,8 @@ def _in_words(run: Run) -> str:
             f"nearest intruder   {traffic.min_distance_m:.3f} m ({traffic.closest_name}), "
             f"margin {traffic.margin_m.min():.2f} m, violations {traffic.violations}"
         )
+    if run.crashed_s is not None:
+        lines.insert(2, f"CRASHED            at {run.crashed_s:.2f} s")
     if run.counts:
         lines.append(
             "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())

@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from clearway.pilot import Steering
 from clearway.simulation import LoggedDecision, Run
+from clearway.system import FlightDecision
 
 TRACK_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
 
 
-def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
+def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
     """The object that `fly --json` prints."""
     distance, traffic = run.metrics.min_obstacle_distance_m, run.metrics.intruders
     return {
@@ -25,8 +27,8 @@ def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
         "waypoints_reached": run.progress.waypoints_reached(run.mission),
         "time_s": round(run.metrics.time_s, 6),
         "path_length_m": round(run.metrics.path_length_m, 6),
-        "min_obstacle_distance_m": _number(distance),
-        "min_intruder_distance_m": _number(traffic.min_distance_m) if traffic else None,
+        "min_obstacle_distance_m": number(distance),
+        "min_intruder_distance_m": number(traffic.min_distance_m) if traffic else None,
         "closest_intruder": traffic.closest_name if traffic else None,
         "safety_margin_m": run.safety_margin_m,
         "margin_violations": run.metrics.margin_violations,
@@ -34,16 +36,17 @@ def summary(run: Run, planner: str = "clearway") -> dict[str, Any]:
         "decisions": len(run.decisions),
         "decision_ms": decision_times_ms(run),
         "seed": run.seed,
-        "tracking_mean_m": _number(float(run.metrics.tracking_m.mean())),
-        "tracking_max_m": _number(float(run.metrics.tracking_m.max())),
-        "climb_m": _number(run.metrics.climb_m),
-        "effort_m2ps3": _number(run.metrics.effort_m2ps3),
+        "crashed_s": run.crashed_s,
+        "tracking_mean_m": number(float(run.metrics.tracking_m.mean())),
+        "tracking_max_m": number(float(run.metrics.tracking_m.max())),
+        "climb_m": number(run.metrics.climb_m),
+        "effort_m2ps3": number(run.metrics.effort_m2ps3),
         "corrections": run.corrections,
         "data_left_out": dict(sorted(run.counts.items())),
     }
 
 
-def decision_times_ms(run: Run) -> dict[str, float | None]:
+def decision_times_ms(run: Run[Steering]) -> dict[str, float | None]:
     """Time from the sensor's arrays in hand to the explained decision."""
     elapsed = np.array([entry.elapsed_s for entry in run.decisions]) * 1e3
     if not len(elapsed):
@@ -55,7 +58,7 @@ def decision_times_ms(run: Run) -> dict[str, float | None]:
     }
 
 
-def write_track(run: Run, path: Path) -> None:
+def write_track(run: Run[Steering], path: Path) -> None:
     """The true track, one row per step, at most 0.05 s apart."""
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
@@ -64,7 +67,7 @@ def write_track(run: Run, path: Path) -> None:
             writer.writerow([f"{time_s:.4f}", *(f"{value:.6f}" for value in state)])
 
 
-def write_intruders(run: Run, path: Path) -> None:
+def write_intruders(run: Run[Steering], path: Path) -> None:
     """True tracks of the intruders, one row per step and intruder."""
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
@@ -74,16 +77,33 @@ def write_intruders(run: Run, path: Path) -> None:
                 writer.writerow([name, f"{time_s:.4f}", *(f"{value:.6f}" for value in place)])
 
 
-def write_decisions(run: Run, path: Path) -> None:
+def write_decisions(run: Run[Steering], path: Path) -> None:
     """One JSON object per decision, with its reasons."""
     with path.open("w") as file:
         for entry in run.decisions:
             file.write(json.dumps(decision_record(entry)) + "\n")
 
 
-def decision_record(entry: LoggedDecision) -> dict[str, Any]:
-    """A decision as plain values."""
+def decision_record(entry: LoggedDecision[Steering]) -> dict[str, Any]:
+    """A decision as plain values: of clearway's with all its reasons, of others what all have."""
+    if isinstance(entry.flight, FlightDecision):
+        return _assessed_record(entry.flight, entry)
     flight = entry.flight
+    return {
+        "time_s": round(flight.time_s, 6),
+        "why_now": entry.why_now,
+        "mode": str(flight.mode),
+        "goal": flight.goal,
+        "explanation": flight.explanation,
+        "position_m": _list(flight.state.position_m),
+        "attitude_rad": _list(flight.state.attitude_rad),
+        "movements": list(flight.movements),
+        "data_left_out": dict(flight.counts),
+        "elapsed_ms": round(entry.elapsed_s * 1e3, 4),
+    }
+
+
+def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
     decision, choice = flight.decision, flight.decision.choice
     movements_to = decision.repertoire.reach_set.movements_to
     return {
@@ -96,14 +116,14 @@ def decision_record(entry: LoggedDecision) -> dict[str, Any]:
         "position_m": _list(decision.state.position_m),
         "attitude_rad": _list(decision.state.attitude_rad),
         "movements": list(decision.movements),
-        "cost_m": _number(choice.cost_m),
-        "rating": _number(choice.rating),
-        "feasibility": _number(choice.feasibility),
-        "continuations": _number(choice.continuations),
-        "clearance_m": _number(choice.clearance_m),
+        "cost_m": number(choice.cost_m),
+        "rating": number(choice.rating),
+        "feasibility": number(choice.feasibility),
+        "continuations": number(choice.continuations),
+        "clearance_m": number(choice.clearance_m),
         "limited_by": choice.limited_by.name.lower(),
-        "margin_asked_m": _number(decision.margin_m),
-        "margin_kept_m": _number(choice.margin_m),
+        "margin_asked_m": number(decision.margin_m),
+        "margin_kept_m": number(choice.margin_m),
         "side": str(choice.side),
         "candidates": choice.candidates,
         "below_threshold": choice.below_threshold,
@@ -111,15 +131,15 @@ def decision_record(entry: LoggedDecision) -> dict[str, Any]:
         "ruled_out": [
             {
                 "movements": list(movements_to(other.node)),
-                "cost_m": _number(other.cost_m),
+                "cost_m": number(other.cost_m),
                 "cause": other.cause.name.lower(),
-                "clearance_m": _number(other.clearance_m),
+                "clearance_m": number(other.clearance_m),
             }
             for other in choice.ruled_out
         ],
-        "scan_age_s": _number(flight.scan_age_s),
+        "scan_age_s": number(flight.scan_age_s),
         "data_left_out": flight.counts,
-        "decide_within_s": _number(decision.decide_within_s),
+        "decide_within_s": number(decision.decide_within_s),
         "elapsed_ms": round(entry.elapsed_s * 1e3, 4),
     }
 
@@ -128,6 +148,6 @@ def _list(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
     return [round(float(value), 6) for value in values]
 
 
-def _number(value: float) -> float | None:
+def number(value: float) -> float | None:
     """A JSON number; null for infinite and undefined ones."""
     return round(float(value), 6) if math.isfinite(value) else None

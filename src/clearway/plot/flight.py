@@ -18,6 +18,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from clearway.avoidance import grid_frame
 from clearway.frames import FloatArray, cartesian_from_spherical
 from clearway.grid import AvoidanceGrid
+from clearway.pilot import Steering
 from clearway.simulation import LoggedDecision, Run
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
@@ -216,7 +217,7 @@ def _draw_plane(
     axes.grid(alpha=0.25)
 
 
-def draw_obstacle_distance(run: Run, margins: Margins) -> Figure:
+def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
     """Distance to the nearest obstacle over time with the three margins (fig. 6.21)."""
     figure = Figure(figsize=(10.0, 5.2), layout="constrained")
     axes = figure.add_subplot()
@@ -248,7 +249,7 @@ def draw_obstacle_distance(run: Run, margins: Margins) -> Figure:
     return figure
 
 
-def draw_tracking(run: Run) -> Figure:
+def draw_tracking(run: Run[Steering]) -> Figure:
     """Coordinates over time against the straight lines between waypoints (fig. 6.22)."""
     figure = Figure(figsize=(10.0, 7.2), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)

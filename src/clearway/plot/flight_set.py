@@ -7,7 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
+from clearway.pilot import Steering
 from clearway.plot.assessment import draw_assessment
+from clearway.plot.comparison import draw_tracks
 from clearway.plot.flight import (
     Margins,
     draw_obstacle_distance,
@@ -17,6 +19,7 @@ from clearway.plot.flight import (
 )
 from clearway.plot.traffic import draw_collision_distance, draw_traffic, first_detection
 from clearway.simulation import Run
+from clearway.world import World
 
 
 def draw_flight(run: Run, margins: Margins) -> Iterator[tuple[str, Figure]]:
@@ -39,6 +42,15 @@ def draw_flight(run: Run, margins: Margins) -> Iterator[tuple[str, Figure]]:
     telling = detected if detected is not None else next(iter(snapshots), None)
     if telling is not None:
         yield from _panels(run, telling).items()
+    if np.isfinite(run.metrics.obstacle_distance_m).all():
+        yield "obstacle-distance", draw_obstacle_distance(run, margins)
+    yield "tracking", draw_tracking(run)
+
+
+def draw_track(run: Run[Steering], world: World, margins: Margins) -> Iterator[tuple[str, Figure]]:
+    """(name, figure) of a flight by another planner: what needs no assessment of cells."""
+    name = run.mission.name
+    yield "flight", draw_tracks({"flown": run}, world, f"{name}: the whole flight")
     if np.isfinite(run.metrics.obstacle_distance_m).all():
         yield "obstacle-distance", draw_obstacle_distance(run, margins)
     yield "tracking", draw_tracking(run)

@@ -1,0 +1,190 @@
+"""`clearway compare`: all planners on one mission, in one table."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from clearway.comparison import Flown, SetupOf, Standing
+    from clearway.flight import FlightSetup
+    from clearway.simulation import Run
+
+
+def compare(
+    mission: Annotated[
+        str,
+        typer.Argument(
+            help="A mission by name, a mission file (TOML), or a family of made-up worlds "
+            "(forest), in which every seed is another world."
+        ),
+    ],
+    planners: Annotated[
+        str | None, typer.Option(help="Names with commas between; default: all.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Flights of each planner.")] = 1,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first flight.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results; default clearway-out/compare-<mission>."),
+    ] = None,
+    plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on standard output.")
+    ] = False,
+) -> None:
+    """Fly several planners: exit status 0 if the first of them was safe in every flight."""
+    from clearway.comparison import standing
+
+    names = _names(planners)
+    setup_of = _setups(mission)
+    flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds))
+    standings = [
+        standing(name, [flight.run for flight in flown if flight.planner == name]) for name in names
+    ]
+    result = _result(mission, standings, flown)
+    folder = out or Path("clearway-out") / f"compare-{_file_name(mission)}"
+    written = _write(result, flown, setup_of(first_seed), folder, plots)
+    if as_json:
+        print_json(result)
+    else:
+        _print_table(mission, standings)
+    say(f"wrote {', '.join(written)} to {folder}")
+    if standings[0].safe < standings[0].flights:
+        leave(NOT_REACHED)
+
+
+def _names(planners: str | None) -> list[str]:
+    """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
+    from clearway.baselines import PLANNERS, known_planner
+
+    if planners is None:
+        return list(PLANNERS)
+    return list(dict.fromkeys(known_planner(name.strip()) for name in planners.split(",")))
+
+
+def _setups(mission: str) -> SetupOf:
+    """The flight of a seed: another world of a family, or other noise in the same mission."""
+    from functools import cache
+
+    from clearway.flight import prepare
+    from clearway.io.world_file import find_mission
+    from clearway.worlds import FAMILIES
+
+    say("preparing reach sets and sensors; the first run compiles, which takes a while")
+
+    @cache
+    def setup(seed: int) -> FlightSetup:
+        if mission in FAMILIES:
+            return prepare(find_mission(f"{mission}:{seed}"), say)
+        return prepare(find_mission(mission).changed("simulation", seed=seed), say)
+
+    return setup
+
+
+def _flown(
+    mission: str, setup_of: SetupOf, names: Sequence[str], seeds: Sequence[int]
+) -> list[Flown]:
+    """All flights, with a progress bar."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    from clearway.comparison import fly_all
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[status]}"),
+    )
+    setup_of(seeds[0]).refuse_impossible()
+    flown: list[Flown] = []
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(mission, total=len(names) * len(seeds), status=names[0])
+        for flight in fly_all(setup_of, names, seeds):
+            flown.append(flight)
+            following = names[len(flown) % len(names)]
+            bar.update(task, advance=1, status=following)
+    return flown
+
+
+def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown]) -> dict[str, Any]:
+    """The object that `--json` prints: planners in order, each with its flights."""
+    from dataclasses import asdict
+
+    from clearway.io.run_files import number, summary
+
+    rows: list[dict[str, Any]] = []
+    for row in standings:
+        values = {
+            key: number(value) if isinstance(value, float) else value
+            for key, value in asdict(row).items()
+        }
+        runs = [flight.run for flight in flown if flight.planner == row.planner]
+        rows.append({**values, "runs": [summary(run, row.planner) for run in runs]})
+    seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
+    return {"mission": mission, "seeds": seeds, "planners": rows}
+
+
+def _write(
+    result: dict[str, Any],
+    flown: Sequence[Flown],
+    setup: FlightSetup,
+    folder: Path,
+    plots: bool,
+) -> list[str]:
+    """The results and the picture of the first seed's flights; all of it or nothing."""
+    from clearway.io.staging import staged
+
+    with staged(folder) as scratch:
+        (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
+        if plots:
+            from clearway.plot.comparison import draw_tracks
+
+            first = flown[0].run.seed
+            runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}
+            title = f"{flown[0].run.mission.name}: all planners, seed {first}"
+            figure = draw_tracks(runs, setup.world, title)
+            figure.savefig(scratch / "tracks.png", dpi=110)
+        return sorted(path.name for path in scratch.iterdir())
+
+
+def _print_table(mission: str, standings: Sequence[Standing]) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=mission, box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("planner", no_wrap=True)
+    for name in ("reached", "safe", "crashed", "time s", "path m", "nearest m", "violations"):
+        table.add_column(name, justify="right")
+    for name in ("emergencies", "p50 ms", "p99 ms"):
+        table.add_column(name, justify="right")
+    for row in standings:
+        table.add_row(
+            row.planner,
+            *(f"{count}/{row.flights}" for count in (row.reached, row.safe, row.crashed)),
+            _text(row.time_s, 1),
+            _text(row.path_length_m, 1),
+            _text(row.min_distance_m, 2),
+            str(row.margin_violations),
+            str(row.emergencies),
+            _text(row.decision_ms_p50, 2),
+            _text(row.decision_ms_p99, 2),
+        )
+    Console(width=130).print(table)
+
+
+def _text(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if abs(value) < float("inf") else "-"
+
+
+def _file_name(mission: str) -> str:
+    return Path(mission).stem.replace(":", "-")

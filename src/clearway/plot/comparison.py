@@ -1,0 +1,104 @@
+"""Tracks of several planners in one world, from above, and how near each came to things."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from clearway.pilot import Steering
+from clearway.plot.flight import PLANNED, WAYPOINT
+from clearway.simulation import Run
+from clearway.world import World
+
+STYLES = (
+    ("#1f5fbf", "-"),
+    ("#7f7f7f", "-"),
+    ("#e08a00", "-"),
+    ("#e08a00", "--"),
+    ("#8c564b", "-."),
+    ("#9467bd", "-"),
+    ("#17a2b8", "-"),
+    ("#c2186b", "-"),
+    ("#6b8e23", "-"),
+    ("#111111", "--"),
+)
+"""The first for the first planner, clearway as a rule."""
+PIXELS = 240
+"""Along the longer side of the map of obstacles."""
+SLICES = 9
+"""Heights at which obstacles are looked for."""
+
+
+def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> Figure:
+    """Tracks by planner over the obstacles at the heights flown, and distances over time."""
+    figure = Figure(figsize=(12.0, 9.0), layout="constrained")
+    figure.suptitle(title)
+    above, near = figure.subplots(2, 1, height_ratios=[2.2, 1.0])
+    _draw_obstacles(above, runs, world)
+    for number, (planner, run) in enumerate(runs.items()):
+        _draw_run(above, near, run, planner, number)
+    _finish(above, near, next(iter(runs.values())))
+    handles, labels = above.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=min(6, len(labels)), frameon=False
+    )
+    return figure
+
+
+def _draw_run(above: Axes, near: Axes, run: Run[Steering], planner: str, number: int) -> None:
+    """One track; the first is drawn broader, and over the others."""
+    color, line = STYLES[number % len(STYLES)]
+    width, order = (2.4, 5) if number == 0 else (1.3, 3)
+    x, y = run.states[:, 0], run.states[:, 1]
+    above.plot(x, y, line, color=color, linewidth=width, label=planner, zorder=order)
+    if run.crashed_s is not None:
+        at = int(np.searchsorted(run.time_s, run.crashed_s - 1e-9))
+        above.plot(x[at], y[at], "X", color=color, markersize=10, markeredgecolor="w", zorder=6)
+    nearest = run.nearest_surface_m
+    if np.isfinite(nearest).any():
+        near.plot(run.time_s, nearest, line, color=color, linewidth=0.75 * width, zorder=order)
+
+
+def _finish(above: Axes, near: Axes, run: Run[Steering]) -> None:
+    goals = run.mission.waypoints_m
+    above.plot(
+        goals[:, 0], goals[:, 1], "s", color=WAYPOINT, markersize=7, label="waypoints", zorder=7
+    )
+    above.set_xlabel("x (m)")
+    above.set_ylabel("y (m)")
+    above.set_aspect("equal", adjustable="datalim")
+    near.axhline(run.safety_margin_m, linestyle="--", color=PLANNED)
+    near.annotate(
+        f"margin {run.safety_margin_m:g} m",
+        (1.0, run.safety_margin_m),
+        xycoords=("axes fraction", "data"),
+        xytext=(-4, 3),
+        textcoords="offset points",
+        horizontalalignment="right",
+        color=PLANNED,
+    )
+    near.set_xlabel("time (s)")
+    near.set_ylabel("to the nearest surface (m)")
+    near.set_ylim(bottom=0.0, top=min(near.get_ylim()[1], 20.0 * run.safety_margin_m))
+    near.grid(alpha=0.25)
+
+
+def _draw_obstacles(axes: Axes, runs: Mapping[str, Run[Steering]], world: World) -> None:
+    """What stands at the heights that were flown, seen from above, with the margin around it."""
+    tracks = np.concatenate([run.states[:, :3] for run in runs.values()])
+    low, high = tracks.min(axis=0), tracks.max(axis=0)
+    spare = 0.08 * float((high - low)[:2].max()) + 1.0
+    pixel = float((high - low)[:2].max() + 2.0 * spare) / PIXELS
+    x = np.arange(low[0] - spare, high[0] + spare + pixel, pixel)
+    y = np.arange(low[1] - spare, high[1] + spare + pixel, pixel)
+    nearest = np.full((len(y), len(x)), np.inf)
+    for height in np.linspace(low[2], high[2], SLICES if high[2] > low[2] else 1):
+        mesh_x, mesh_y = np.meshgrid(x, y)
+        places = np.stack([mesh_x, mesh_y, np.full_like(mesh_x, height)], axis=-1).reshape(-1, 3)
+        nearest = np.minimum(nearest, world.distance_m(places).reshape(nearest.shape))
+    margin = next(iter(runs.values())).safety_margin_m
+    if nearest.min() < margin:
+        axes.contourf(x, y, nearest, levels=[-1e6, 0.0, margin], colors=["#9a9a9a", "#e6e2da"])
