@@ -33,11 +33,11 @@ format: $(VENV)/.dev
 
 $(VENV)/.core: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) --editable '.[lidar,map]'
+	$(PIP) --editable '.[adsb,lidar,map]'
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.core
-	$(PIP) --editable '.[lidar,map,dev]'
+	$(PIP) --editable '.[adsb,lidar,map,dev]'
 	touch $@
 
 clean:

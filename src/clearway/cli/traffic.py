@@ -1,0 +1,239 @@
+"""`clearway traffic`: what a recording of traffic holds, and which aircraft came close."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import print_json, say
+from clearway.errors import ClearwayError
+from clearway.units import FOOT_M
+
+if TYPE_CHECKING:
+    from clearway.recordings.picture import AirPicture
+
+OUTPUT = "Output"
+UTC_LENGTH = 19
+
+
+def traffic(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Recordings: Mode S hex (csv of time, hex), Beast, readsb and aircraft JSON, "
+            "readsb traces, trajectories, DAIDALUS .daa; gzip too."
+        ),
+    ],
+    own: Annotated[
+        str | None, typer.Option(help="Own address: list only the pairs of this aircraft.")
+    ] = None,
+    most: Annotated[
+        int, typer.Option(min=0, help="Aircraft and pairs to list; 0: all.", rich_help_panel=OUTPUT)
+    ] = 20,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print one JSON object, with all.", rich_help_panel=OUTPUT),
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for traffic.json and a picture of each recording: map, altitudes.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+) -> None:
+    """List the aircraft of traffic recordings, their gaps, what was left out, closest pairs."""
+    from clearway.io.traffic_result import traffic_result
+
+    pictures = _pictures(files, own)
+    result = {"recordings": [traffic_result(picture) for picture in pictures]}
+    if out is not None:
+        _write(pictures, result, out)
+    if as_json:
+        print_json(result)
+    else:
+        print("\n\n".join(_in_words(one, most) for one in result["recordings"]))
+
+
+def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
+    """Air pictures of all files; raises ClearwayError telling of every file that is of no use."""
+    from clearway.io.traffic import read_traffic
+    from clearway.recordings.picture import air_picture
+
+    pictures, problems = [], []
+    for file in files:
+        try:
+            pictures.append(air_picture(read_traffic(file), own))
+        except ClearwayError as error:
+            problems.append(str(error))
+    if problems:
+        raise ClearwayError("\n".join(problems))
+    return pictures
+
+
+def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: Path) -> None:
+    """The result and one picture a recording; all of it or nothing."""
+    import json
+
+    from clearway.io.staging import staged
+    from clearway.plot.recording import draw_recording
+
+    with staged(folder) as scratch:
+        (scratch / "traffic.json").write_text(json.dumps(result, allow_nan=False) + "\n")
+        names: set[str] = set()
+        for picture in pictures:
+            name = Path(picture.recording.source).name.split(".")[0] or "traffic"
+            name = next(n for n in _numbered(name) if n not in names)
+            names.add(name)
+            draw_recording(picture).savefig(scratch / f"{name}.png", dpi=110)
+        written = sorted(path.name for path in scratch.iterdir())
+    say(f"wrote {', '.join(written)} to {folder}")
+
+
+def _numbered(name: str) -> Any:
+    """The name, then name-2, name-3 ..."""
+    yield name
+    number = 2
+    while True:
+        yield f"{name}-{number}"
+        number += 1
+
+
+def _in_words(recording: Mapping[str, Any], most: int) -> str:
+    """A page of text of one recording."""
+    lines = [
+        ("recording", f"{recording['file']}: {recording['format']}"),
+        ("time", _span(recording)),
+        (
+            "messages",
+            f"{recording['messages']}: {recording['reports']} positions of "
+            f"{len(recording['aircraft'])} aircraft"
+            + "".join(f", {count} {kind}" for kind, count in recording["of_use"].items()),
+        ),
+        ("left out", _counts(recording["left_out"])),
+        *(("note", note) for note in recording["notes"]),
+        *_radar_lines(recording),
+    ]
+    if recording["heard_without_position"]:
+        heard = recording["heard_without_position"].items()
+        told = ", ".join(f"{address} ({count})" for address, count in heard)
+        lines.append(("no place", f"messages of aircraft that never say where they are: {told}"))
+    if recording["own_address"]:
+        lines.append(("own", recording["own_address"]))
+    parts = ["\n".join(f"{name:<12}{text}" for name, text in lines)]
+    aircraft = sorted(recording["aircraft"], key=lambda one: -one["reports"])
+    parts.append(_table("aircraft", _aircraft_rows(aircraft, most), len(aircraft), most))
+    pairs = recording["pairs"]
+    if pairs:
+        parts.append(_table("closest pairs", _pair_rows(pairs, most), len(pairs), most))
+    else:
+        parts.append("closest pairs: none within 10 km in flight")
+    return "\n\n".join(parts)
+
+
+def _span(recording: Mapping[str, Any]) -> str:
+    if recording["from_s"] is None:
+        return "no position"
+    length = recording["to_s"] - recording["from_s"]
+    hours, rest = divmod(round(length), 3600)
+    told = f"{hours} h {rest // 60} min" if hours else f"{rest // 60} min {rest % 60} s"
+    return f"{_moment(recording, 'from')} to {_moment(recording, 'to')} ({told})"
+
+
+def _moment(record: Mapping[str, Any], key: str) -> str:
+    """A time of day with its date, or seconds where the clock is a stopwatch."""
+    utc = record[key]
+    if utc is None:
+        return f"{record[f'{key}_s']:.1f} s"
+    return f"{utc[:UTC_LENGTH].replace('T', ' ')}Z"
+
+
+def _counts(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {reason}" for reason, count in counts.items()) or "nothing"
+
+
+def _radar_lines(recording: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What only a radar has seen."""
+    if not recording["radar_only"]:
+        return []
+    ghosts = ", ".join(f"{ghost} is {of}" for ghost, of in recording["ghosts"].items())
+    return [
+        (
+            "TIS-B",
+            f"{recording['radar_only']} tracks of a radar alone, in no pair; "
+            f"doubles of an aircraft: {ghosts or 'none'}",
+        )
+    ]
+
+
+def _aircraft_rows(aircraft: Sequence[Mapping[str, Any]], most: int) -> list[list[str]]:
+    rows = [["address", "callsign", "source", "reports", "from", "to", "altitude", "step", "gaps"]]
+    for one in aircraft[: most or None]:
+        gaps = str(one["gaps"])
+        if one["gaps"]:
+            gaps += f", longest {one['longest_gap_s']:.0f} s"
+        if one["visits"] > 1:
+            gaps += f"; {one['visits']} visits"
+        if one["jumps"]:
+            gaps += f"; {one['jumps']} jumps"
+        rows.append(
+            [
+                one["address"],
+                one["callsign"],
+                one["source"],
+                str(one["reports"]),
+                _moment(one, "from"),
+                _moment(one, "to"),
+                _altitudes(one),
+                f"{one['altitude_step_m'] / FOOT_M:.0f} ft" if one["altitude_step_m"] else "",
+                gaps,
+            ]
+        )
+    return rows
+
+
+def _altitudes(one: Mapping[str, Any]) -> str:
+    if one["altitude_m"] is None:
+        return "ground" if one["on_ground"] else "unknown"
+    low, high = one["altitude_m"]
+    told = f"{low:.0f} m" if low == high else f"{low:.0f} to {high:.0f} m"
+    return f"{told}, ground" if one["on_ground"] else told
+
+
+def _pair_rows(pairs: Sequence[Mapping[str, Any]], most: int) -> list[list[str]]:
+    rows = [["distance", "height", "(ft)", "altitude", "time", "speed", "together", "pair"]]
+    for pair in pairs[: most or None]:
+        step = f" +-{pair['height_step_m']:.0f}" if pair["height_step_m"] else ""
+        speed = pair["relative_mps"]
+        names = [
+            " ".join(dict.fromkeys(filter(None, both)))
+            for both in zip(pair["addresses"], pair["callsigns"], strict=True)
+        ]
+        rows.append(
+            [
+                f"{pair['distance_m']:.0f} m",
+                f"{abs(pair['height_m']):.0f}{step} m",
+                f"{abs(pair['height_m']) / FOOT_M:.0f}",
+                f"{pair['altitude_m']:.0f} m",
+                _moment(pair, "time"),
+                "" if speed is None else f"{speed:.0f} m/s",
+                f"{pair['together_s']} s" if pair["together_s"] else "",
+                " x ".join(names),
+            ]
+        )
+    return rows
+
+
+def _table(title: str, rows: Sequence[Sequence[str]], total: int, most: int) -> str:
+    """Columns as wide as their widest entry, under a title; says how many rows are not shown."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [
+        "  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    shown = len(rows) - 1
+    more = f" ({shown} of {total}; --most 0 lists all)" if most and shown < total else ""
+    return "\n".join([f"{title}{more}", *lines])
