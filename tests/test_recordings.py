@@ -245,7 +245,7 @@ def test_reports_in_the_local_frame_make_the_tracks_that_were_flown() -> None:
     mine = flown("cccccc", eastward, times)
     unplaced = flown("dddddd", eastward, times, altitude_m=None, altitude_kind=None)
     other = flown("bbbbbb", crossing, times, track_rad=0.0)
-    reports = local_reports([*mine, *unplaced, *other], origin, own_address="cccccc")
+    reports = local_reports([*mine, *unplaced, *other], origin, own_address="CCCCCC")
     assert {report.address for report in reports} == {"bbbbbb"}
     tracks = track_reports(Tracks(), reports[:1], 0.0)
     for report in reports[1:]:

@@ -18,7 +18,8 @@ def without_false_zeros(reports: Sequence[TrafficReport]) -> tuple[list[TrafficR
     One aircraft that falls to 0, or leaves it, faster than anything flies shows that its recorder
     writes 0 where it should not: no 0 of the file is taken for an altitude then.
     """
-    if not _shows_false_zero(reports):
+    zeros = any(report.altitude_m == 0.0 for report in reports)
+    if not zeros or not _shows_false_zero(reports):
         return list(reports), 0
     changed = [_is_zero(report) for report in reports]
     told = [

@@ -14,11 +14,16 @@ import numpy.typing as npt
 from clearway.errors import MissingExtraError
 from clearway.io.traffic_rows import ON_GROUND, Altitude, Sieve, text
 from clearway.recordings.report import NOT_ICAO, Source, TrafficReport
+from clearway.state import IntArray
 from clearway.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 
 SHORT_BYTES, LONG_BYTES = 7, 14
 ALL_CALL, SQUITTER, RELAYED = 11, 17, 18
 """Downlink formats whose checksum is open; in all others the address is folded into it."""
+REPLIES = (0, 4, 5, 16, 20, 21)
+"""To interrogations, of altitude, identity and registers; none tells a position."""
+UNKNOWN, WRONG, REPLY, ACQUISITION, STATUS, TELLING = range(6)
+"""What a frame is."""
 GENERATOR = 0xFFF409
 """Of the checksum of 24 bits (ICAO Annex 10, volume IV)."""
 INTERROGATORS = 0x7F
@@ -29,6 +34,7 @@ OFFSET_AGE_S = 60.0
 
 ADSB: Source = "adsb"
 CHECKSUM = "checksum wrong"
+NOT_KNOWN = "downlink format not known"
 NOT_UNDERSTOOD = "not understood by the decoder"
 PAIR = "position without its other half (CPR)"
 SURFACE = "surface position without a reference"
@@ -76,37 +82,51 @@ def decode_frames(frames: Frames, sieve: Sieve) -> None:
         import rs1090
     except ImportError as cause:
         raise MissingExtraError(f"decoding Mode S of {sieve.source}", "adsb") from cause
-    good = _with_right_checksum(frames.frames)
+    kinds = _kinds(frames.frames)
+    known: dict[str, _Known] = defaultdict(_Known)
+    _count_what_is_not_decoded(frames, kinds, known, sieve)
     order = np.argsort(np.array(frames.times_s), kind="stable")
-    order = order[good[order]]
-    wrong = len(frames.frames) - len(order)
-    if wrong:
-        sieve.drop(CHECKSUM, count=wrong)
+    order = order[kinds[order] == TELLING]
     decode: Any = rs1090.decode
     messages = decode(
         [frames.frames[at].hex() for at in order], [frames.times_s[at] for at in order]
     )
     if len(messages) < len(order):
         sieve.drop(NOT_UNDERSTOOD, count=len(order) - len(messages))
-    known: dict[str, _Known] = defaultdict(_Known)
-    kinds = Counter(_take(message, known, sieve) for message in messages)
-    for kind, count in kinds.items():
-        if kind:
-            sieve.use(kind, count)
+    told = Counter(_take(message, known, sieve) for message in messages)
+    for what, count in told.items():
+        if what:
+            sieve.use(what, count)
     sieve.heard.update({address: mine.heard for address, mine in known.items()})
 
 
+def _count_what_is_not_decoded(
+    frames: Frames, kinds: IntArray, known: dict[str, _Known], sieve: Sieve
+) -> None:
+    """Frames that tell at most an address; `known` grows by whom they are from."""
+    for what, kind in ((CHECKSUM, WRONG), (NOT_KNOWN, UNKNOWN)):
+        count = int(np.count_nonzero(kinds == kind))
+        if count:
+            sieve.drop(what, count=count)
+    for what, kind in (
+        ("Mode S reply", REPLY),
+        ("all-call reply", ACQUISITION),
+        ("status", STATUS),
+    ):
+        chosen = np.flatnonzero(kinds == kind)
+        if len(chosen):
+            sieve.use(what, len(chosen))
+        if kind != REPLY:
+            for at in chosen:
+                known[_sender(frames.frames[at])[0]].heard += 1
+
+
 def _take(message: dict[str, Any], known: dict[str, _Known], sieve: Sieve) -> str:
-    """What a decoded message is of use for; empty where it is a report, or left out."""
-    format_ = message["df"]
-    if format_ == "17":
+    """What a decoded squitter is of use for; empty where it is a report, or left out."""
+    if message["df"] == "17":
         address, source = message["icao24"], ADSB
-    elif format_ == "18":
-        address, source = _sender(message)
     else:
-        if format_ == "11":
-            known[message["icao24"]].heard += 1
-        return "Mode S reply without position"
+        address, source = _sender(bytes.fromhex(message["frame"]))
     mine = known[address]
     mine.heard += 1
     register = message.get("bds")
@@ -116,10 +136,8 @@ def _take(message: dict[str, Any], known: dict[str, _Known], sieve: Sieve) -> st
     if register == "09":
         _remember_velocity(message, mine)
         return "velocity"
-    if register == "08":
-        mine.callsign = text(message.get("callsign"))
-        return "identification"
-    return "status"
+    mine.callsign = text(message.get("callsign"))
+    return "identification"
 
 
 def _remember_velocity(message: dict[str, Any], mine: _Known) -> None:
@@ -172,13 +190,14 @@ def _altitude(message: dict[str, Any], offset: _Known | None) -> Altitude:
     return altitude_m, "barometric", None if offset is None else altitude_m + offset.offset_m
 
 
-def _sender(message: dict[str, Any]) -> tuple[str, Source]:
-    """Address and kind of sender of a relayed squitter (DF 18), by its control field."""
-    address = message["icao24"]
-    frame = bytes.fromhex(message["frame"])
+def _sender(frame: bytes) -> tuple[str, Source]:
+    """Address and kind of sender; of relayed squitters (DF 18) by their control field."""
+    address = frame[1:4].hex()
+    if frame[0] >> 3 != RELAYED:
+        return address, ADSB
     control = frame[0] & 0x07
     if control in (0, 1):
-        return (address if control == 0 else NOT_ICAO + address), "adsb"
+        return (address if control == 0 else NOT_ICAO + address), ADSB
     if control == 6:
         return (NOT_ICAO + address if _is_not_icao(frame) else address), "adsr"
     strange = control == 5 or _is_not_icao(frame)
@@ -195,9 +214,13 @@ def _is_not_icao(frame: bytes) -> bool:
     return 9 <= kind <= 22 and bool(frame[4] & 0x01)
 
 
-def _with_right_checksum(frames: list[bytes]) -> npt.NDArray[np.bool_]:
-    """[n] False where an open checksum shows that bits are wrong; rs1090 looks at some only."""
-    good = np.ones(len(frames), dtype=np.bool_)
+def _kinds(frames: list[bytes]) -> IntArray:
+    """[n] what each frame is, by its downlink format, type code and checksum.
+
+    The decoder looks at the checksums of some formats only, and takes long for what it decodes:
+    only squitters with position, velocity or callsign go there.
+    """
+    kinds = np.full(len(frames), UNKNOWN)
     lengths = np.array([len(frame) for frame in frames])
     for size in (SHORT_BYTES, LONG_BYTES):
         rows = np.flatnonzero(lengths == size)
@@ -205,13 +228,18 @@ def _with_right_checksum(frames: list[bytes]) -> npt.NDArray[np.bool_]:
             continue
         octets = np.frombuffer(b"".join(frames[row] for row in rows), dtype=np.uint8)
         octets = octets.reshape(-1, size)
-        tables = _checksum_tables(size)
-        rest = np.bitwise_xor.reduce(tables[np.arange(size), octets], axis=1)
-        format_ = octets[:, 0] >> 3
-        wrong = np.isin(format_, (SQUITTER, RELAYED)) & (rest != 0)
-        wrong |= (format_ == ALL_CALL) & (rest & ~np.uint32(INTERROGATORS) != 0)
-        good[rows] = ~wrong
-    return good
+        rest = np.bitwise_xor.reduce(_checksum_tables(size)[np.arange(size), octets], axis=1)
+        format_, code = octets[:, 0] >> 3, octets[:, 4] >> 3
+        squitter, called = np.isin(format_, (SQUITTER, RELAYED)), format_ == ALL_CALL
+        wrong = squitter & (rest != 0)
+        wrong |= called & (rest & ~np.uint32(INTERROGATORS) != 0)
+        telling = squitter & (code >= 1) & (code <= 22)
+        kinds[rows] = np.select(
+            [wrong, telling, squitter, called, np.isin(format_, REPLIES)],
+            [WRONG, TELLING, STATUS, ACQUISITION, REPLY],
+            UNKNOWN,
+        )
+    return kinds
 
 
 @cache

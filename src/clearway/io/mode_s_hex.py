@@ -20,13 +20,14 @@ def read_hex(source: str, content: bytes) -> TrafficRecording:
     Lines that are no such row are counted; raises InputError if the last one is cut off.
     """
     sieve, frames = Sieve(source), Frames()
-    lines = content.decode("ascii", "replace").splitlines()
+    table = content.decode("ascii", "replace").replace(";", ",").replace('"', "")
+    lines = table.splitlines()
     for place, line in enumerate(lines, start=1):
-        if not line.strip() or (place == 1 and line.lstrip(' "').lower().startswith("time")):
-            continue
         try:
             frames.add(*_parsed(line))
         except ValueError as cause:
+            if not line.strip() or (place == 1 and line.lstrip().lower().startswith("time")):
+                continue
             if place == len(lines) and not content.endswith(b"\n"):
                 raise InputError(
                     source, f"truncated: line {place}, the last one, {cause}"
@@ -39,7 +40,7 @@ def read_hex(source: str, content: bytes) -> TrafficRecording:
 
 def _parsed(line: str) -> tuple[float, bytes]:
     """Time and message of a row; raises ValueError with the reason if it is none."""
-    words = line.replace(";", ",").replace('"', "").split(",")
+    words = line.split(",")
     if len(words) < 2:
         raise ValueError("has no time and message, separated by a comma")
     try:

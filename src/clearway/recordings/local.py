@@ -44,7 +44,8 @@ def local_reports(
     Reports of unknown altitude are left out too: they say nothing of where the aircraft is. Times
     stay those of the recording. A report without speed or track has no velocity.
     """
-    usable = [one for one in reports if one.altitude_m is not None and one.address != own_address]
+    own = (own_address or "").lower()
+    usable = [one for one in reports if one.altitude_m is not None and one.address.lower() != own]
     places = enu_positions(usable, origin_geodetic)
     return [
         Report(
