@@ -60,6 +60,11 @@ def test_no_area_gives_no_rectangle():
     assert cover([np.array([[0, 0], [5, 5], [10, 10]])]).rectangles == ()
 
 
+def test_splinters_keep_a_width():
+    splinter = np.array([[0.0, 0.0], [54.0, 30.0], [54.0, 30.0 + 1e-7], [0.0, 1e-7]])
+    assert all(min(one.size_m) >= 1e-3 for one in cover([splinter]).rectangles)
+
+
 @settings(max_examples=30)
 @given(st.lists(st.floats(8.0, 60.0), min_size=3, max_size=24), st.floats(0.0, 6.0))
 def test_rectangles_cover_any_star_shaped_polygon(radii, start):

@@ -59,8 +59,10 @@ position_m = [10, 0, 0]
 radius_m = 2
 ```
 
-[examples/missions](../examples/missions) holds two flights through surveyed places: round a tree
-and between two roofs at the scale above, and under a power line at 5 m/s with 50 m of range.
+[examples/missions](../examples/missions) holds flights through real places: round a tree and
+between two roofs at the scale above, under a power line at 5 m/s with 50 m of range, over streets
+of Delft, and past the towers of Cologne. Flight plans of ground stations are flown too: see
+[maps.md](maps.md#flight-plans).
 """
 
 SCENES = """

@@ -19,6 +19,7 @@ from clearway.io.mission_file import (
     MissionFile,
     PointCloudSection,
 )
+from clearway.io.mission_maps import mission_maps
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
@@ -144,10 +145,14 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     )
     there = [part.to_obstacle() for part in file.obstacle if part.known != "map"]
     charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
+    maps = mission_maps(file)
+    there.extend(maps.there)
+    charted.extend(maps.charted)
     worlds: list[World] = [ObstacleMap(there)]
-    notes: tuple[str, ...] = ()
+    notes = maps.notes
     if file.point_cloud is not None:
-        cloud, notes = point_world(file.point_cloud)
+        cloud, left_out = point_world(file.point_cloud)
+        notes += left_out
         worlds.append(cloud)
     planner = Planner.of(library, avoidance_settings(file))
     return FlightSetup(

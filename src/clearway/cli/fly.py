@@ -75,7 +75,7 @@ def fly(
 def _read(mission: str) -> MissionFile:
     from clearway.io.world_file import find_mission
 
-    return find_mission(mission)
+    return find_mission(mission, say)
 
 
 def _changed(

@@ -11,9 +11,10 @@ from pydantic import Field, model_validator
 
 from clearway.errors import InputError
 from clearway.intruders import Intruder
+from clearway.io.planned import PLANS, Notice, beside, planned_tables, with_plan
 from clearway.io.scene_file import ModelName
 from clearway.io.sections import GridSection, Numbers, ObstacleSection, Point, Share, said
-from clearway.io.toml import Section, read_model
+from clearway.io.toml import Section, parse_model, read_model, read_toml
 
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
 Positive = Annotated[float, Field(gt=0.0)]
@@ -26,7 +27,13 @@ class MissionSection(Section):
     name: str
     """What logs, pictures and the output folder are called."""
     waypoints_m: Annotated[Points, Field(min_length=1)]
-    """Points to fly to, in this order, world frame."""
+    """Points to fly to, in this order, world frame; `plan` can bring them."""
+    plan: str | None = None
+    """A ground station's .plan or .waypoints file, relative to the mission file. It brings name,
+    waypoints, start, speed, fences, and what suits the speed; keys given here take precedence."""
+    origin_geodetic: Point | None = None
+    """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
+    x is then east and y north. Default: amid the first map file, if there is one."""
     reach_radius_m: Positive = 1.5
     """A waypoint is reached within this distance; 0.4 turning radii serve well."""
     landing_m: Points = ()
@@ -257,6 +264,24 @@ class PointCloudSection(Section):
     """ASPRS classes that are not there; noise never is."""
 
 
+class MapSection(Section):
+    """`[map]`: map files as obstacles that are known, and zones to keep out of."""
+
+    files: Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+    """Relative to the mission file; see [maps.md](maps.md) for the formats."""
+    known: Literal["world", "map", "both"] = "both"
+    """both: really there and on the map; world: there, but not on the map; map: on the map only.
+    Zones to keep out of are always on the map only."""
+    point_radius_m: Positive = 20.0
+    """What an obstacle stands for that a file gives as a mere point."""
+    beyond_m: Positive = 300.0
+    """What lies farther than this from the box around the mission is left out."""
+    keep_out: bool = True
+    """Whether zones of the airspace are kept out of."""
+    at: str | None = None
+    """Moment of the flight, such as 2025-06-01T12:00Z: zones not in force then do not count."""
+
+
 class SimulationSection(Section):
     """`[simulation]`: what truth is like."""
 
@@ -289,6 +314,7 @@ class MissionFile(Section):
     prices: PricesSection = PricesSection()
     simulation: SimulationSection = SimulationSection()
     point_cloud: PointCloudSection | None = None
+    map: MapSection | None = None
     traffic: TrafficSection = TrafficSection()
     intruder: Annotated[tuple[FlyingIntruderSection, ...], Field(strict=False)] = ()
     lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
@@ -316,20 +342,29 @@ class MissionFile(Section):
         return self.model_copy(update={section: part})
 
 
-def read_mission(name_or_path: str) -> MissionFile:
-    """A mission of clearway by name, or a file; raises InputError with every problem of it."""
+def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile:
+    """A mission of clearway by name, a mission file, or a flight plan of a ground station.
+
+    notice: called with what was assumed or left out. Raises InputError with every problem of a
+    file.
+    """
     built_in = built_in_missions()
     if name_or_path in built_in:
         with resources.as_file(built_in[name_or_path]) as path:
             return read_model(path, MissionFile)
     path = Path(name_or_path)
-    if not path.exists() and path.suffix != ".toml":
+    if not path.exists() and path.suffix not in (".toml", *PLANS):
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
-    mission = read_model(path, MissionFile)
+    if path.suffix in PLANS:
+        return parse_model(str(path), planned_tables(path, None, notice), MissionFile)
+    mission = parse_model(str(path), with_plan(path, read_toml(path), notice), MissionFile)
     if mission.point_cloud is not None:
-        place = str((path.parent / mission.point_cloud.file).absolute())
-        mission = mission.changed("point_cloud", file=place)
+        file = beside(path, mission.point_cloud.file)
+        mission = mission.changed("point_cloud", file=file)
+    if mission.map is not None:
+        files = tuple(beside(path, file) for file in mission.map.files)
+        mission = mission.changed("map", files=files)
     return mission
 
 

@@ -94,7 +94,7 @@ def place_features(features: Iterable[MapFeature], place: Place, tally: Tally) -
     obstacles: list[Obstacle] = []
     for feature in features:
         outline = feature.outline
-        rings = (_around_disc(outline),) if isinstance(outline, Disc) else outline.rings
+        rings = (around_disc(outline),) if isinstance(outline, Disc) else outline.rings
         low_height, high_height = _heights(feature, rings[0], place, tally)
         local = [place.enu(ring, low_height) for ring in rings]
         flat = [ring[:, :2] for ring in local]
@@ -194,7 +194,7 @@ def _above_sea(height: Height, end: int, ground: tuple[float, float] | None) -> 
     return height.value_m
 
 
-def _around_disc(disc: Disc) -> FloatArray:
+def around_disc(disc: Disc) -> FloatArray:
     """[corners, 2] a polygon around a disc, latitude and longitude in degrees."""
     center = (disc.latitude_deg, disc.longitude_deg, 0.0)
     angles = 2.0 * np.pi * np.arange(DISC_CORNERS) / DISC_CORNERS

@@ -21,9 +21,11 @@ from clearway.frames import FloatArray
 EXCESS = 0.15
 """Cutting ends when the rectangles cover this share more than the polygon."""
 MOST_RECTANGLES = 24
-MOST_CUTS = 16
+MOST_CUTS = 8
 """Cuts tried along each side of a piece."""
 SNAP_M = 1e-6
+LEAST_M = 1e-3
+"""A splinter is at least as wide: no width would be no shape."""
 FINEST_M = 2.0
 """Pieces narrower than this are not cut again across that side."""
 
@@ -176,7 +178,7 @@ def _rectangle(shapely: ModuleType, piece: Any) -> Rectangle:
     along, across = corners[1] - corners[0], corners[2] - corners[1]
     return Rectangle(
         center_m=0.5 * (corners[0] + corners[2]),
-        size_m=(float(np.hypot(*along)), float(np.hypot(*across))),
+        size_m=(max(float(np.hypot(*along)), LEAST_M), max(float(np.hypot(*across)), LEAST_M)),
         yaw_rad=float(np.arctan2(along[1], along[0])),
     )
 

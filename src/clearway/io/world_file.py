@@ -15,6 +15,7 @@ from clearway.io.mission_file import (
     WorldObstacleSection,
     read_mission,
 )
+from clearway.io.planned import Notice
 from clearway.obstacles import Obstacle
 from clearway.worlds import FAMILIES, made_world
 
@@ -22,14 +23,14 @@ NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
 """The sensor of all made-up worlds: that of the paper's missions."""
 
 
-def find_mission(name: str) -> MissionFile:
+def find_mission(name: str, notice: Notice | None = None) -> MissionFile:
     """A world of a family as `family:seed` (the family alone means seed 0), else `read_mission`.
 
     Raises InputError for a seed that is no number, and as `read_mission` does.
     """
     family, _, seed = name.partition(":")
     if family not in FAMILIES:
-        return read_mission(name)
+        return read_mission(name, notice)
     if seed and not seed.isdigit():
         raise InputError(name, f"seed {seed!r}: a whole number is needed after the colon")
     return world_mission(family, int(seed or 0))

@@ -1,0 +1,166 @@
+"""Plans of QGroundControl (.plan): mission items, geofence and rally points in JSON."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+from clearway.errors import InputError
+from clearway.io.flight_plan import (
+    CHANGE_SPEED,
+    FRAMES,
+    LOITERING,
+    Fence,
+    FlightPlan,
+    Item,
+    item_of,
+)
+from clearway.io.foreign import Foreign, position_of, read_json, rings_of
+from clearway.io.map_features import Disc, Geodetic, Polygon
+from clearway.io.toml import parse_model
+
+FIXED_WING = 1
+
+
+class Transect(Foreign):
+    """What a survey or a corridor scan comes down to."""
+
+    Items: tuple[PlanItem, ...] = ()
+
+
+class PlanItem(Foreign):
+    type: str = "SimpleItem"
+    command: int | None = None
+    frame: int | None = None
+    params: tuple[float | None, ...] = ()
+    AMSLAltAboveTerrain: float | None = None
+    complexItemType: str = "complex item"
+    TransectStyleComplexItem: Transect | None = None
+
+
+class PlanMission(Foreign):
+    plannedHomePosition: tuple[float, float, float]
+    items: tuple[PlanItem, ...]
+    cruiseSpeed: float | None = None
+    hoverSpeed: float | None = None
+    vehicleType: int | None = None
+
+
+class Circle(Foreign):
+    center: tuple[float, float]
+    radius: float
+
+
+class FenceCircle(Foreign):
+    circle: Circle
+    inclusion: bool
+
+
+class FencePolygon(Foreign):
+    polygon: tuple[tuple[float, float], ...]
+    inclusion: bool
+
+
+class GeoFence(Foreign):
+    circles: tuple[FenceCircle, ...] = ()
+    polygons: tuple[FencePolygon, ...] = ()
+
+
+class RallyPoints(Foreign):
+    points: tuple[tuple[float, float, float], ...] = ()
+
+
+class Plan(Foreign):
+    fileType: Literal["Plan"]
+    mission: PlanMission
+    geoFence: GeoFence = GeoFence()
+    rallyPoints: RallyPoints = RallyPoints()
+
+
+def read_plan(path: Path) -> FlightPlan:
+    """The plan in a file; InputError with everything in it that cannot be used."""
+    plan = parse_model(str(path), read_json(path), Plan)
+    mission, counts, problems = plan.mission, Counter[str](), list[str]()
+    items: list[Item] = []
+    speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
+    for place, entry in _simple("mission.items", mission.items, counts):
+        if entry.command == CHANGE_SPEED and not items and len(entry.params) > 1:
+            speed = entry.params[1] or speed
+            continue
+        try:
+            item = _item(place, entry)
+        except ValueError as cause:
+            problems.append(f"{place}: {cause}")
+            continue
+        if item is None:
+            counts[f"command {entry.command}, which leads nowhere"] += 1
+        else:
+            items.append(item)
+            if entry.command in LOITERING:
+                counts["loitering at a waypoint"] += 1
+    home, rally, fences = _places(plan, problems)
+    if problems:
+        raise InputError(str(path), problems)
+    return FlightPlan(
+        str(path), path.stem, home, tuple(items), speed or None, fences, rally, counts
+    )
+
+
+def _simple(
+    place: str, items: tuple[PlanItem, ...], counts: Counter[str]
+) -> Iterator[tuple[str, PlanItem]]:
+    """Simple items with their places in the file, those of surveys and corridors too."""
+    for number, entry in enumerate(items):
+        here = f"{place}[{number}]"
+        if entry.type == "SimpleItem":
+            yield here, entry
+        elif entry.TransectStyleComplexItem is not None and entry.TransectStyleComplexItem.Items:
+            inner = entry.TransectStyleComplexItem.Items
+            yield from _simple(f"{here}.TransectStyleComplexItem.Items", inner, counts)
+        else:
+            counts[entry.complexItemType] += 1
+
+
+def _item(place: str, entry: PlanItem) -> Item | None:
+    """An item that leads somewhere; None for any other command."""
+    params = (*entry.params, *(None,) * (7 - len(entry.params)))
+    frame = 3 if entry.frame is None else entry.frame
+    if FRAMES.get(frame) == "ground" and entry.AMSLAltAboveTerrain is not None:
+        frame, params = 0, (*params[:6], entry.AMSLAltAboveTerrain)
+    return item_of(place, entry.command or 0, frame, (params[4], params[5], params[6]))
+
+
+def _places(
+    plan: Plan, problems: list[str]
+) -> tuple[Geodetic, tuple[Geodetic, ...], tuple[Fence, ...]]:
+    """Home, rally points and fences; problems are added to the list."""
+
+    def geodetic(place: str, values: tuple[float, float, float]) -> Geodetic:
+        try:
+            position_of([values[1], values[0]])
+        except ValueError as cause:
+            problems.append(f"{place}: {cause}")
+        return Geodetic(*values)
+
+    home = geodetic("mission.plannedHomePosition", plan.mission.plannedHomePosition)
+    rally = tuple(
+        geodetic(f"rallyPoints.points[{number}]", point)
+        for number, point in enumerate(plan.rallyPoints.points)
+    )
+    fences: list[Fence] = []
+    for number, part in enumerate(plan.geoFence.polygons):
+        ring = [[longitude, latitude] for latitude, longitude in part.polygon]
+        try:
+            fences.append(Fence(f"fence {number}", Polygon(rings_of([ring])), part.inclusion))
+        except ValueError as cause:
+            problems.append(f"geoFence.polygons[{number}]: {cause}")
+    for number, circle in enumerate(plan.geoFence.circles):
+        latitude, longitude = circle.circle.center
+        geodetic(f"geoFence.circles[{number}]", (latitude, longitude, 0.0))
+        if not circle.circle.radius > 0.0:
+            problems.append(f"geoFence.circles[{number}]: radius must be above 0")
+        disc = Disc(latitude, longitude, circle.circle.radius)
+        fences.append(Fence(f"round fence {number}", disc, circle.inclusion))
+    return home, rally, tuple(fences)
