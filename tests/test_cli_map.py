@@ -81,3 +81,29 @@ def test_bad_input_ends_with_2_and_one_line(tmp_path, arguments, cause):
     assert cause in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("package", "file"), [("shapely", "hall.geojson"), ("rasterio", "terrain.tif")]
+)
+def test_an_absent_package_is_told_by_its_extra(tmp_path, package, file):
+    ring = [[6.96, 50.94], [6.961, 50.94], [6.961, 50.941], [6.96, 50.94]]
+    hall = {
+        "geometry": {"type": "Polygon", "coordinates": [ring]},
+        "properties": {"height": 9},
+    }
+    (tmp_path / "hall.geojson").write_text(
+        json.dumps({"type": "FeatureCollection", "features": [hall]})
+    )
+    (tmp_path / "terrain.tif").write_bytes(b"II*\0 anything")
+    absent = f"import sys; sys.modules[{package!r}] = None; {CLEARWAY[2]}"
+    done = subprocess.run(
+        [sys.executable, "-c", absent, "map", file],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "pip install 'clearway[map]'" in done.stderr
+    assert "Traceback" not in done.stderr
