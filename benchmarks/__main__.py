@@ -54,11 +54,13 @@ def _options() -> argparse.Namespace:
     )
     parser.add_argument("--markdown", metavar="FILE", type=Path, help="write the table to a file")
     parser.add_argument(
-        "--readme", action="store_true", help="put the headlines into README.md; takes a full run"
+        "--readme",
+        action="store_true",
+        help="put the headlines of what was measured into README.md",
     )
     options = parser.parse_args()
-    if options.readme and (options.quick or options.only):
-        parser.error("--readme takes a full run, without --quick and --only")
+    if options.readme and options.quick:
+        parser.error("--readme takes full repeats, without --quick")
     return options
 
 
