@@ -24,16 +24,16 @@ SECTOR_RAD = np.radians(20.0)
 
 @dataclass(frozen=True, slots=True)
 class FieldTuning:
-    """Found by `tools/tune_baselines.py` on ball worlds that no comparison flies."""
+    """Found by `tools/tune_baselines.py` in balls and forests that no comparison flies."""
 
-    influence: float = 1.5
+    influence: float = 2.1
     """d0 in turning radii."""
-    strength: float = 0.5
+    strength: float = 0.76
     """Repulsion at half of d0, against an attraction of 1."""
-    power: float = 1.0
-    across: float = 0.5
+    power: float = 2.7
+    across: float = 0.06
     """Share of the repulsion that acts across."""
-    behind: float = 0.2
+    behind: float = 0.34
     """How much counts what lies behind, of what the same would count ahead."""
 
 
