@@ -60,7 +60,7 @@ def _options() -> argparse.Namespace:
     )
     options = parser.parse_args()
     if options.readme and options.quick:
-        parser.error("--readme takes full repeats, without --quick")
+        parser.error("--readme takes a full run, without --quick")
     return options
 
 
