@@ -33,11 +33,11 @@ format: $(VENV)/.dev
 
 $(VENV)/.core: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) --editable '.[adsb,lidar,map]'
+	$(PIP) --editable '.[adsb,foxglove,lidar,map]'
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.core
-	$(PIP) --editable '.[adsb,lidar,map,dev]'
+	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,replay,ulog,dev]'
 	touch $@
 
 clean:
