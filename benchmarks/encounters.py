@@ -33,6 +33,7 @@ def kept(settings: EncounterSettings) -> Callable[[bool], Row]:
 
 def name_of(settings: EncounterSettings) -> str:
     parts = [f"encounters, {settings.detected_at_m:g} m"]
+    parts += [f"{settings.late_s:g} s late"] if settings.late_s else []
     parts += ["deviating"] if settings.deviates else []
     parts += ["tracked"] if settings.noisy else []
     parts += [f"x {settings.scale:g}"] if settings.scale != 1.0 else []

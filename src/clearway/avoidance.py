@@ -20,7 +20,15 @@ from clearway.costs import (
     curved_distance_to_go,
     length_and_prices,
 )
-from clearway.decision import Choice, Commitment, Repertoire, choose, price_candidates
+from clearway.decision import (
+    Candidates,
+    Choice,
+    Commitment,
+    Repertoire,
+    choose,
+    choose_by_rules,
+    price_candidates,
+)
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray, world_from_body
 from clearway.fusion import (
@@ -41,6 +49,7 @@ from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Shapes
 from clearway.reach.store import ReachLibrary
+from clearway.rules import MOST_RULES, Rule, RuleView, rule_on
 from clearway.sensors import Detection, combine_detections, thin_points
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.state import IntArray, State
@@ -99,6 +108,8 @@ class Planner:
     """(start pitch, reach set with its costs), ascending."""
     settings: AvoidanceSettings
     terminal_cost: TerminalCost = curved_distance_to_go
+    rules: tuple[Rule, ...] = ()
+    """The most important first."""
 
     @classmethod
     def of(
@@ -108,9 +119,15 @@ class Planner:
         *,
         stage_cost: StageCost = length_and_prices,
         terminal_cost: TerminalCost = curved_distance_to_go,
+        rules: Sequence[Rule] = (),
     ) -> Planner:
-        """Evaluate the costs of (4.6) that do not change; either cost can be the user's own."""
+        """Evaluate the costs of (4.6) that do not change; either cost can be the user's own.
+
+        rules: the most important first; see `clearway.rules`.
+        """
         settings = settings or AvoidanceSettings()
+        if len(rules) > MOST_RULES:
+            raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
         repertoires = tuple(
             (
                 reach_set.start_pitch_rad,
@@ -120,7 +137,9 @@ class Planner:
             )
             for reach_set in library.reach_sets
         )
-        return cls(library.automaton, library.grid, repertoires, settings, terminal_cost)
+        return cls(
+            library.automaton, library.grid, repertoires, settings, terminal_cost, tuple(rules)
+        )
 
     @property
     def speed_mps(self) -> float:
@@ -142,6 +161,8 @@ class Situation:
     """[3] waypoint to go to."""
     next_m: FloatArray | None = None
     """[3] the waypoint after it; None for the final one."""
+    from_m: FloatArray | None = None
+    """[3] where the leg to the waypoint began; None for the own position."""
     reach_radius_m: float = 1.5
     detections: Sequence[Detection] = ()
     """One per sensor, in the grid frame; none at all leaves everything visible (4.19)."""
@@ -222,15 +243,26 @@ def decide(
         commitment or Commitment(),
         hazards.movers,
     )  # (4.6)
-    choice = choose(
-        repertoire,
-        reach,
-        candidates,
-        hazards,
-        margin_m=margin,
-        threshold=settings.threshold,
-        verify=settings.verify,
-    )
+    names = tuple(intruder.name for intruder in intruders)
+
+    def choose_among(candidates: Candidates) -> Choice:
+        return choose(
+            repertoire,
+            reach,
+            candidates,
+            hazards,
+            margin_m=margin,
+            threshold=settings.threshold,
+            verify=settings.verify,
+        )
+
+    ruling = None
+    if planner.rules:
+        ruling = rule_on(planner.rules, _rule_view(planner, situation, goal, hazards, names))
+    if ruling is None:
+        choice = choose_among(candidates)
+    else:
+        choice = choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
     path = _path(repertoire, choice.node) @ world_from_grid.T + position
     return Decision(
         state=situation.state,
@@ -244,7 +276,27 @@ def decide(
         repertoire=repertoire,
         hazards=hazards,
         decide_within_s=_decide_within(planner, repertoire, choice, hazards, margin),
-        intruders=tuple(intruder.name for intruder in intruders),
+        intruders=names,
+    )
+
+
+def _rule_view(
+    planner: Planner, situation: Situation, goal: Goal, hazards: Hazards, names: tuple[str, ...]
+) -> RuleView:
+    """What the rules of a decision see."""
+    start = situation.state.position_m if situation.from_m is None else situation.from_m
+    route = [start, situation.target_m]
+    if situation.next_m is not None:
+        route.append(situation.next_m)
+    return RuleView(
+        planner.repertoire(float(situation.state.attitude_rad[1])).reach_set,
+        situation.state,
+        goal,
+        np.array(route),
+        margin_m(planner.settings, situation),
+        planner.speed_mps,
+        hazards.movers,
+        names,
     )
 
 

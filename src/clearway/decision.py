@@ -8,7 +8,7 @@ margin, the emergency rule takes the complete trajectory with the best clearance
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -19,6 +19,7 @@ from clearway.frames import FloatArray
 from clearway.fusion import ReachAssessment
 from clearway.hazards import Cause, Hazards, MovingHazards
 from clearway.reach.tree import ReachSet
+from clearway.rules.rule import RuleNote, Ruling
 from clearway.state import BoolArray, IntArray
 from clearway.verify import (
     Paths,
@@ -45,6 +46,7 @@ class Basis(StrEnum):
     RATED = "rated above the threshold and verified"
     RATED_ONLY = "rated above the threshold, not verified"
     VERIFIED = "verified, though cell ratings are below the threshold"
+    AGAINST_RULES = "verified, but against a rule, since nothing that obeys keeps the margin"
     NO_REFUGE = "verified, but without room to circle at its end"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 
@@ -110,6 +112,8 @@ class Choice:
     """Number that verification ruled out, by cause."""
     forced: bool
     """Whether the cheapest candidate, had it been free, lies on another side."""
+    rules: tuple[RuleNote, ...] = ()
+    """What each active rule did."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,6 +184,8 @@ class Candidates:
     """[candidates]"""
     untouched: BoolArray
     """[candidates] whether it passes no coated cell."""
+    broken: IntArray
+    """[candidates] which rules it breaks, one bit each: the higher, the worse; 0 obeys all."""
 
 
 def price_candidates(
@@ -220,7 +226,26 @@ def price_candidates(
         cost += prices.other_plan * step_m * (repertoire.first_movement[nodes] != planned)
     if prices.ahead > 0.0 and movers is not None and len(movers.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, movers)[nodes]
-    return Candidates(nodes, cost, sides, untouched[nodes])
+    return Candidates(nodes, cost, sides, untouched[nodes], np.zeros(len(nodes), dtype=np.int64))
+
+
+def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:
+    """The candidates with what rules forbid and price."""
+    nodes = candidates.nodes
+    cost_m = candidates.cost_m + ruling.price_m[nodes]
+    return replace(candidates, cost_m=cost_m, broken=ruling.broken[nodes])
+
+
+def choose_by_rules(
+    ruling: Ruling, candidates: Candidates, choose_among: Callable[[Candidates], Choice]
+) -> Choice:
+    """The choice under rules, with a note of each active rule and of the one that decided."""
+    if not ruling.speaks:
+        choice = choose_among(candidates)
+        return replace(choice, rules=ruling.notes(candidates.nodes, choice.node, choice.node))
+    choice = choose_among(ruled(candidates, ruling))
+    without = choose_among(candidates)
+    return replace(choice, rules=ruling.notes(candidates.nodes, without.node, choice.node))
 
 
 def choose(
@@ -235,10 +260,11 @@ def choose(
 ) -> Choice:
     """The cheapest candidate that passes, else the emergency rule.
 
-    Without verification a candidate must keep out of coated cells besides.
+    Without verification a candidate must keep out of coated cells besides. Candidates that break
+    rules come last, those that break the less important ones first.
     """
     paths = repertoire.paths
-    order = np.argsort(candidates.cost_m, kind="stable")
+    order = np.lexsort((candidates.cost_m, candidates.broken))
     ends = candidates.nodes[order]
     # A plan whose first movement leaves nothing feasible, P_D = 0, is no plan (2.3).
     feasible = assessment.feasibility[repertoire.first_node[ends]] > 0.0
@@ -252,9 +278,11 @@ def choose(
         best, kept = _emergency(paths, candidates, hazards, margin_m)
         return report.chosen(best, Basis.EMERGENCY, kept, ())
     tried: list[tuple[IntArray, Verification]] = []
+    obeys = candidates.broken[order] == 0
     tiers = (
-        (Basis.RATED, order[rated], repertoire.refuge),
-        (Basis.VERIFIED, order[~rated], repertoire.refuge),
+        (Basis.RATED, order[rated & obeys], repertoire.refuge),
+        (Basis.VERIFIED, order[~rated & obeys], repertoire.refuge),
+        (Basis.AGAINST_RULES, order[~obeys], repertoire.refuge),
         (Basis.NO_REFUGE, order, None),
     )
     for basis, tier, refuge in tiers:

@@ -96,7 +96,7 @@ class Tally:
     @property
     def required(self) -> float:
         """Share that must be kept: less where reports are noisy or come late."""
-        late = self.settings.detected_at_m < RANGE_M
+        late = self.settings.detected_at_m < RANGE_M or self.settings.late_s > 0.0
         return 0.99 if self.settings.noisy or late else 0.999
 
 

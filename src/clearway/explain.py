@@ -7,6 +7,7 @@ from clearway.decision import Basis, Choice
 from clearway.hazards import Cause
 from clearway.mission import Mode
 from clearway.obstacle_map import ObstacleMap
+from clearway.rules import RuleNote
 
 
 def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None) -> str:
@@ -26,6 +27,7 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
     ruled_out = _ruled_out(choice, decision, obstacle_map)
     if ruled_out:
         parts.append(ruled_out)
+    parts += [_rule_in_words(note) for note in choice.rules]
     return "; ".join(parts)
 
 
@@ -62,6 +64,13 @@ def _ruled_out(choice: Choice, decision: Decision, obstacle_map: ObstacleMap | N
             f"; the cheapest ({first.cost_m:.1f} m) comes within {first.clearance_m:.2f} m {what}"
         )
     return text
+
+
+def _rule_in_words(note: RuleNote) -> str:
+    did = [f"forbids {note.forbidden}"] if note.forbidden else []
+    did += ["decided"] if note.decided else []
+    did += ["broken for safety"] if note.broken else []
+    return f"rule {note.name} ({note.reason})" + (f": {', '.join(did)}" if did else "")
 
 
 def _what(cause: Cause, index: int, decision: Decision, obstacle_map: ObstacleMap | None) -> str:

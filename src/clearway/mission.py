@@ -114,6 +114,10 @@ class Progress:
         goals = mission.goals_m
         return np.asarray(goals[min(self.goal, len(goals) - 1)])
 
+    def left(self, mission: Mission) -> FloatArray:
+        """[3] where the leg to the present goal began."""
+        return mission.goals_m[self.goal - 1] if self.goal > 0 else mission.start.position_m
+
     def following(self, mission: Mission) -> FloatArray | None:
         """[3] the point after that; None at the end."""
         goals = mission.goals_m

@@ -287,6 +287,7 @@ class AvoidanceSystem:
             state=state,
             target_m=self.progress.target(self.mission),
             next_m=self.progress.following(self.mission),
+            from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             detections=detections,
             remembered=self._remembered_near(state),

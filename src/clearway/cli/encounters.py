@@ -40,6 +40,13 @@ def encounters(
             rich_help_panel=KIND,
         ),
     ] = "0,0",
+    late: Annotated[
+        float,
+        typer.Option(
+            help="Seconds of straight flight from the detection to the first decision.",
+            rich_help_panel=KIND,
+        ),
+    ] = 0.0,
     miss: Annotated[
         float,
         typer.Option(
@@ -81,6 +88,7 @@ def encounters(
         deviates=deviates,
         position_noise_m=position_noise,
         velocity_noise_mps=velocity_noise,
+        late_s=late,
         miss_m=miss,
         scale=scale,
     )
@@ -150,6 +158,7 @@ def _summary(tally: Tally) -> dict[str, Any]:
         else [0.0, 0.0],
         "position_noise_m": settings.position_noise_m,
         "velocity_noise_mps": settings.velocity_noise_mps,
+        "late_s": settings.late_s,
         "miss_m": settings.miss_m,
         "scale": settings.scale,
         "encounters": len(tally.outcomes),
@@ -209,6 +218,8 @@ def _replay(tally: Tally) -> str:
     """The options that fly one of these alone."""
     settings = tally.settings
     options = [f"--detected-at {settings.detected_at_m:g}"]
+    if settings.late_s:
+        options.append(f"--late {settings.late_s:g}")
     if settings.deviates:
         options.append("--deviates")
     if settings.noisy:

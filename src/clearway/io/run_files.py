@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +138,7 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
             }
             for other in choice.ruled_out
         ],
+        "rules": [asdict(note) for note in choice.rules],
         "scan_age_s": number(flight.scan_age_s),
         "data_left_out": flight.counts,
         "decide_within_s": number(decision.decide_within_s),
