@@ -41,6 +41,9 @@ class Mission:
     reach_radius_m: float = 1.5
     landing_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     """[n, 3] points of the landing sequence, flown after the last waypoint."""
+    pass_within_m: float | None = None
+    """A goal before the last also counts once it is abeam within this distance, so that nobody
+    turns back for a waypoint that had to be passed at a distance."""
 
     def __post_init__(self) -> None:
         for name in ("waypoints_m", "landing_m"):
@@ -57,6 +60,8 @@ class Mission:
             problems.append("waypoints_m: at least one waypoint is needed")
         if not self.reach_radius_m > 0.0:
             problems.append(f"reach_radius_m: must be above 0, got {self.reach_radius_m}")
+        if self.pass_within_m is not None and not self.pass_within_m > 0.0:
+            problems.append(f"pass_within_m: must be above 0, got {self.pass_within_m}")
         for name in ("waypoints_m", "landing_m"):
             if not np.all(np.isfinite(getattr(self, name))):
                 problems.append(f"{name}: coordinates must be finite numbers")
@@ -135,7 +140,7 @@ def advanced(
         progress = replace(progress, detour=progress.detour[1:])
     while not progress.done(mission):
         distance = float(np.linalg.norm(position_m - mission.goals_m[progress.goal]))
-        if distance > mission.reach_radius_m:
+        if distance > mission.reach_radius_m and not _passed(mission, progress.goal, position_m):
             if distance < progress.nearest_m - 0.1 * mission.reach_radius_m:
                 return replace(progress, nearest_m=distance, nearest_s=time_s)
             return progress
@@ -148,6 +153,20 @@ def advanced(
             detour=(),
         )
     return progress
+
+
+def _passed(mission: Mission, goal: int, position_m: FloatArray) -> bool:
+    """Whether a goal lies abeam or behind, seen along the middle of the courses to and from it."""
+    goals = mission.goals_m
+    if mission.pass_within_m is None or goal + 1 >= len(goals):
+        return False
+    before = goals[goal - 1] if goal else mission.start.position_m
+    beyond = position_m - goals[goal]
+    if float(np.linalg.norm(beyond)) > mission.pass_within_m:
+        return False
+    inbound, outbound = goals[goal] - before, goals[goal + 1] - goals[goal]
+    course = inbound * float(np.linalg.norm(outbound)) + outbound * float(np.linalg.norm(inbound))
+    return bool(beyond @ course > 0.0)
 
 
 def stuck(progress: Progress, time_s: float, patience_s: float) -> bool:
