@@ -7,8 +7,9 @@ import sys
 
 import pytest
 
+from clearway.confidence import wilson
 from clearway.encounter import EncounterSettings, random_encounter
-from clearway.encounters import fly_encounter, wilson
+from clearway.encounters import fly_encounter
 
 CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 

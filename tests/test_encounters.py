@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from clearway.confidence import wilson
 from clearway.encounter import STANDARD_KINDS, EncounterSettings, random_encounter
-from clearway.encounters import Outcome, Tally, fly_encounters, wilson
+from clearway.encounters import Outcome, Tally, fly_encounters
 from clearway.errors import ClearwayError, InputError
 from clearway.flight import prepare
 from clearway.io.mission_file import MissionFile, read_mission

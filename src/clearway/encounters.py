@@ -16,6 +16,7 @@ import numpy as np
 
 from clearway.avoidable import Opponent, search
 from clearway.avoidance import AvoidanceSettings, Planner
+from clearway.confidence import wilson
 from clearway.encounter import Encounter, EncounterSettings, random_encounter
 from clearway.errors import ClearwayError
 from clearway.grid import AvoidanceGrid
@@ -35,7 +36,6 @@ AFTERWARDS_S = 10.0
 """Flown on after the straight flights have met, and half as long again as it took them."""
 CHUNK = 25
 """Encounters that a process flies at a time."""
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,16 +98,6 @@ class Tally:
         """Share that must be kept: less where reports are noisy or come late."""
         late = self.settings.detected_at_m < RANGE_M or self.settings.late_s > 0.0
         return 0.99 if self.settings.noisy or late else 0.999
-
-
-def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Wilson score interval of a share; (0, 1) without any trial."""
-    from scipy.stats import binomtest
-
-    if not trials:
-        return 0.0, 1.0
-    interval = binomtest(successes, trials).proportion_ci(confidence, method="wilson")
-    return float(interval.low), float(interval.high)
 
 
 @lru_cache(maxsize=2)

@@ -16,6 +16,8 @@ from clearway.io.mission_file import (
     read_mission,
 )
 from clearway.io.planned import Notice
+from clearway.mission import Mission
+from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 from clearway.worlds import FAMILIES, made_world
 
@@ -38,7 +40,11 @@ def find_mission(name: str, notice: Notice | None = None) -> MissionFile:
 
 def world_mission(family: str, seed: int) -> MissionFile:
     """The mission file that flies a world of a family; its seed is the simulation's too."""
-    world, mission = made_world(family, seed)
+    return mission_of(*made_world(family, seed), seed)
+
+
+def mission_of(world: ObstacleMap, mission: Mission, seed: int) -> MissionFile:
+    """The mission file that flies a made world; the seed is that of noise and drop-outs."""
     return MissionFile(
         mission=MissionSection(
             name=mission.name,
