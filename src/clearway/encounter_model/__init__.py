@@ -1,0 +1,22 @@
+"""Encounter models: Bayes networks of how aircraft fly, read from their files and sampled."""
+
+from clearway.encounter_model.network import EncounterModel, Node, Variable, read_encounter_model
+from clearway.encounter_model.sample import (
+    Tracks,
+    sample_initial,
+    sample_tracks,
+    step_bins,
+    values_of,
+)
+
+__all__ = [
+    "EncounterModel",
+    "Node",
+    "Tracks",
+    "Variable",
+    "read_encounter_model",
+    "sample_initial",
+    "sample_tracks",
+    "step_bins",
+    "values_of",
+]
