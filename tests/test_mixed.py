@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 from functools import lru_cache
 
@@ -127,6 +129,33 @@ def test_what_the_lidar_adds_is_the_silent_one_alone() -> None:
                 found = origin + world_from_grid @ place
                 assert np.linalg.norm(found - place_of("silent", entry)) < 0.4
     assert added >= 5
+
+
+LOADED_IN_FLIGHT = """
+import gc
+from numba.core.dispatcher import Dispatcher
+from clearway.flight import prepare
+from clearway.io.mission_file import read_mission
+
+def loaded():
+    found = (each for each in gc.get_objects() if isinstance(each, Dispatcher))
+    return {each.py_func.__name__ for each in found if each.overloads}
+
+setup = prepare(read_mission("mixed"))
+setup.system().warm_up()
+before = loaded()
+assert setup.fly().reached
+# Truth is looked up by the simulation alone.
+print(*sorted(loaded() - before - {"cast_rays", "nearest_obstacles"}))
+"""
+
+
+def test_nothing_is_compiled_or_loaded_in_flight() -> None:
+    """In a process of its own, since other tests load what a flight needs."""
+    command = [sys.executable, "-c", LOADED_IN_FLIGHT]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []
 
 
 def intruder(**more: object) -> dict[str, object]:

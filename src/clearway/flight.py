@@ -20,23 +20,28 @@ from clearway.io.mission_file import (
     PointCloudSection,
 )
 from clearway.io.mission_maps import mission_maps
+from clearway.io.mission_traffic import RecordedAir, mission_traffic
+from clearway.io.rule_sections import mission_rules
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
 from clearway.pilot import D, Pilot, Steering
 from clearway.point_world import PointWorld
 from clearway.reach import ReachLibrary
+from clearway.recordings.aircraft import LONGEST_GAP_S
 from clearway.route import check_mission
 from clearway.sensors import BeamPattern, Lidar, Mounting, named_pattern
 from clearway.sensors.detection import Rule
 from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem, DataLimits
-from clearway.traffic import ScriptedIntruder, Spawn, Traffic, TrafficSettings
+from clearway.traffic import AirTraffic, ScriptedIntruder, Spawn, Traffic, TrafficSettings
 from clearway.world import CombinedWorld, World
 
 MOST_MOVEMENTS = 100
 """Movements that may fit in the range of the grid: more make trees that nobody needs."""
+COAST_S = 30.0
+"""How long an aircraft of a recording is believed to fly on without a report."""
 OWN_ADDRESS = "ownship"
 """No intruder of a mission has it."""
 Notice = Callable[[str], None]
@@ -65,6 +70,8 @@ class FlightSetup:
     traffic: TrafficSettings
     follow_movers: bool
     tracker: TrackerSettings | None
+    recorded: RecordedAir | None = None
+    """Real traffic that plays around the flight."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
@@ -113,14 +120,26 @@ class FlightSetup:
         rule = rule_named(planner, self.craft)
         return self._flown(BaselinePilot(self.system(), rule), on_decision)
 
-    def _flown(self, pilot: Pilot[D], on_decision: OnDecision[D] | None) -> Run[D]:
+    def fly_deaf(self) -> Run:
+        """As `fly`, but nothing of the recorded traffic is told to the ownship."""
+        return self._flown(self.system(), None, deaf=True)
+
+    def _flown(
+        self, pilot: Pilot[D], on_decision: OnDecision[D] | None, *, deaf: bool = False
+    ) -> Run[D]:
         self.refuse_impossible()
         pilot.warm_up()
-        traffic = None
-        if self.script:
-            speed = self.planner.speed_mps
-            traffic = Traffic(self.script, self.mission, speed, self.traffic, self.simulation.seed)
+        traffic = self._traffic(deaf)
         return simulate(pilot, self.world, self.lidars, self.simulation, on_decision, traffic)
+
+    def _traffic(self, deaf: bool) -> AirTraffic | None:
+        """Fresh traffic for one flight."""
+        if self.recorded is not None:
+            return self.recorded.play(deaf=deaf)
+        if not self.script:
+            return None
+        speed = self.planner.speed_mps
+        return Traffic(self.script, self.mission, speed, self.traffic, self.simulation.seed)
 
 
 def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
@@ -142,6 +161,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         np.array(file.mission.waypoints_m),
         file.mission.reach_radius_m,
         np.array(file.mission.landing_m).reshape(-1, 3),
+        file.mission.pass_within_m,
     )
     there = [part.to_obstacle() for part in file.obstacle if part.known != "map"]
     charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
@@ -149,12 +169,14 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     there.extend(maps.there)
     charted.extend(maps.charted)
     worlds: list[World] = [ObstacleMap(there)]
-    notes = maps.notes
+    recorded = mission_traffic(file)
+    notes = maps.notes + (recorded.notes if recorded is not None else ())
     if file.point_cloud is not None:
         cloud, left_out = point_world(file.point_cloud)
         notes += left_out
         worlds.append(cloud)
-    planner = Planner.of(library, avoidance_settings(file))
+    rules = mission_rules(file.rules, file.keep_out, maps.ground, file.mission.name)
+    planner = Planner.of(library, avoidance_settings(file), rules=rules)
     return FlightSetup(
         planner=planner,
         craft=Craft(
@@ -178,9 +200,19 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
             file.traffic.report_s,
         ),
         follow_movers=file.traffic.follow_movers,
-        tracker=TrackerSettings() if file.traffic.tracker else None,
+        tracker=_tracker(file),
+        recorded=recorded,
         notes=notes,
     )
+
+
+def _tracker(file: MissionFile) -> TrackerSettings | None:
+    """Recordings hold fewer reports than a receiver hears, so silence means less there."""
+    if not file.traffic.tracker:
+        return None
+    if file.traffic.recording is None:
+        return TrackerSettings()
+    return TrackerSettings(stale_s=LONGEST_GAP_S, coast_s=COAST_S)
 
 
 def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -62,6 +62,8 @@ class FlightMetrics:
     """Time integral of the squared acceleration across the path: what turning costs."""
     intruders: IntruderDistances | None = None
     """Distances to traffic; None in flights without any."""
+    straight: IntruderDistances | None = None
+    """What straight flight from waypoint to waypoint would have had to the same traffic."""
 
     @property
     def min_obstacle_distance_m(self) -> float:
@@ -76,6 +78,7 @@ def measure(
     nominal_m: FloatArray,
     safety_margin_m: float,
     intruders: IntruderDistances | None = None,
+    straight: IntruderDistances | None = None,
 ) -> FlightMetrics:
     """Metrics of a track: times [n], states [n, 6], and the nominal polyline [m, 3]."""
     position = np.ascontiguousarray(states[:, :3])
@@ -91,6 +94,7 @@ def measure(
         climb_m=float(np.maximum(steps[:, 2], 0.0).sum()),
         effort_m2ps3=_effort(time_s, position),
         intruders=intruders,
+        straight=straight,
     )
 
 
@@ -110,6 +114,24 @@ def intruder_distances(
         distance[row, at] = np.linalg.norm(places - positions_m[at], axis=1)
     margins = np.array([margins_m[name] for name in tracks])
     return IntruderDistances(tuple(tracks), distance, margins)
+
+
+def straight_distances(
+    time_s: FloatArray,
+    corners_m: FloatArray,
+    speed_mps: float,
+    tracks: Mapping[str, Sequence[tuple[float, FloatArray]]],
+    margins_m: Mapping[str, float],
+) -> IntruderDistances | None:
+    """As `intruder_distances` of a flight along the polyline [m, 3]; inf after its end."""
+    passed = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(corners_m, axis=0), axis=1)))
+    flown = speed_mps * (time_s - time_s[0])
+    places = np.stack([np.interp(flown, passed, corners_m[:, axis]) for axis in range(3)], axis=1)
+    found = intruder_distances(time_s, places, tracks, margins_m)
+    if found is None:
+        return None
+    under_way = flown <= passed[-1] + 1e-9
+    return replace(found, distance_m=np.where(under_way, found.distance_m, np.inf))
 
 
 def episodes(flags: BoolArray) -> int:

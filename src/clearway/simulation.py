@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
-from clearway.metrics import FlightMetrics, intruder_distances, measure
+from clearway.metrics import FlightMetrics, intruder_distances, measure, straight_distances
 from clearway.mission import Mission, Mode, advanced
 from clearway.mission import Progress as MissionProgress
 from clearway.movements import Movement
@@ -25,7 +25,7 @@ from clearway.prediction import corrected_movement, needs_correction, prediction
 from clearway.sensors import Lidar, simulate_scan
 from clearway.state import State
 from clearway.system import FlightDecision, Reading
-from clearway.traffic import Traffic
+from clearway.traffic import AirTraffic
 from clearway.world import CombinedWorld, World
 
 LARGEST_STEP_S = 0.05
@@ -137,7 +137,7 @@ def simulate(
     lidars: Sequence[Lidar],
     settings: SimulationSettings | None = None,
     on_decision: OnDecision[D] | None = None,
-    traffic: Traffic | None = None,
+    traffic: AirTraffic | None = None,
 ) -> Run[D]:
     """Fly the pilot's mission through a true world; the same seed gives the same run.
 
@@ -157,7 +157,7 @@ class _Flight(Generic[D]):
         world: World,
         lidars: Sequence[Lidar],
         settings: SimulationSettings,
-        traffic: Traffic | None,
+        traffic: AirTraffic | None,
     ) -> None:
         self.system, self.world, self.lidars, self.settings = system, world, lidars, settings
         self.traffic = traffic
@@ -306,6 +306,8 @@ class _Flight(Generic[D]):
         margins = {name: margin + radius for name, radius in radii.items()}
         intruders = intruder_distances(times, states[:, :3], tracks, margins)
         nominal = np.concatenate([self.mission.start.position_m[None], self.mission.waypoints_m])
+        speed = self.system.planner.speed_mps
+        straight = straight_distances(times, nominal, speed, tracks, margins)
         return Run(
             mission=self.mission,
             time_s=times,
@@ -313,7 +315,7 @@ class _Flight(Generic[D]):
             decisions=tuple(decisions),
             movements=tuple(self.movements),
             progress=self.progress,
-            metrics=measure(times, states, self.world, nominal, margin, intruders),
+            metrics=measure(times, states, self.world, nominal, margin, intruders, straight),
             safety_margin_m=margin,
             seed=self.settings.seed,
             intruder_tracks={

@@ -18,13 +18,14 @@ from clearway.decision import Basis, Commitment, Side
 from clearway.detour import known_way
 from clearway.errors import ClearwayError
 from clearway.explain import explanation
-from clearway.frames import FloatArray, wrap_angle
+from clearway.frames import FloatArray, world_from_body, wrap_angle
 from clearway.hazards import PointHazards
 from clearway.intruders import Intruder, Ownship, Report, TrackerSettings, Tracks, track_reports
 from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
 from clearway.movement_buffer import MovementBuffer
 from clearway.movers import Following, MoverSettings, follow, forget_movers, unreported
 from clearway.obstacle_map import ObstacleMap
+from clearway.obstacles import Obstacle
 from clearway.sensors import (
     Detection,
     Ground,
@@ -236,7 +237,7 @@ class AvoidanceSystem:
             self.planner,
             self.mission,
             tuple(self._lidars.values()),
-            self.obstacle_map,
+            self._map_with_something_near(),
             self.limits,
             follow_movers=self._following is not None,
             tracker=None if self._tracks is None else self._tracks.settings,
@@ -262,6 +263,16 @@ class AvoidanceSystem:
                 )
                 trial.update(passing)
             trial.decide(time_s)
+
+    def _map_with_something_near(self) -> ObstacleMap | None:
+        """The map, if there is one, with a ball where the first decision has to look at it."""
+        if not self.obstacle_map:
+            return None
+        start = self.mission.start
+        ahead = np.array([0.5 * self.planner.grid.range_m, 0.0, 0.0])
+        place = start.position_m + world_from_body(start.attitude_rad) @ ahead
+        ball = Obstacle.ball(place, self.planner.settings.safety_margin_m)
+        return ObstacleMap([*self.obstacle_map.obstacles, ball])
 
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; the buffer returned is to be flown from `now_s` on.

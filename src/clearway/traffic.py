@@ -9,11 +9,11 @@ for; a visible one is a ball that simulated sensors see.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import itemgetter
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -80,6 +80,31 @@ def nominal_state(mission: Mission, time_s: float, speed_mps: float) -> State:
         left -= length
         place = end + left * course
     return State(place, np.array([0.0, 0.0, np.arctan2(course[1], course[0])]), time_s)
+
+
+class AirTraffic(Protocol):
+    """What a simulated flight asks of the traffic around it; `Traffic` is one."""
+
+    @property
+    def tracks(self) -> Mapping[str, Sequence[tuple[float, FloatArray]]]:
+        """Times and true positions of each intruder by name, while it was there."""
+        ...
+
+    def step(self, own: State) -> None:
+        """Move on to the time of the own true state."""
+        ...
+
+    def reports(self, time_s: float) -> list[Intruder]:
+        """What is reported at a time, world frame."""
+        ...
+
+    def bodies(self, time_s: float) -> list[Obstacle]:
+        """What sensors see of the traffic, where it was at a time already flown."""
+        ...
+
+    def radii_m(self) -> Mapping[str, float]:
+        """Body radius by name; the margin is kept from it."""
+        ...
 
 
 class Traffic:

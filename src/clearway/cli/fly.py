@@ -13,6 +13,7 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 if TYPE_CHECKING:
     from clearway.flight import FlightSetup
     from clearway.io.mission_file import MissionFile
+    from clearway.metrics import IntruderDistances
     from clearway.mission import Progress as MissionProgress
     from clearway.pilot import Steering
     from clearway.simulation import LoggedDecision, Run
@@ -205,6 +206,8 @@ def _in_words(run: Run[Steering], planner: str) -> str:
             f"nearest intruder   {traffic.min_distance_m:.3f} m ({traffic.closest_name}), "
             f"margin {traffic.margin_m.min():.2f} m, violations {traffic.violations}"
         )
+    if metrics.straight is not None:
+        lines.append(f"straight flight    {_straight_in_words(metrics.straight)}")
     if run.crashed_s is not None:
         lines.insert(2, f"CRASHED            at {run.crashed_s:.2f} s")
     if run.counts:
@@ -212,6 +215,15 @@ def _in_words(run: Run[Steering], planner: str) -> str:
             "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())
         )
     return "\n".join(lines)
+
+
+def _straight_in_words(straight: IntruderDistances) -> str:
+    """What straight flight would have come to, beside which the flight is to be seen."""
+    nearest = straight.min_distance_m
+    if not nearest < float("inf"):
+        return "would meet no intruder"
+    found = f"{nearest:.3f} m ({straight.closest_name}), violations {straight.violations}"
+    return f"nearest intruder {found}{'' if straight.violations else ': no conflict'}"
 
 
 def _metres(distance: float) -> str:

@@ -1,4 +1,4 @@
-"""`clearway traffic`: what a recording of traffic holds, and which aircraft came close."""
+"""`clearway traffic`: what a recording of traffic holds, who came close; an encounter flown."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.report import print_json, say
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, InputError
 from clearway.units import FOOT_M
 
 if TYPE_CHECKING:
     from clearway.recordings.picture import AirPicture
 
-OUTPUT = "Output"
+OUTPUT, FLYING = "Output", "Flying an encounter"
 UTC_LENGTH = 19
 
 
@@ -30,6 +30,32 @@ def traffic(
     own: Annotated[
         str | None, typer.Option(help="Own address: list only the pairs of this aircraft.")
     ] = None,
+    encounter: Annotated[
+        int | None,
+        typer.Option(
+            "--fly",
+            help="Fly the pair with this number (1: the closest) in place of one of the two.",
+            rich_help_panel=FLYING,
+        ),
+    ] = None,
+    in_place_of: Annotated[
+        str | None,
+        typer.Option(
+            "--as",
+            help="Address or callsign of the aircraft to replace; default: the first of the pair.",
+            rich_help_panel=FLYING,
+        ),
+    ] = None,
+    margin_m: Annotated[
+        float,
+        typer.Option(
+            "--margin", min=1.0, help="Distance to keep, in metres.", rich_help_panel=FLYING
+        ),
+    ] = 304.8,
+    bank_deg: Annotated[
+        float,
+        typer.Option("--bank", min=1.0, max=60.0, help="Bank in turns.", rich_help_panel=FLYING),
+    ] = 25.0,
     most: Annotated[
         int, typer.Option(min=0, help="Aircraft and pairs to list; 0: all.", rich_help_panel=OUTPUT)
     ] = 20,
@@ -40,15 +66,26 @@ def traffic(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for traffic.json and a picture of each recording: map, altitudes.",
+            help="Folder for traffic.json and a picture of each recording, or for the flight "
+            "(default there: clearway-out/<mission>).",
             rich_help_panel=OUTPUT,
         ),
     ] = None,
 ) -> None:
-    """List the aircraft of traffic recordings, their gaps, what was left out, closest pairs."""
+    """List the aircraft of traffic recordings and their closest pairs, or fly one of those.
+
+    Exit status 1: the encounter was flown, and the margin lost or the end not reached.
+    """
     from clearway.io.traffic_result import traffic_result
 
     pictures = _pictures(files, own)
+    if encounter is not None:
+        from clearway.cli.fly_recorded import fly_recorded
+        from clearway.io.encounter_mission import FlownAs
+
+        flown = FlownAs(margin_m=margin_m, bank_deg=bank_deg)
+        fly_recorded(_only(pictures), encounter, in_place_of, flown, out, as_json)
+        return
     result = {"recordings": [traffic_result(picture) for picture in pictures]}
     if out is not None:
         _write(pictures, result, out)
@@ -72,6 +109,12 @@ def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
     if problems:
         raise ClearwayError("\n".join(problems))
     return pictures
+
+
+def _only(pictures: Sequence[AirPicture]) -> AirPicture:
+    if len(pictures) > 1:
+        raise InputError("--fly", f"one recording is needed, got {len(pictures)}")
+    return pictures[0]
 
 
 def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: Path) -> None:

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from clearway.errors import InputError
 from clearway.intruders import Intruder
 from clearway.io.planned import PLANS, Notice, beside, planned_tables, with_plan
+from clearway.io.rule_sections import KeepOutSection, RulesSection
 from clearway.io.scene_file import ModelName
 from clearway.io.sections import GridSection, Numbers, ObstacleSection, Point, Share, said
 from clearway.io.toml import Section, parse_model, read_model, read_toml
@@ -38,6 +39,9 @@ class MissionSection(Section):
     """A waypoint is reached within this distance; 0.4 turning radii serve well."""
     landing_m: Points = ()
     """Points of the landing sequence, after the last waypoint."""
+    pass_within_m: Positive | None = None
+    """A waypoint before the last also counts once it is abeam within this distance; default: every
+    waypoint has to be reached."""
 
 
 class VehicleSection(Section):
@@ -207,6 +211,19 @@ class TrafficSection(Section):
     """Make reports into tracks first, which smooths noisy ones."""
     follow_movers: bool = False
     """Count what moves and is seen by LiDAR alone as intruders too."""
+    recording: str | None = None
+    """A recording of real traffic that plays around the flight, relative to the mission file; see
+    [traffic.md](traffic.md) for the formats. It needs `origin_geodetic`, whose height is then an
+    altitude as the aircraft report it."""
+    recording_from: str | float | None = None
+    """Moment of the recording at which the flight begins: 2025-06-01T12:00Z, or seconds on the
+    recording's own clock. Default: its first report."""
+    own_address: str | None = None
+    """The aircraft of the recording whose place the ownship takes: it is left out."""
+    heights: Literal["barometric", "geometric"] = "barometric"
+    """Altitudes of the recording that count; the two are never mixed."""
+    heard_within_m: Positive = 20_000.0
+    """Reports from farther away, horizontally, are not heard."""
 
 
 class FlyingIntruderSection(Section):
@@ -312,6 +329,7 @@ class MissionFile(Section):
     rating: RatingSection = RatingSection()
     verify: VerifySection = VerifySection()
     prices: PricesSection = PricesSection()
+    rules: RulesSection = RulesSection()
     simulation: SimulationSection = SimulationSection()
     point_cloud: PointCloudSection | None = None
     map: MapSection | None = None
@@ -319,6 +337,7 @@ class MissionFile(Section):
     intruder: Annotated[tuple[FlyingIntruderSection, ...], Field(strict=False)] = ()
     lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
+    keep_out: Annotated[tuple[KeepOutSection, ...], Field(strict=False)] = ()
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
@@ -328,6 +347,16 @@ class MissionFile(Section):
         names = [intruder.name for intruder in self.intruder]
         if len(set(names)) < len(names):
             raise ValueError(f"intruder: names must differ, got {names}")
+        return self
+
+    @model_validator(mode="after")
+    def _recording_has_a_place(self) -> Self:
+        if self.traffic.recording is None:
+            return self
+        if self.mission.origin_geodetic is None:
+            raise ValueError("traffic.recording: mission.origin_geodetic is needed to place it")
+        if self.intruder:
+            raise ValueError("traffic.recording: there can be no [[intruder]] beside a recording")
         return self
 
     def effective(self) -> dict[str, Any]:
@@ -365,6 +394,8 @@ def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile
     if mission.map is not None:
         files = tuple(beside(path, file) for file in mission.map.files)
         mission = mission.changed("map", files=files)
+    if mission.traffic.recording is not None:
+        mission = mission.changed("traffic", recording=beside(path, mission.traffic.recording))
     return mission
 
 

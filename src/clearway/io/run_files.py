@@ -21,6 +21,7 @@ TRACK_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_ra
 def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
     """The object that `fly --json` prints."""
     distance, traffic = run.metrics.min_obstacle_distance_m, run.metrics.intruders
+    straight = run.metrics.straight
     return {
         "mission": run.mission.name,
         "planner": planner,
@@ -31,6 +32,9 @@ def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
         "min_obstacle_distance_m": number(distance),
         "min_intruder_distance_m": number(traffic.min_distance_m) if traffic else None,
         "closest_intruder": traffic.closest_name if traffic else None,
+        "straight_flight_intruder_distance_m": number(straight.min_distance_m)
+        if straight
+        else None,
         "safety_margin_m": run.safety_margin_m,
         "margin_violations": run.metrics.margin_violations,
         "emergencies": run.emergencies,

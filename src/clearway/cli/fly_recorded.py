@@ -1,0 +1,148 @@
+"""`clearway traffic FILE --fly N`: a recorded encounter, flown in place of one of its aircraft."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.errors import InputError
+from clearway.units import FOOT_M
+
+if TYPE_CHECKING:
+    from clearway.io.encounter_mission import FlownAs
+    from clearway.recordings.picture import AirPicture
+    from clearway.substitute import Substitution
+
+WAYS = (
+    ("as recorded", "recorded"),
+    ("without avoidance", "without_avoidance"),
+    ("with avoidance", "with_avoidance"),
+)
+
+
+def fly_recorded(
+    picture: AirPicture,
+    number: int,
+    own: str | None,
+    flown: FlownAs,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Fly the encounter with a number (1: the closest pair); exit status 1 if the margin was lost.
+
+    Raises InputError for a number, or an aircraft, that is not there.
+    """
+    from clearway.io.substitution_result import substitution_result
+    from clearway.recordings.own_part import take_part
+    from clearway.substitute import fly_in_place
+
+    recording = picture.recording
+    if not 1 <= number <= len(picture.pairs):
+        raise InputError(
+            recording.source,
+            f"--fly: there is no pair {number}; valid: 1 to {len(picture.pairs)}"
+            if picture.pairs
+            else "--fly: no two aircraft in it come within 10 km of each other in flight",
+        )
+    part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
+    say("preparing reach sets; the first run compiles, which takes a while")
+    found = fly_in_place(part, recording.source, flown, say)
+    for note in found.setup.notes:
+        say(note)
+    result = substitution_result(found, recording.clock)
+    folder = out or Path("clearway-out") / found.file.mission.name
+    written = _write(found, result, folder)
+    if as_json:
+        print_json(result)
+    else:
+        print(_in_words(result))
+    say(f"wrote {', '.join(written)} to {folder}")
+    if not found.run.safe:
+        leave(NOT_REACHED)
+
+
+def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list[str]:
+    """Everything that the flights leave behind; all of it or nothing."""
+    from clearway.io.run_files import write_decisions, write_intruders, write_track
+    from clearway.io.staging import staged
+    from clearway.io.toml import write_toml
+    from clearway.plot.substitution import draw_substitution
+
+    with staged(folder) as scratch:
+        write_toml(found.file.effective(), scratch / "mission.toml")
+        write_track(found.run, scratch / "track.csv")
+        write_track(found.run_without, scratch / "track-without.csv")
+        if found.run.intruder_tracks:
+            write_intruders(found.run, scratch / "intruders.csv")
+        write_decisions(found.run, scratch / "decisions.jsonl")
+        (scratch / "encounter.json").write_text(json.dumps(result, indent=2) + "\n")
+        draw_substitution(found).savefig(scratch / "encounter.png", dpi=110)
+        return sorted(path.name for path in scratch.iterdir())
+
+
+def _in_words(result: Mapping[str, Any]) -> str:
+    own, other = (
+        " ".join(filter(None, (one["address"], one["callsign"])))
+        for one in (result["own"], result["other"])
+    )
+    when = result["closest"]
+    moment = f"{result['closest_s']:.0f} s" if when is None else f"{when[:19].replace('T', ' ')}Z"
+    off = result["keep_m"] - result["margin_m"]
+    avoiding = result["with_avoidance"]
+    lines = [
+        f"encounter          {own} with {other}, closest {moment}",
+        f"ownship            in place of {own} at {result['speed_mps']:.0f} m/s, turning radius "
+        f"{result['turning_radius_m']:.0f} m",
+        f"to keep            {result['keep_m']:.0f} m: margin {result['margin_m']:.0f} m, and "
+        f"{off:.0f} m that the height may be off",
+        "",
+        _row(("", "horizontal", "vertical", "(ft)", "time", "well clear", "near mid-air", "path")),
+        *(_way_in_words(label, result[key]) for label, key in WAYS),
+        "",
+        f"avoidance added    {result['path_added_m']:.0f} m of way, "
+        f"{avoiding['time_s'] - result['without_avoidance']['time_s']:.1f} s",
+        f"with avoidance     {'reached' if avoiding['reached'] else 'NOT REACHED'}, "
+        f"violations {avoiding['margin_violations']}, emergencies {avoiding['emergencies']}, "
+        f"decisions {avoiding['decisions']}, p50 {avoiding['decision_ms']['p50']} ms",
+        *_nearest_in_words(avoiding, result["other"]["address"]),
+    ]
+    if result["recorded"]["unheard_s"]:
+        lines.append(
+            f"silence            {other} is not heard of for "
+            f"{result['recorded']['unheard_s']:.0f} s, which count in no distance"
+        )
+    return "\n".join(lines)
+
+
+def _way_in_words(label: str, way: Mapping[str, Any]) -> str:
+    closest, path = way["closest"], f"{way['path_length_m']:.0f} m"
+    if closest is None:
+        return _row((label, "never heard of at once", "", "", "", "", "", path))
+    return _row(
+        (
+            label,
+            f"{closest['horizontal_m']:.0f} m",
+            f"{closest['vertical_m']:+.0f} m",
+            f"{closest['vertical_m'] / FOOT_M:+.0f}",
+            f"{closest['time_s']:.0f} s",
+            "yes" if closest["well_clear"] else "LOST",
+            "YES" if closest["near_mid_air"] else "no",
+            path,
+        )
+    )
+
+
+def _row(words: tuple[str, ...]) -> str:
+    widths = (19, 12, 10, 7, 7, 12, 14, 8)
+    return "".join(word.ljust(width) for word, width in zip(words, widths, strict=True)).rstrip()
+
+
+def _nearest_in_words(way: Mapping[str, Any], other: str) -> list[str]:
+    """Somebody else who came nearer, if there is one."""
+    nearest = way["nearest_of_all"]
+    if nearest is None or nearest["address"] == other:
+        return []
+    return [f"nearest of all     {nearest['address']}, {nearest['slant_m']:.0f} m away"]
