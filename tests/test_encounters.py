@@ -10,8 +10,6 @@ from clearway.errors import ClearwayError, InputError
 from clearway.flight import prepare
 from clearway.io.mission_file import MissionFile, read_mission
 from clearway.io.toml import parse_model
-from clearway.metrics import intruder_distances
-from clearway.traffic import Traffic, nominal_state
 
 KEEP = 1.2
 
@@ -138,22 +136,22 @@ def test_wilson_intervals_as_published(successes, trials, low, high):
     assert wilson(0, 0) == (0.0, 1.0)
 
 
-@pytest.mark.parametrize(("name", "nearest"), [("intruders-collision", 0.6), ("intruders", 1.5)])
-def test_straight_flight_in_the_missions_of_6_5(name, nearest):
-    """Collides where intruders were moved to do so; passes at 1.5 m as printed."""
+@pytest.mark.parametrize(
+    ("name", "straight", "hits"), [("intruders-collision", 0.5, 8), ("intruders", 1.5, 0)]
+)
+def test_the_missions_of_6_5(name, straight, hits):
+    """Straight flight collides where intruders were moved to do so, and passes as printed."""
     setup = prepare(read_mission(name))
-    traffic = Traffic(setup.script, setup.mission, 1.0)
-    times = np.arange(0.0, 55.0, 0.05)
-    states = [nominal_state(setup.mission, time, 1.0) for time in times]
-    for state in states:
-        traffic.step(state)
-    places = np.array([state.position_m for state in states])
-    margins = dict.fromkeys(traffic.tracks, KEEP)
-    found = intruder_distances(times, places, traffic.tracks, margins)
-    if name == "intruders":
-        assert found.min_distance_m == pytest.approx(nearest, abs=1e-6)
-    else:
-        assert found.distance_m.min(axis=1).max() < nearest, "all eight would hit"
+    run = setup.fly()
+    assert run.safe
+    assert run.emergencies == 0
+    assert run.metrics.intruders.min_distance_m >= KEEP
+    # What straight flight would have come to, and what it comes to when it is flown.
+    flown = setup.fly_with("straight").metrics
+    for found in (run.metrics.straight, flown.straight, flown.intruders):
+        assert found.min_distance_m == pytest.approx(straight, abs=1e-6)
+        assert found.violations == hits
+    assert len(run.intruder_tracks) == 8
 
 
 @pytest.mark.parametrize(("price", "passes"), [(0.0, "ahead"), (4.0, "behind")])

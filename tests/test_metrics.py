@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearway.metrics import distance_to_polyline, episodes, measure
+from clearway.metrics import distance_to_polyline, episodes, measure, straight_distances
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 
@@ -45,3 +45,21 @@ def test_distance_to_a_polyline():
     corners = np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 10.0, 0]])
     points = np.array([[5.0, 2.0, 0], [12.0, 5.0, 0], [-3.0, 4.0, 0]])
     np.testing.assert_allclose(distance_to_polyline(points, corners), [2.0, 2.0, 5.0])
+
+
+def test_straight_flight_among_the_same_tracks_ends_with_the_way():
+    """Round a corner at 2 m/s: one stands 1 m beside the first leg, one beyond the end."""
+    time_s = np.arange(0.0, 20.0, 0.05)
+    corners = np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 10.0, 0]])
+    standing = {"beside": [5.0, 1.0, 0.0], "beyond": [10.0, 14.0, 0.0]}
+    tracks = {
+        name: [(time, np.array(place)) for time in time_s] for name, place in standing.items()
+    }
+    margins = dict.fromkeys(tracks, 1.5)
+    found = straight_distances(time_s, corners, 2.0, tracks, margins)
+    assert found.names == ("beside", "beyond")
+    assert found.distance_m.min(axis=1) == pytest.approx([1.0, 4.0], abs=1e-9)
+    assert np.argmin(found.distance_m, axis=1) * 0.05 == pytest.approx([2.5, 10.0])
+    assert np.isinf(found.distance_m[:, time_s > 10.0 + 1e-6]).all()
+    assert found.violations == 1
+    assert straight_distances(time_s, corners, 2.0, {}, {}) is None
