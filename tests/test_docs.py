@@ -61,6 +61,17 @@ def test_the_readme_s_python_runs_as_printed(
     assert float(clear[1]) >= 0.6
 
 
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+def test_python_of_the_documentation_runs(page: Path, tmp_path: Path) -> None:
+    code = "\n".join(blocks(page, "python"))
+    if not code:
+        return
+    ran = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
 def test_the_readme_has_an_example() -> None:
     (example,) = blocks(REPOSITORY / "README.md", "python")
     assert len([line for line in example.splitlines() if line]) <= 12

@@ -12,9 +12,11 @@ from PIL import Image
 REPOSITORY = Path(__file__).resolve().parent.parent
 IMAGES = REPOSITORY / "docs" / "images"
 STREET = REPOSITORY / "examples" / "scenes" / "street.toml"
+RULES = REPOSITORY / "examples" / "missions" / "rules.toml"
 PICTURES = {
     "snapshot.png": (("fly", "static-obstacles"), "snapshot-2.png"),
     "assessment.png": (("assess", str(STREET)), "reachability.png"),
+    "rules.png": (("fly", str(RULES)), "traffic.png"),
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
 COLOURS = 192

@@ -20,6 +20,7 @@ from clearway.io.mission_file import (
     PointCloudSection,
 )
 from clearway.io.mission_maps import mission_maps
+from clearway.io.rule_sections import mission_rules
 from clearway.io.mission_traffic import RecordedAir, mission_traffic
 from clearway.io.rule_sections import mission_rules
 from clearway.mission import Mission
@@ -74,6 +75,12 @@ class FlightSetup:
     """Real traffic that plays around the flight."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
+
+    @property
+    def kept_out(self) -> World | None:
+        """Volumes that rules keep out of; None without any."""
+        volumes = [volume for rule in self.planner.rules for volume in rule.volumes]
+        return ObstacleMap(volumes) if volumes else None
 
     def system(self) -> AvoidanceSystem:
         """A fresh system on the ground."""

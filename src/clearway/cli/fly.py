@@ -174,7 +174,7 @@ def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Pat
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
     margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
     if decided_by_clearway(run):
-        figures = draw_flight(run, margins)
+        figures = draw_flight(run, margins, setup.world, setup.kept_out)
     else:
         figures = draw_track(run, setup.world, margins)
     for name, figure in figures:

@@ -11,6 +11,7 @@ import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray
+from clearway.io.ground import ground_heights
 from clearway.io.map_features import (
     UNLIMITED_M,
     Daily,
@@ -24,6 +25,7 @@ from clearway.io.map_features import (
 )
 from clearway.io.placing import Bounds, Place, Tally, place_features, place_floor
 from clearway.obstacles import Obstacle
+from clearway.rules import GroundHeights
 
 POINT_RADIUS_M = 20.0
 """Assumed around obstacles that a file gives as mere points."""
@@ -62,6 +64,8 @@ class MapFile:
     """What stands on the ground."""
     floor: tuple[Obstacle, ...] = ()
     """Blocks that hold the ground."""
+    ground: GroundHeights | None = None
+    """The ground itself, where the file is a terrain and an area was asked for."""
     keep_out: tuple[KeepOut, ...] = ()
     counts: Mapping[str, int] = field(default_factory=dict)
     """What was left out, by reason."""
@@ -200,7 +204,7 @@ def _placed(source: str, parsed: ParsedMap, place: Place) -> MapFile:
         volumes = tuple(place_features(zone.features, place, tally))
         if volumes:
             zones.append(_keep_out(zone, volumes))
-    floor, notes = ([], ()) if parsed.terrain is None else place_floor(parsed.terrain, place)
+    floor, notes, ground = _ground(parsed, place)
     return MapFile(
         source=source,
         kind=parsed.kind,
@@ -208,10 +212,22 @@ def _placed(source: str, parsed: ParsedMap, place: Place) -> MapFile:
         origin=place.origin,
         obstacles=tuple(obstacles),
         floor=tuple(floor),
+        ground=ground,
         keep_out=tuple(zones),
         counts={**parsed.counts, **tally.left_out},
         notes=parsed.notes + notes + tally.notes(),
     )
+
+
+def _ground(
+    parsed: ParsedMap, place: Place
+) -> tuple[list[Obstacle], tuple[str, ...], GroundHeights | None]:
+    """The floor of a terrain, notes on it, and its heights where an area is asked for."""
+    if parsed.terrain is None:
+        return [], (), None
+    bounds = place.bounds_m
+    ground = None if bounds is None else ground_heights(parsed.terrain, place, bounds)
+    return *place_floor(parsed.terrain, place), ground
 
 
 def _keep_out(zone: ZoneFeature, volumes: tuple[Obstacle, ...]) -> KeepOut:

@@ -13,6 +13,7 @@ from clearway.io.mission_file import MissionFile
 from clearway.io.moments import moment
 from clearway.io.placing import Bounds
 from clearway.obstacles import Obstacle
+from clearway.rules import GroundHeights
 
 
 class MissionMaps(NamedTuple):
@@ -22,6 +23,8 @@ class MissionMaps(NamedTuple):
     """Really there."""
     charted: tuple[Obstacle, ...] = ()
     """On the map, zones to keep out of included."""
+    ground: GroundHeights | None = None
+    """Of the first terrain among them."""
     notes: tuple[str, ...] = ()
 
 
@@ -52,6 +55,7 @@ def mission_maps(file: MissionFile) -> MissionMaps:
     return MissionMaps(
         there=() if section.known == "map" else solid,
         charted=(() if section.known == "world" else solid) + volumes,
+        ground=next((one.ground for one in maps if one.ground is not None), None),
         notes=_notes(file, maps),
     )
 

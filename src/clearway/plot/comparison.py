@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from clearway.pilot import Steering
 from clearway.plot.flight import PLANNED, WAYPOINT
+from clearway.plot.ground_plan import draw_ground_plan
 from clearway.simulation import Run
 from clearway.world import World
 
@@ -26,10 +27,6 @@ STYLES = (
     ("#111111", "--"),
 )
 """The first for the first planner, clearway as a rule."""
-PIXELS = 240
-"""Along the longer side of the map of obstacles."""
-SLICES = 9
-"""Heights at which obstacles are looked for."""
 
 
 def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> Figure:
@@ -37,7 +34,9 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
     figure = Figure(figsize=(12.0, 9.0), layout="constrained")
     figure.suptitle(title)
     above, near = figure.subplots(2, 1, height_ratios=[2.2, 1.0])
-    _draw_obstacles(above, runs, world)
+    tracks_m = np.concatenate([run.states[:, :3] for run in runs.values()])
+    draw_ground_plan(above, tracks_m, world, next(iter(runs.values())).safety_margin_m)
+    _draw_intruders(above, next(iter(runs.values())))
     for number, (planner, run) in enumerate(runs.items()):
         _draw_run(above, near, run, planner, number)
     _finish(above, near, next(iter(runs.values())))
@@ -46,6 +45,28 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
         handles, labels, loc="outside lower center", ncols=min(6, len(labels)), frameon=False
     )
     return figure
+
+
+def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:
+    """Where intruders flew during the first flight, an arrow at the end of each track."""
+    for number, (name, track) in enumerate(run.intruder_tracks.items()):
+        label = "intruders" if number == 0 else None
+        axes.plot(track[:, 1], track[:, 2], color=INTRUDER, linewidth=0.8, zorder=2, label=label)
+        if len(track) > 1:
+            axes.annotate(
+                "",
+                xy=track[-1, 1:3],
+                xytext=track[-2, 1:3],
+                arrowprops={"arrowstyle": "->", "color": INTRUDER},
+            )
+        axes.annotate(
+            name,
+            track[-1, 1:3],
+            xytext=(3, 3),
+            textcoords="offset points",
+            color=INTRUDER,
+            fontsize=8,
+        )
 
 
 def _draw_run(above: Axes, near: Axes, run: Run[Steering], planner: str, number: int) -> None:
@@ -84,21 +105,3 @@ def _finish(above: Axes, near: Axes, run: Run[Steering]) -> None:
     near.set_ylabel("to the nearest surface (m)")
     near.set_ylim(bottom=0.0, top=min(near.get_ylim()[1], 20.0 * run.safety_margin_m))
     near.grid(alpha=0.25)
-
-
-def _draw_obstacles(axes: Axes, runs: Mapping[str, Run[Steering]], world: World) -> None:
-    """What stands at the heights that were flown, seen from above, with the margin around it."""
-    tracks = np.concatenate([run.states[:, :3] for run in runs.values()])
-    low, high = tracks.min(axis=0), tracks.max(axis=0)
-    spare = 0.08 * float((high - low)[:2].max()) + 1.0
-    pixel = float((high - low)[:2].max() + 2.0 * spare) / PIXELS
-    x = np.arange(low[0] - spare, high[0] + spare + pixel, pixel)
-    y = np.arange(low[1] - spare, high[1] + spare + pixel, pixel)
-    nearest = np.full((len(y), len(x)), np.inf)
-    for height in np.linspace(low[2], high[2], SLICES if high[2] > low[2] else 1):
-        mesh_x, mesh_y = np.meshgrid(x, y)
-        places = np.stack([mesh_x, mesh_y, np.full_like(mesh_x, height)], axis=-1).reshape(-1, 3)
-        nearest = np.minimum(nearest, world.distance_m(places).reshape(nearest.shape))
-    margin = next(iter(runs.values())).safety_margin_m
-    if nearest.min() < margin:
-        axes.contourf(x, y, nearest, levels=[-1e6, 0.0, margin], colors=["#9a9a9a", "#e6e2da"])

@@ -22,8 +22,13 @@ from clearway.simulation import Run
 from clearway.world import World
 
 
-def draw_flight(run: Run, margins: Margins) -> Iterator[tuple[str, Figure]]:
-    """(name, figure) one by one: snapshots, assessment at the first, distances, tracking."""
+def draw_flight(
+    run: Run, margins: Margins, world: World, kept_out: World | None = None
+) -> Iterator[tuple[str, Figure]]:
+    """(name, figure) one by one: snapshots, assessment at the first, distances, tracking.
+
+    kept_out: volumes that rules keep out of.
+    """
     name = run.mission.name
     snapshots = snapshot_decisions(run)
     for number, index in enumerate(snapshots, start=1):
@@ -34,8 +39,9 @@ def draw_flight(run: Run, margins: Margins) -> Iterator[tuple[str, Figure]]:
     if detected is not None:
         when = run.decisions[detected].flight.time_s
         title = f"{name}: first intruder detected at {when:.1f} s"
-        yield "traffic-first", draw_traffic(run, detected, title)
-        yield "traffic", draw_traffic(run, None, f"{name}: the whole flight")
+        whole = f"{name}: the whole flight"
+        yield "traffic-first", draw_traffic(run, detected, title, world, kept_out)
+        yield "traffic", draw_traffic(run, None, whole, world, kept_out)
         yield "collision-distance", draw_collision_distance(run)
     else:
         yield "flight", draw_snapshot(run, None, f"{name}: the whole flight")
@@ -51,6 +57,8 @@ def draw_track(run: Run[Steering], world: World, margins: Margins) -> Iterator[t
     """(name, figure) of a flight by another planner: what needs no assessment of cells."""
     name = run.mission.name
     yield "flight", draw_tracks({"flown": run}, world, f"{name}: the whole flight")
+    if run.metrics.intruders is not None:
+        yield "collision-distance", draw_collision_distance(run)
     if np.isfinite(run.metrics.obstacle_distance_m).all():
         yield "obstacle-distance", draw_obstacle_distance(run, margins)
     yield "tracking", draw_tracking(run)

@@ -6,11 +6,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from clearway.avoidance import grid_frame
 from clearway.frames import FloatArray
+from clearway.metrics import IntruderDistances
+from clearway.pilot import Steering
 from clearway.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view
+from clearway.plot.ground_plan import draw_ground_plan, draw_kept_out
 from clearway.simulation import LoggedDecision, Run
+from clearway.world import World
 
-DECISION, TRACK, INTRUDER = "#c218c2", "#d98ad9", "#d62728"
+DECISION, TRACK, INTRUDER, STRAIGHT = "#c218c2", "#d98ad9", "#d62728", "#9a9a9a"
+COURSE_S = 2.0
+"""Arrows show where an intruder is after so long, as it reports itself."""
 
 
 def first_detection(run: Run) -> int | None:
@@ -21,8 +28,13 @@ def first_detection(run: Run) -> int | None:
     return None
 
 
-def draw_traffic(run: Run, index: int | None, title: str) -> Figure:
-    """The flight among its intruders up to one decision, from above and from the side."""
+def draw_traffic(
+    run: Run, index: int | None, title: str, world: World, kept_out: World | None = None
+) -> Figure:
+    """The flight among its intruders up to one decision, from above and from the side.
+
+    kept_out: volumes that rules keep out of.
+    """
     until = run.time_s[-1] if index is None else run.decisions[index].flight.time_s
     taken = [entry for entry in run.decisions if entry.flight.time_s <= until + 1e-9]
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
@@ -31,6 +43,9 @@ def draw_traffic(run: Run, index: int | None, title: str) -> Figure:
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_view(axes, run, taken, until, columns, whole=index is None)
         axes.set_xlabel("x (m)")
+    draw_ground_plan(above, run.states[:, :3], world, run.safety_margin_m)
+    if kept_out is not None:
+        draw_kept_out(above, run.states[:, :3], kept_out)
     above.set_ylabel("y (m)")
     side.set_ylabel("z (m)")
     handles, labels = above.get_legend_handles_labels()
@@ -73,6 +88,7 @@ def _draw_view(
     )
     _draw_intruders(axes, run, until_s, columns)
     if not whole:
+        _draw_courses(axes, taken[-1], columns)
         for number, line in enumerate(field_of_view(taken[-1])):
             label = "field of view" if number == 0 else None
             axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)
@@ -115,12 +131,29 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
         axes.annotate(
             name,
             (places[-1, a], places[-1, b]),
-            xytext=(5, 3),
+            xytext=(0, -8),
             textcoords="offset points",
+            horizontalalignment="center",
+            verticalalignment="top",
             color=INTRUDER,
             fontsize=8,
         )
         first = False
+
+
+def _draw_courses(axes: Axes, entry: LoggedDecision, columns: tuple[int, int]) -> None:
+    """Where intruders are going, as the decision knows it."""
+    movers = entry.flight.decision.hazards.movers
+    position, world_from_grid = grid_frame(entry.flight.decision.state)
+    places = movers.position_m @ world_from_grid.T + position
+    ways = COURSE_S * movers.velocity_mps @ world_from_grid.T
+    for place, way in zip(places[:, columns], ways[:, columns], strict=True):
+        axes.annotate(
+            "",
+            xy=place + way,
+            xytext=place,
+            arrowprops={"arrowstyle": "->", "color": INTRUDER, "linewidth": 1.2},
+        )
 
 
 def _while_near(run: Run, track: FloatArray, reach_m: float) -> FloatArray:
@@ -131,36 +164,52 @@ def _while_near(run: Run, track: FloatArray, reach_m: float) -> FloatArray:
     return track[: near[-1] + 1] if len(near) else track[:0]
 
 
-def draw_collision_distance(run: Run) -> Figure:
+def draw_collision_distance(run: Run[Steering]) -> Figure:
     """Distance to the closest intruder over time, with which one it is (fig. 6.28)."""
-    traffic = run.metrics.intruders
     figure = Figure(figsize=(10.0, 5.2), layout="constrained")
     axes = figure.add_subplot()
-    if traffic is None:
-        return figure
-    nearest = traffic.distance_m.min(axis=0)
-    known = np.isfinite(nearest)
-    axes.plot(run.time_s[known], nearest[known], color=EXECUTED, label="to the closest intruder")
-    closest = traffic.closest
-    changes = np.flatnonzero(known & np.r_[True, np.diff(np.where(known, closest, -1)) != 0])
-    for start, end in zip(changes, [*changes[1:], len(nearest)], strict=True):
-        lowest = start + int(np.argmin(nearest[start:end]))
-        axes.plot(run.time_s[lowest], nearest[lowest], "o", color=WAYPOINT)
-        axes.annotate(
-            f"{traffic.names[closest[lowest]]}: {nearest[lowest]:.2f} m",
-            (run.time_s[lowest], nearest[lowest]),
-            xytext=(0, -14),
-            textcoords="offset points",
-            horizontalalignment="center",
-            fontsize=8,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
-        )
-    margin = float(traffic.margin_m.max())
-    axes.axhline(margin, linestyle="--", color=PLANNED, label=f"margin (6.16): {margin:.2f} m")
+    traffic, straight = run.metrics.intruders, run.metrics.straight
+    if traffic is not None:
+        if straight is not None:
+            axes.plot(run.time_s, straight.nearest_m, color=STRAIGHT, label="straight flight")
+        _draw_closest(axes, run, traffic)
+        margin = float(traffic.margin_m.max())
+        axes.axhline(margin, linestyle="--", color=PLANNED, label=f"margin (6.16): {margin:.2f} m")
     axes.set_xlabel("time (s)")
     axes.set_ylabel("distance between centres (m)")
     axes.set_ylim(bottom=0.0)
     axes.set_title(f"{run.mission.name}: collision distance")
     axes.grid(alpha=0.25)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
     return figure
+
+
+def _draw_closest(axes: Axes, run: Run[Steering], traffic: IntruderDistances) -> None:
+    """The distance flown, the closest intruder at each decision, and its name while it is that."""
+    nearest, closest = traffic.nearest_m, traffic.closest
+    known = np.isfinite(nearest)
+    axes.plot(run.time_s[known], nearest[known], color=EXECUTED, label="flown")
+    decided = np.searchsorted(run.time_s, [each.flight.time_s - 1e-9 for each in run.decisions])
+    at = decided[known[decided]]
+    axes.plot(
+        run.time_s[at],
+        nearest[at],
+        "o",
+        color=WAYPOINT,
+        markersize=4,
+        label="closest intruder at a decision",
+    )
+    changes = np.flatnonzero(known & np.r_[True, np.diff(np.where(known, closest, -1)) != 0])
+    for start, end in zip(changes, [*changes[1:], len(nearest)], strict=True):
+        if start != changes[0]:
+            axes.axvline(run.time_s[start], color=STRAIGHT, linewidth=0.6, linestyle=":")
+        lowest = start + int(np.argmin(nearest[start:end]))
+        axes.annotate(
+            f"{traffic.names[closest[lowest]]}\n{nearest[lowest]:.2f} m",
+            (run.time_s[lowest], nearest[lowest]),
+            xytext=(0, 8),
+            textcoords="offset points",
+            horizontalalignment="center",
+            fontsize=8,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
+        )

@@ -120,12 +120,12 @@ def keep_out(
             return None
         inside = max(0.0, -float(charted.distance_m(here[None])[0]))
         hazards = Hazards(shapes=shapes)
-        found = clearances(paths_of(view.reach_set), hazards, view.reach_set.grid.range_m)
+        found = clearances(paths_of(view.reach_set), hazards, TOLERANCE_M)
         deepest = -found[:, 0]
         ends = -charted.distance_m(np.ascontiguousarray(view.samples_m[:, -1]))
         return _beyond(deepest, ends, inside, f"{len(shapes.radius_m)} in reach")
 
-    return Rule(f"keep out of {name}" if name else "keep-out volumes", verdict)
+    return Rule(f"keep out of {name}" if name else "keep-out volumes", verdict, tuple(volumes))
 
 
 def _held(depth: Depth, limit: str) -> Callable[[RuleView], Verdict | None]:

@@ -17,6 +17,7 @@ from clearway.compiled import compiled
 from clearway.costs import Goal
 from clearway.frames import FloatArray, world_from_body
 from clearway.hazards import MovingHazards, no_movers
+from clearway.obstacles import Obstacle
 from clearway.reach.tree import ReachSet
 from clearway.state import BoolArray, IndexArray, IntArray, State
 
@@ -91,6 +92,8 @@ class Rule:
 
     name: str
     verdict: RuleFunction
+    volumes: tuple[Obstacle, ...] = ()
+    """Places that it is about, for pictures."""
 
 
 @dataclass(frozen=True)
