@@ -20,7 +20,6 @@ from clearway.io.mission_file import (
     PointCloudSection,
 )
 from clearway.io.mission_maps import mission_maps
-from clearway.io.rule_sections import mission_rules
 from clearway.io.mission_traffic import RecordedAir, mission_traffic
 from clearway.io.rule_sections import mission_rules
 from clearway.mission import Mission
