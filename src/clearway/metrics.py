@@ -29,6 +29,11 @@ class IntruderDistances:
         return np.asarray(np.argmin(self.distance_m, axis=0), dtype=np.int64)
 
     @property
+    def nearest_m(self) -> FloatArray:
+        """[n] distance to the closest intruder at each time."""
+        return np.asarray(self.distance_m.min(axis=0))
+
+    @property
     def min_distance_m(self) -> float:
         return float(self.distance_m.min())
 

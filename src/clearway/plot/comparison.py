@@ -27,6 +27,7 @@ STYLES = (
     ("#111111", "--"),
 )
 """The first for the first planner, clearway as a rule."""
+INTRUDER = "#d98ad9"
 
 
 def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> Figure:
