@@ -11,11 +11,16 @@ import numpy.typing as npt
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray
+from clearway.io.what_file import what_file
+from clearway.sensors import BeamPattern
+from clearway.state import BoolArray
 
 SCAN_LIMIT_M = 5_000.0
 """No LiDAR of a vehicle sees as far: a wider scan is in another unit than metres."""
 SURVEY_LIMIT_M = 100_000.0
 """Aerial tiles are a few kilometres wide."""
+NOT_FINITE = "not finite"
+NO_RETURN = "at the sensor's origin, no return"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +42,10 @@ class PointCloud:
     """Points left out, by reason."""
     notes: tuple[str, ...] = ()
     """What was assumed where the file is silent; to be shown."""
+    pattern: BeamPattern | None = None
+    """Beams of the sensor where the file says which it is."""
+    complete: bool = True
+    """False where parts of the sweep were lost; `pattern` has only the beams that came."""
 
 
 Reader = Callable[[Path], PointCloud]
@@ -60,6 +69,18 @@ def _read_table(path: Path) -> PointCloud:
     return read_point_table(path)
 
 
+def _read_bin(path: Path) -> PointCloud:
+    from clearway.io.kitti import read_bin
+
+    return read_bin(path)
+
+
+def _read_first(path: Path) -> PointCloud:
+    from clearway.io.sequences import first_cloud
+
+    return first_cloud(path)
+
+
 def _read_npy(path: Path) -> PointCloud:
     from clearway.io.point_table import read_npy
 
@@ -74,12 +95,25 @@ READERS: Mapping[str, Reader] = {
     ".xyz": _read_table,
     ".txt": _read_table,
     ".npy": _read_npy,
+    ".bin": _read_bin,
+    ".bag": _read_first,
+    ".db3": _read_first,
+    ".mcap": _read_first,
+    ".pcap": _read_first,
 }
-MAGIC = {b"LASF": ".las or .laz", b"\x93NUMPY": ".npy", b"# .PCD": ".pcd", b"VERSION": ".pcd"}
+MAGIC = {
+    b"LASF": ".las or .laz",
+    b"\x93NUMPY": ".npy",
+    b"# .PCD": ".pcd",
+    b"VERSION": ".pcd",
+    b"#ROSBAG": ".bag",
+    b"SQLite format 3": ".db3",
+    b"\x89MCAP": ".mcap",
+}
 
 
 def read_points(path: str | Path) -> PointCloud:
-    """Read a point cloud of any known format; the suffix tells which.
+    """Read a point cloud of any known format, of recordings the first; the suffix tells which.
 
     Points that are not finite are left out and counted. Raises InputError when the file is absent,
     empty, truncated, of another format than its suffix says, without points, or too wide to be in
@@ -91,14 +125,15 @@ def read_points(path: str | Path) -> PointCloud:
         raise InputError(
             str(path),
             f"suffix {path.suffix or '(none)'!r} is no known point cloud format; "
-            f"valid suffixes: {', '.join(READERS)}",
+            f"valid suffixes: {', '.join(READERS)}" + what_file(path),
         )
-    _check_start(path, reader)
-    return _checked(reader(path))
+    check_start(path)
+    return with_points(cleaned(reader(path)))
 
 
-def _check_start(path: Path, reader: Reader) -> None:
+def check_start(path: Path) -> None:
     """Refuse files that cannot be opened, are empty, or begin like another format."""
+    reader = READERS[path.suffix.lower()]
     try:
         with path.open("rb") as file:
             start = file.read(16)
@@ -107,7 +142,7 @@ def _check_start(path: Path, reader: Reader) -> None:
     if not start:
         raise InputError(str(path), "the file is empty (0 bytes)")
     for magic, suffix in MAGIC.items():
-        if start.startswith(magic) and READERS[suffix[:4]] is not reader:
+        if start.startswith(magic) and READERS[suffix.split()[0]] is not reader:
             raise InputError(
                 str(path),
                 f"suffix {path.suffix!r}, but the content is of another format: "
@@ -115,23 +150,41 @@ def _check_start(path: Path, reader: Reader) -> None:
             )
 
 
-def _checked(cloud: PointCloud) -> PointCloud:
-    """Only finite points, at least one, and no wider than the unit can be right."""
-    finite = np.logical_and.reduce(np.isfinite(cloud.points_m), axis=1)
-    dropped = len(finite) - int(np.count_nonzero(finite))
-    if dropped:
-        cloud = replace(
-            cloud,
-            points_m=np.ascontiguousarray(cloud.points_m[finite]),
-            classes=None if cloud.classes is None else cloud.classes[finite],
-            counts={**cloud.counts, "not finite": dropped},
-        )
+def cleaned(cloud: PointCloud) -> PointCloud:
+    """Only finite points, and no wider than the unit can be right; of a scan, none at its origin.
+
+    Drivers write 0, 0, 0 where a beam has no return.
+    """
+    points = cloud.points_m
+    finite = np.logical_and.reduce(np.isfinite(points), axis=1)
+    nowhere = finite & (~np.any(points, axis=1) if not cloud.survey else False)
+    cloud = _without(_without(cloud, ~finite, NOT_FINITE), nowhere[finite], NO_RETURN)
+    if len(cloud.points_m):
+        _check_extent(cloud)
+    return cloud
+
+
+def _without(cloud: PointCloud, dropped: BoolArray, reason: str) -> PointCloud:
+    """The cloud without some points, counted by reason."""
+    number = int(np.count_nonzero(dropped))
+    if not number:
+        return cloud
+    kept = ~dropped
+    return replace(
+        cloud,
+        points_m=np.ascontiguousarray(cloud.points_m[kept]),
+        classes=None if cloud.classes is None else cloud.classes[kept],
+        counts={**cloud.counts, reason: number},
+    )
+
+
+def with_points(cloud: PointCloud) -> PointCloud:
+    """The cloud; InputError if it has no point."""
     if len(cloud.points_m) == 0:
         left_out = ", ".join(f"{count} {reason}" for reason, count in cloud.counts.items())
         raise InputError(
             cloud.source, "no usable point in it" + (f" (left out: {left_out})" if left_out else "")
         )
-    _check_extent(cloud)
     return cloud
 
 

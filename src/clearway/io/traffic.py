@@ -9,20 +9,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clearway.errors import InputError
+from clearway.io.what_file import what_content
 from clearway.recordings.report import TrafficRecording
 
 GZIP = b"\x1f\x8b"
 HEAD = 4096
 BEAST_FRAME = re.compile(rb"\x1a[\x31-\x34]")
 HEX_ROW = re.compile(rb"^\s*\"?[0-9.eE+-]+\"?\s*[,;]\s*\"?[0-9A-Fa-f]{14,28}", re.MULTILINE)
-HEX_HEADER = re.compile(rb"^\s*\"?time\w*\"?\s*[,;]", re.IGNORECASE)
+BLUESKY_ROW = re.compile(rb"^\s*\d+:\d\d:\d\d(\.\d+)?\s*>", re.MULTILINE)
+HEX_HEADER = re.compile(rb"\s*\"?time\w*\"?\s*[,;]\s*\"?\w*\"?\s*$", re.IGNORECASE | re.MULTILINE)
 
 
 def read_traffic(path: str | Path) -> TrafficRecording:
     """Read a recording of any known format, gzip or not, whatever its suffix.
 
     Raises InputError when the file is absent, empty, truncated, of no known format, or has nothing
-    in it that can be understood; MissingExtraError when Mode S is to be decoded without [adsb].
+    in it that can be understood; MissingExtraError when Mode S is to be decoded without [adsb], or
+    a ULog read without [ulog].
     """
     path = Path(path)
     try:
@@ -38,7 +41,8 @@ def read_traffic(path: str | Path) -> TrafficRecording:
         raise InputError(
             str(path),
             f"no known traffic recording: it begins with {content[:24]!r}; valid: "
-            + "; ".join(form.name for form in FORMATS),
+            + "; ".join(form.name for form in FORMATS)
+            + what_content(content),
         )
     recording = reader(str(path), content)
     if not (recording.reports or recording.of_use or recording.heard):
@@ -115,6 +119,26 @@ def _is_daidalus(content: bytes) -> bool:
     )
 
 
+def _is_ulog(content: bytes) -> bool:
+    return content.startswith(b"ULog")
+
+
+def _is_bluesky(content: bytes) -> bool:
+    return BLUESKY_ROW.search(content[:HEAD].replace(b"\r", b"\n")) is not None
+
+
+def _read_ulog(source: str, content: bytes) -> TrafficRecording:
+    from clearway.io.ulog import read_ulog_traffic
+
+    return read_ulog_traffic(source, content)
+
+
+def _read_bluesky(source: str, content: bytes) -> TrafficRecording:
+    from clearway.io.bluesky import read_bluesky
+
+    return read_bluesky(source, content)
+
+
 def _read_beast(source: str, content: bytes) -> TrafficRecording:
     from clearway.io.beast import read_beast
 
@@ -152,11 +176,13 @@ def _read_daidalus(source: str, content: bytes) -> TrafficRecording:
 
 
 FORMATS = (
+    Format("ULog of PX4", _is_ulog, _read_ulog),
     Format("Beast binary", _is_beast, _read_beast),
     Format("readsb trace (JSON)", _is_trace, _read_trace),
     Format("trajectories (JSON list of rows)", _is_trajectories, _read_trajectories),
     Format("readsb aircraft (JSON, one object or one a line)", _is_aircraft, _read_aircraft),
     Format("Mode S messages (CSV of time, hex)", _is_hex, _read_hex),
     Format("DAIDALUS .daa", _is_daidalus, _read_daidalus),
+    Format("BlueSky scenario (.scn)", _is_bluesky, _read_bluesky),
 )
 """In the order in which they are tried."""

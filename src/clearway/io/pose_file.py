@@ -1,0 +1,111 @@
+"""Files that say where the vehicle was: KITTI poses, TUM trajectories, tables of angles, ULog."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from clearway.errors import InputError
+from clearway.frames import FloatArray, attitude_from_rotation, world_from_body
+from clearway.io.foreign import read_text
+from clearway.io.pose_track import pose_track, quaternions_of
+from clearway.state import State
+
+PoseSource = Callable[[int, float], State | None]
+"""(index of the scan, its time) -> pose of the vehicle; None where none is known."""
+
+KITTI, TUM, ANGLES = 12, 8, 7
+"""Values a line."""
+SHAPES = (
+    "time,x,y,z,roll,pitch,yaw (degrees, pitch nose down), time x y z qx qy qz qw (TUM), "
+    "or 12 numbers a scan (KITTI)"
+)
+CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+"""A camera has x right, y down, z ahead."""
+
+
+def read_poses(path: str | Path) -> tuple[PoseSource, tuple[str, ...]]:
+    """Poses of a file, and what was assumed; the number of values a line tells which kind it is.
+
+    Raises InputError naming the lines that cannot be read.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".ulg":
+        from clearway.io.ulog import read_ulog
+
+        track = read_ulog(path).track
+        return (lambda _, time_s: track.at(time_s)), track.notes
+    rows = _numbers(path, read_text(path))
+    if rows.shape[1] == KITTI:
+        return _kitti(path, rows)
+    time_s, position = rows[:, 0], rows[:, 1:4]
+    if rows.shape[1] == TUM:
+        quaternion = rows[:, [7, 4, 5, 6]]
+    else:
+        quaternion = quaternions_of(world_from_body(np.radians(rows[:, 4:7])))
+    table = pose_track(str(path), time_s, position, quaternion)
+    if not len(table.time_s):
+        raise InputError(str(path), "no usable pose in it")
+    return (lambda _, time_s: table.at(time_s)), table.notes
+
+
+def _numbers(path: Path, text: str) -> FloatArray:
+    """[n, values] of all lines but comments and a header."""
+    rows: list[list[float]] = []
+    problems = []
+    for place, line in enumerate(text.splitlines(), start=1):
+        words = line.split("#")[0].replace(",", " ").replace(";", " ").split()
+        if not words or (not rows and not _is_number(words[0])):
+            continue
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            problems.append(f"line {place}: {line.strip()[:60]!r} is no row of numbers")
+            continue
+        if len(values) not in (KITTI, TUM, ANGLES) or (rows and len(values) != len(rows[0])):
+            problems.append(f"line {place}: {len(values)} values; valid: {SHAPES}")
+        else:
+            rows.append(values)
+    if problems or not rows:
+        raise InputError(str(path), problems[:5] or [f"no pose in it; valid: {SHAPES}"])
+    return np.array(rows)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _kitti(path: Path, rows: FloatArray) -> tuple[PoseSource, tuple[str, ...]]:
+    """Poses of a camera by scan; `calib.txt` beside them says where the LiDAR is (Tr)."""
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    poses[:, :3] = rows.reshape(-1, 3, 4)
+    camera_from_lidar, note = _calibration(path.parent / "calib.txt")
+    lidar = np.linalg.inv(camera_from_lidar) @ poses @ camera_from_lidar
+    attitude = attitude_from_rotation(lidar[:, :3, :3])
+
+    def pose(index: int, time_s: float) -> State | None:
+        if index >= len(lidar):
+            return None
+        return State(lidar[index, :3, 3], attitude[index], time_s)
+
+    return pose, (f"{path}: {note}",)
+
+
+def _calibration(path: Path) -> tuple[FloatArray, str]:
+    """[4, 4] camera from LiDAR."""
+    camera_from_lidar = np.eye(4)
+    if path.is_file():
+        for line in read_text(path).splitlines():
+            name, _, values = line.partition(":")
+            numbers = values.split()
+            if name.strip() in ("Tr", "Tr_velo_to_cam") and len(numbers) == KITTI:
+                camera_from_lidar[:3] = np.array([float(word) for word in numbers]).reshape(3, 4)
+                return camera_from_lidar, f"poses of the LiDAR by Tr of {path.name}"
+    camera_from_lidar[:3, :3] = CAMERA_FROM_BODY
+    return camera_from_lidar, "poses of a camera; no calib.txt with Tr: LiDAR assumed at its place"

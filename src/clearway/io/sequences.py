@@ -1,0 +1,94 @@
+"""Scans of any known format as a sequence: files, folders, bags, packets; poses from where told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from clearway.errors import InputError
+from clearway.io.bag import METADATA
+from clearway.io.pointcloud import READERS, PointCloud, check_start, read_points
+from clearway.io.timed_scans import ScanSequence, TimedScan
+from clearway.io.what_file import what_file
+
+BAGS = (".bag", ".db3", ".mcap")
+
+
+def open_scans(
+    path: str | Path, topic: str | None = None, poses: str | Path | None = None
+) -> ScanSequence:
+    """The scans of a point cloud file, a folder of numbered ones, a bag, or an Ouster recording.
+
+    topic: of a bag with several. poses: a file of poses (KITTI, TUM, a table, ULog) or a bag's
+    topic of odometry or poses; by default those that a bag tells. Raises InputError where the file
+    cannot be read or an option does not belong to it, and MissingExtraError.
+    """
+    path = Path(path)
+    is_bag = path.suffix.lower() in BAGS or (path.is_dir() and (path / METADATA).is_file())
+    if topic is not None and not is_bag:
+        raise InputError(str(path), f"topic {topic!r}: only bags and MCAP files have topics")
+    if poses is None:
+        return _opened(path, is_bag, topic, None)
+    file = Path(poses)
+    if not file.is_file():
+        if is_bag:
+            return _opened(path, is_bag, topic, str(poses))
+        raise InputError(str(poses), "cannot be read: no such file of poses")
+    return _with_poses(_opened(path, is_bag, topic, None), file)
+
+
+def _opened(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> ScanSequence:
+    if is_bag:
+        from clearway.io.bag_scans import bag_scans
+
+        if not path.is_dir():
+            check_start(path)
+        return bag_scans(path, topic, poses)
+    if path.suffix.lower() == ".pcap":
+        from clearway.io.ouster import ouster_scans
+
+        check_start(path)
+        return ouster_scans(path)
+    if path.is_dir():
+        from clearway.io.scan_folder import folder_scans
+
+        return folder_scans(path)
+    return _single(path)
+
+
+def _single(path: Path) -> ScanSequence:
+    """A file that holds one scan."""
+    if path.suffix.lower() not in READERS:
+        raise InputError(
+            str(path),
+            f"suffix {path.suffix or '(none)'!r} is no known scan; valid suffixes: "
+            f"{', '.join(READERS)}, or a folder" + what_file(path),
+        )
+    check_start(path)
+
+    def scans() -> Iterator[TimedScan]:
+        yield TimedScan(0, 0.0, None, lambda: read_points(path))
+
+    return ScanSequence(str(path), f"point cloud {path.suffix}", scans, whole=True)
+
+
+def _with_poses(sequence: ScanSequence, file: Path) -> ScanSequence:
+    """The sequence with the poses of a file, which must know at least the first scan's."""
+    from clearway.io.pose_file import read_poses
+
+    pose, notes = read_poses(file)
+
+    def scans() -> Iterator[TimedScan]:
+        for scan in sequence:
+            state = pose(scan.index, scan.time_s)
+            yield replace(scan, state=state)
+
+    return replace(sequence, scans=scans, notes=(*sequence.notes, *notes))
+
+
+def first_cloud(path: Path) -> PointCloud:
+    """The points of the first scan of a recording; InputError where it has none."""
+    for scan in open_scans(path):
+        return scan.read()
+    raise InputError(str(path), "no scan in it")

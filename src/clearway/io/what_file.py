@@ -1,0 +1,52 @@
+"""What a file is that the command it was given to does not take, and which one does."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+HEAD = 4096
+KNOWN = (
+    (rb"# labels_initial\b", "an encounter model (Bayesian network of aircraft tracks): no map, "
+     "no recording and no scan; `clearway encounters` is about encounters"),
+    (rb"# Daidalus Object\b|\Alookahead_time\s*=", "parameters of DAIDALUS, an alerting logic: "
+     "clearway has its own and takes none of them"),
+    (rb"\A\s*Time,.*\bAlert Level\b", "output of DAIDALUS (alert levels by time), not positions: "
+     "`clearway traffic` takes the .daa file that it was made of"),
+    (rb"\AULog\x01\x12\x35", "a ULog of a flight: `clearway traffic` lists it, "
+     "`clearway assess --poses` takes its poses"),
+    (rb"(?m)\A[^\x00]*?^\d+:\d\d:\d\d(\.\d+)?>", "a BlueSky scenario: `clearway traffic` takes it"),
+    (rb"\A# \.PCD|\AVERSION [.0-9]+\s+FIELDS", "a point cloud: `clearway assess --scan` takes it"),
+    (rb"\ALASF", "an aerial survey: `clearway assess --scan` takes it, missions as a world"),
+    (rb"\A#ROSBAG|\ASQLite format 3|\A\x89MCAP", "a robot recording: `clearway assess --scan` "
+     "takes it if it holds point clouds"),
+    (rb"\A(\xd4\xc3\xb2\xa1|\xa1\xb2\xc3\xd4)", "captured packets: `clearway assess --scan` takes "
+     "those of an Ouster LiDAR"),
+    (rb"\AQGC WPL", "waypoints of a ground station: `clearway fly` takes them"),
+    (rb'"fileType"\s*:\s*"Plan"', "a plan of a ground station: `clearway fly` takes it"),
+    (rb'"type"\s*:\s*"CityJSON"|"UASZoneList"|"FeatureCollection"',
+     "a map: `clearway map` takes it"),
+    (rb"\AII\*\0|\AMM\0\*", "a raster (GeoTIFF): `clearway map` takes terrain"),
+    (rb'"beam_altitude_angles"', "metadata of an Ouster LiDAR: `clearway assess --scan` reads it "
+     "with the .pcap beside it"),
+    (rb"rosbag2_bagfile_information", "metadata of a ROS 2 bag: `clearway assess --scan` takes "
+     "its folder"),
+)  # fmt: skip
+
+
+def what_file(path: str | Path) -> str:
+    """The end of a message, "; it looks like a map: ...", or nothing where the file is unknown."""
+    try:
+        with Path(path).open("rb") as file:
+            return what_content(file.read(HEAD))
+    except OSError:
+        return ""
+
+
+def what_content(head: bytes) -> str:
+    """As `what_file`, of the beginning of the content."""
+    head = head[:HEAD].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    for sign, meaning in KNOWN:
+        if re.search(sign, head):
+            return f"; it looks like {meaning}"
+    return ""
