@@ -131,10 +131,9 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
         axes.annotate(
             name,
             (places[-1, a], places[-1, b]),
-            xytext=(0, -8),
+            xytext=(7, 0),
             textcoords="offset points",
-            horizontalalignment="center",
-            verticalalignment="top",
+            verticalalignment="center",
             color=INTRUDER,
             fontsize=8,
         )
@@ -185,7 +184,7 @@ def draw_collision_distance(run: Run[Steering]) -> Figure:
 
 
 def _draw_closest(axes: Axes, run: Run[Steering], traffic: IntruderDistances) -> None:
-    """The distance flown, the closest intruder at each decision, and its name while it is that."""
+    """The distance flown, and which intruder is the closest: at each decision, and by name."""
     nearest, closest = traffic.nearest_m, traffic.closest
     known = np.isfinite(nearest)
     axes.plot(run.time_s[known], nearest[known], color=EXECUTED, label="flown")
@@ -206,10 +205,12 @@ def _draw_closest(axes: Axes, run: Run[Steering], traffic: IntruderDistances) ->
         lowest = start + int(np.argmin(nearest[start:end]))
         axes.annotate(
             f"{traffic.names[closest[lowest]]}\n{nearest[lowest]:.2f} m",
-            (run.time_s[lowest], nearest[lowest]),
-            xytext=(0, 8),
+            (run.time_s[lowest], 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, -6),
             textcoords="offset points",
             horizontalalignment="center",
+            verticalalignment="top",
             fontsize=8,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
         )
