@@ -9,9 +9,11 @@ from types import MappingProxyType
 from clearway.baselines.deterministic import first_hit, full, reduced
 from clearway.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
 from clearway.baselines.margins import adaptive, turn_back
+from clearway.baselines.mvp import modified_voltage_potential
 from clearway.baselines.pilot import BaselineDecision, BaselinePilot
 from clearway.baselines.potential_field import potential_field
 from clearway.baselines.straight import straight
+from clearway.baselines.velocity_obstacle import velocity_obstacle
 from clearway.baselines.vfh import vector_field_histogram
 from clearway.errors import ClearwayError
 
@@ -27,6 +29,8 @@ BASELINES: Mapping[str, MakeRule] = MappingProxyType(
         "turn-back": turn_back,
         "adaptive": adaptive,
         "vfh": vector_field_histogram,
+        "velocity-obstacle": velocity_obstacle,
+        "mvp": modified_voltage_potential,
     }
 )
 """Rules by name: functions of the craft."""

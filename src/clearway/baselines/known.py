@@ -24,6 +24,19 @@ class Balls(NamedTuple):
     """[n]"""
 
 
+class MovingBalls(NamedTuple):
+    """Solid balls in the level frame that fly straight on and grow."""
+
+    position_m: FloatArray
+    """[n, 3]"""
+    velocity_mps: FloatArray
+    """[n, 3] zero for what stands still."""
+    radius_m: FloatArray
+    """[n]"""
+    growth_mps: FloatArray
+    """[n] of the radius, for what is uncertain of an intruder."""
+
+
 def hazards_around(planner: Planner, situation: Situation) -> Hazards:
     """Remembered points, map shapes and intruders in the grid frame, as clearway verifies them."""
     level = situation.state.attitude_rad * NO_ROLL
@@ -41,6 +54,23 @@ def balls_around(planner: Planner, situation: Situation) -> Balls:
     radius = np.concatenate([hazards.points.radius_m, movers.radius_m, charted.radius_m])
     level_from_grid = world_from_body([0.0, float(situation.state.attitude_rad[1]), 0.0])
     return Balls(np.ascontiguousarray(position @ level_from_grid.T), radius)
+
+
+def moving_balls_around(planner: Planner, situation: Situation) -> MovingBalls:
+    """The same as balls that move: intruders with their velocity, all else at rest."""
+    hazards = hazards_around(planner, situation)
+    points, movers = hazards.points, hazards.movers
+    charted = _map_surfaces(situation, planner.grid.range_m)
+    at_rest = len(points.radius_m) + len(charted.radius_m)
+    position = np.concatenate([points.position_m, charted.position_m, movers.position_m])
+    velocity = np.concatenate([np.zeros((at_rest, 3)), movers.velocity_mps])
+    level_from_grid = world_from_body([0.0, float(situation.state.attitude_rad[1]), 0.0])
+    return MovingBalls(
+        np.ascontiguousarray(position @ level_from_grid.T),
+        np.ascontiguousarray(velocity @ level_from_grid.T),
+        np.concatenate([points.radius_m, charted.radius_m, movers.radius_m]),
+        np.concatenate([np.zeros(at_rest), movers.growth_mps]),
+    )
 
 
 def _where_nearest(movers: MovingHazards, planner: Planner) -> Balls:

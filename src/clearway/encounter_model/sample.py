@@ -165,6 +165,7 @@ def _flown(
 
 def _summed(start: FloatArray, steps: FloatArray) -> FloatArray:
     """[n, s + 1] running sums of steps [n, s] from a start [n]."""
-    return start[:, None] + np.concatenate(
+    summed: FloatArray = start[:, None] + np.concatenate(
         [np.zeros((len(start), 1)), np.cumsum(steps, axis=1)], axis=1
     )
+    return summed
