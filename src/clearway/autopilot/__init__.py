@@ -1,0 +1,1 @@
+"""An autopilot on a MAVLink 2 link: what it tells becomes readings, decisions become set-points."""

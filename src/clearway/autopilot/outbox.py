@@ -1,0 +1,54 @@
+"""Messages out: packed as MAVLink 2 frames of our component, signed where there is a key."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+
+from clearway.autopilot.dialect import OBSTACLE_AVOIDANCE, Message, dialect
+from clearway.autopilot.signing import signing_time
+
+ONBOARD_CONTROLLER, NO_AUTOPILOT = 18, 8
+"""MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID."""
+STANDBY, ACTIVE, CRITICAL = 3, 4, 5
+"""MAV_STATE."""
+
+
+class Packer:
+    """Numbers, signs and packs the messages of one component."""
+
+    def __init__(
+        self, system: int, component: int = OBSTACLE_AVOIDANCE, key: bytes | None = None
+    ) -> None:
+        self._codec = dialect().MAVLink(None, srcSystem=system, srcComponent=component)
+        if key is not None:
+            self._codec.signing.secret_key = key
+            self._codec.signing.sign_outgoing = True
+            self._codec.signing.timestamp = signing_time()
+
+    def pack(self, message: Message) -> bytes:
+        """The frame of a message."""
+        signing = self._codec.signing
+        if signing.sign_outgoing:
+            signing.timestamp = max(signing.timestamp, signing_time())
+        frame = bytes(message.pack(self._codec))
+        self._codec.seq = (self._codec.seq + 1) % 256
+        return frame
+
+
+class Outbox:
+    """Sends messages and counts them by type."""
+
+    def __init__(self, packer: Packer, send: Callable[[bytes], None]) -> None:
+        self.sent: Counter[str] = Counter()
+        self._packer, self._send = packer, send
+
+    def send(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            self._send(self._packer.pack(message))
+            self.sent[message.get_type()] += 1
+
+
+def heartbeat(status: int) -> Message:
+    """HEARTBEAT of an onboard computer."""
+    return dialect().MAVLink_heartbeat_message(ONBOARD_CONTROLLER, NO_AUTOPILOT, 0, 0, status, 3)

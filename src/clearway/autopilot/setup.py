@@ -1,0 +1,114 @@
+"""From a mission file and the options of `clearway mavlink` to a loop that is ready to run."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from clearway.autopilot.adsb import AdsbSettings
+from clearway.autopilot.dialect import dialect
+from clearway.autopilot.distances import sector_lidar
+from clearway.autopilot.health import LinkLimits
+from clearway.autopilot.inbox import Inbox
+from clearway.autopilot.links import open_link
+from clearway.autopilot.loop import Loop
+from clearway.autopilot.outbox import Outbox, Packer
+from clearway.autopilot.session import Session, SessionSettings
+from clearway.autopilot.signing import SignatureCheck, read_key
+from clearway.errors import InputError
+from clearway.flight import FlightSetup, Notice, prepare
+from clearway.frames import enu_from_geodetic
+from clearway.io.mission_file import MissionFile
+from clearway.sensors import Lidar
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """What the command line says."""
+
+    connect: str
+    rate_hz: float = 10.0
+    act: bool = False
+    signing_key: Path | None = None
+    system: int = 1
+    component: int = 1
+    icao: str | None = None
+    traffic_margin_m: float = 0.0
+    fan_deg: float = 0.0
+    heartbeat_s: float = 3.0
+    speedup: float | None = 1.0
+
+
+def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
+    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    dialect()
+    key = None if options.signing_key is None else read_key(options.signing_key)
+    address = _address(options.icao)
+    setup = prepare(file, notice)
+    for note in setup.notes:
+        notice(note)
+    sensor = sensor_of(file, setup, math.radians(options.fan_deg))
+    counts: Counter[str] = Counter()
+    link = open_link(options.connect, counts)
+    try:
+        system = replace(setup, lidars=() if sensor is None else (sensor,)).system()
+        notice("warming up; the first run compiles, which takes a while")
+        system.warm_up()
+        enu_from_geodetic([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+        settings = SessionSettings(
+            act=options.act,
+            system=options.system,
+            component=options.component,
+            lead_s=1.0 / options.rate_hz,
+            position_std_m=file.simulation.position_sigma_m,
+            limits=LinkLimits(options.heartbeat_s, stale_s=setup.limits.state_s),
+            speedup=options.speedup,
+            mission_origin=file.mission.origin_geodetic,
+            traffic=_traffic(file, setup, options, address),
+        )
+        session = Session(system, sensor, settings, counts)
+        check = None if key is None else SignatureCheck(key)
+        inbox = Inbox(options.system, options.component, check, stream=link.stream)
+        outbox = Outbox(Packer(options.system, key=key), link.send)
+        return Loop(link, inbox, session, outbox, 1.0 / options.rate_hz)
+    except BaseException:
+        link.close()
+        raise
+
+
+def sensor_of(file: MissionFile, setup: FlightSetup, fan_rad: float) -> Lidar | None:
+    """The sensor behind OBSTACLE_DISTANCE: range and noise are those of the first [[lidar]]."""
+    if not file.lidar:
+        return None
+    section = file.lidar[0]
+    far = section.max_range_m or setup.planner.grid.range_m
+    return sector_lidar(far, fan_rad, section.sigma_m, section.airframe_radius_m)
+
+
+def _traffic(
+    file: MissionFile, setup: FlightSetup, options: SessionOptions, address: int | None
+) -> AdsbSettings:
+    reach = setup.planner.grid.range_m
+    return AdsbSettings(
+        own_address=address,
+        position_std_m=file.traffic.position_sigma_m,
+        velocity_std_mps=file.traffic.velocity_sigma_mps,
+        extra_radius_m=options.traffic_margin_m,
+        reach_m=reach,
+        horizon_s=reach / setup.planner.speed_mps,
+        oldest_s=setup.limits.intruder_s,
+    )
+
+
+def _address(text: str | None) -> int | None:
+    if text is None:
+        return None
+    try:
+        address = int(text, 16)
+    except ValueError:
+        address = -1
+    if len(text) != 6 or address < 0:
+        raise InputError("--icao", f"{text!r} is no address; needed are six hexadecimal digits")
+    return address

@@ -1,0 +1,204 @@
+"""`clearway mavlink`: a mission decided live for an autopilot on a MAVLink 2 link."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+
+if TYPE_CHECKING:
+    from clearway.autopilot.loop import Loop, Stop
+    from clearway.autopilot.record import SessionRecord
+    from clearway.autopilot.session import Outcome
+    from clearway.io.mission_file import MissionFile
+
+
+def mavlink(
+    mission: Annotated[
+        str, typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan.")
+    ],
+    connect: Annotated[
+        str,
+        typer.Option(
+            help="udpin:HOST:PORT, udpout:HOST:PORT, serial:DEVICE[:BAUD]; port 0 takes a free one."
+        ),
+    ],
+    rate: Annotated[float, typer.Option(min=1.0, max=100.0, help="Ticks a second.")] = 10.0,
+    act: Annotated[
+        bool,
+        typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
+    ] = False,
+    signing_key: Annotated[
+        Path | None,
+        typer.Option(help="File of 32 bytes or 64 hex digits: frames not signed so are refused."),
+    ] = None,
+    system: Annotated[int, typer.Option(min=1, max=255, help="The vehicle's system id.")] = 1,
+    component: Annotated[int, typer.Option(min=1, max=255, help="The autopilot's id.")] = 1,
+    icao: Annotated[
+        str | None, typer.Option(help="Our transponder's address, six hex digits.")
+    ] = None,
+    traffic_margin_m: Annotated[
+        float, typer.Option(min=0.0, help="Kept from aircraft beyond margin and half span.")
+    ] = 0.0,
+    fan_deg: Annotated[
+        float,
+        typer.Option(min=0.0, max=60.0, help="How far up and down distances count; 0: level."),
+    ] = 0.0,
+    heartbeat_s: Annotated[
+        float, typer.Option(min=0.5, help="The link is lost after so long without a heartbeat.")
+    ] = 3.0,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
+    ] = None,
+    end_on_arrival: Annotated[
+        bool, typer.Option("--end-on-arrival", help="End at the last goal instead of holding it.")
+    ] = False,
+    speedup: Annotated[
+        float, typer.Option(min=0.1, help="Of a simulated vehicle's clock against ours.")
+    ] = 1.0,
+    lock_step: Annotated[
+        bool, typer.Option("--lock-step", help="A simulated vehicle waits for our set-points.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the log of decisions and the summary.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on standard output.")
+    ] = False,
+) -> None:
+    """Decide live for an autopilot: listens and tells what it would do; with --act, does it."""
+    from clearway.autopilot.setup import SessionOptions, set_up
+    from clearway.io.mission_file import read_mission
+
+    file = read_mission(mission, say)
+    options = SessionOptions(
+        connect=connect,
+        rate_hz=rate,
+        act=act,
+        signing_key=signing_key,
+        system=system,
+        component=component,
+        icao=icao,
+        traffic_margin_m=traffic_margin_m,
+        fan_deg=fan_deg,
+        heartbeat_s=heartbeat_s,
+        speedup=None if lock_step else speedup,
+    )
+    loop = set_up(file, options, say)
+    what = "acting" if act else "read-only: nothing but our heartbeat is sent; --act sends"
+    say(f"listening on {loop.link.name}, {what}")
+    stop = _stop_rule(duration, end_on_arrival)
+    with ExitStack() as stack:
+        stack.callback(loop.link.close)
+        result = _run(loop, stop, file, rate, out, stack)
+    if as_json:
+        print_json(result)
+    else:
+        print(_in_words(result))
+    if not _is_good(result):
+        leave(NOT_REACHED)
+
+
+def _stop_rule(duration: float | None, end_on_arrival: bool) -> Stop:
+    """Ends at the duration, on arrival if asked for, and when the process is told to."""
+    told: list[int] = []
+
+    def note(number: int, _frame: object) -> None:
+        told.append(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, note)
+
+    def stop(elapsed_s: float, outcome: Outcome | None) -> bool:
+        arrived = end_on_arrival and outcome is not None and outcome.state == "arrived"
+        return bool(told) or arrived or (duration is not None and elapsed_s >= duration)
+
+    return stop
+
+
+def _run(
+    loop: Loop, stop: Stop, file: MissionFile, rate: float, out: Path | None, stack: ExitStack
+) -> dict[str, Any]:
+    """Run to the end, with a log in `out` if it is given; all of it or nothing."""
+    from clearway.autopilot.record import SessionRecord
+    from clearway.io.staging import staged
+    from clearway.io.toml import write_toml
+
+    folder = None if out is None else stack.enter_context(staged(out))
+    log = None
+    if folder is not None:
+        write_toml(file.effective(), folder / "mission.toml")
+        log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
+    record = SessionRecord(loop.session, log)
+    show = _status_line(record) if sys.stderr.isatty() else None
+
+    def take(outcome: Outcome) -> None:
+        record.take(outcome)
+        if show is not None:
+            show(outcome)
+
+    report = loop.run(stop, take)
+    loop.end()
+    result = record.summary(report, loop.inbox, loop.outbox, rate)
+    if folder is not None:
+        (folder / "summary.json").write_text(json.dumps(result, indent=2) + "\n")
+    return result
+
+
+def _status_line(record: SessionRecord) -> Any:
+    """Rewrites one line, a few times a second."""
+    import time
+
+    shown = [0.0]
+
+    def show(outcome: Outcome) -> None:
+        now = time.monotonic()
+        if now - shown[0] < 0.25:
+            return
+        shown[0] = now
+        flight = outcome.flight
+        doing = "" if flight is None else f", {flight.explanation}"
+        blind = ", BLIND: no distances" if outcome.blind else ""
+        text = (
+            f"{outcome.time_s:8.1f} s  {outcome.state}{blind}, {record.decisions} decisions{doing}"
+        )
+        print(f"\r\x1b[K{text[:118]}", end="", file=sys.stderr, flush=True)
+
+    return show
+
+
+def _is_good(result: dict[str, Any]) -> bool:
+    """Acting: arrived. Read-only: decisions were taken, and the link was good to the end."""
+    if result["acting"]:
+        return bool(result["reached"])
+    return result["decisions"] > 0 and result["state"] in ("flying", "ageing", "arrived")
+
+
+def _in_words(result: dict[str, Any]) -> str:
+    counted = (
+        ("received", result["received"]),
+        ("refused", result["refused"]),
+        ("left out", result["left_out"]),
+        ("sent", result["sent"]),
+    )
+    decision, tick = result["decision_ms"], result["tick_ms"]
+    lines = [
+        f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
+        f"reached    {'yes' if result['reached'] else 'NO'}, "
+        f"{result['waypoints_reached']} waypoints; the link at the end: {result['state']}",
+        f"decisions  {result['decisions']}, emergencies {result['emergencies']}, "
+        f"p50 {decision['p50']} ms, p99 {decision['p99']} ms, max {decision['max']} ms",
+        f"ticks      {result['ticks']} at {result['rate_hz']:g} Hz, {result['late']} late, "
+        f"{result['skipped']} skipped, p99 {tick['p99']} ms, max {tick['max']} ms",
+    ]
+    for title, counts in counted:
+        told = ", ".join(f"{number} {name}" for name, number in sorted(counts.items()))
+        lines.append(f"{title:<10} {told or 'nothing'}")
+    return "\n".join(lines)
