@@ -16,6 +16,7 @@ from clearway.cli.compare import compare
 from clearway.cli.encounters import encounters
 from clearway.cli.fly import fly
 from clearway.cli.map import show_map
+from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
 from clearway.cli.reach_compare import compare as compare_reach_sets
 from clearway.cli.reach_set import reach_set
@@ -41,6 +42,7 @@ reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare")(run_guarded(compare_reach_sets))
 app.add_typer(reach_sets, name="reach-set")
 app.command("map")(run_guarded(show_map))
+app.command("mavlink")(run_guarded(mavlink))
 app.command("reproduce")(run_guarded(reproduce))
 app.command("traffic")(run_guarded(traffic))
 
