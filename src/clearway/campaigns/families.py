@@ -181,5 +181,8 @@ def _changed(file: MissionFile, changes: Mapping[str, Mapping[str, Any]]) -> Mis
         return file
     tables = file.effective()
     for table, values in changes.items():
-        tables[table] = {**tables.get(table, {}), **values}
+        old = tables.get(table, {})
+        # Every sensor, intruder or obstacle alike.
+        several = isinstance(old, (list, tuple))
+        tables[table] = [{**one, **values} for one in old] if several else {**old, **values}
     return parse_model("changes", tables, MissionFile)

@@ -34,10 +34,10 @@ class FamilySection(Section):
     """Default: the campaign's."""
     leave_out: Annotated[tuple[str, ...], Field(strict=False)] = ()
     """Planners that do not fly here."""
-    parameters: Tables = {}
+    parameters: Tables = Field(default_factory=dict)
     """Of the family."""
-    changes: dict[str, Tables] = {}
-    """Keys of the mission file to be flown with other values, by table."""
+    changes: dict[str, Tables] = Field(default_factory=dict)
+    """Keys of the mission file to be flown with other values, by table; of every `[[table]]`."""
 
     @property
     def name(self) -> str:

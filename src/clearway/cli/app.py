@@ -12,6 +12,7 @@ import typer
 
 from clearway import __version__
 from clearway.cli.assess import assess
+from clearway.cli.campaign import campaign
 from clearway.cli.compare import compare
 from clearway.cli.encounters import encounters
 from clearway.cli.fly import fly
@@ -34,6 +35,7 @@ app = typer.Typer(
 )
 app.command("fly")(run_guarded(fly))
 app.command("compare")(run_guarded(compare))
+app.command("campaign")(run_guarded(campaign))
 app.command("assess")(run_guarded(assess))
 app.command("encounters")(run_guarded(encounters))
 app.command("pursuit")(run_guarded(pursuit))

@@ -1,0 +1,108 @@
+"""A campaign from its file to results.parquet, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway import __version__
+from clearway.campaigns.engines import Engine
+from clearway.campaigns.families import AbsentDataError
+from clearway.campaigns.file import Campaign
+from clearway.campaigns.journal import check_settings, open_journal
+from clearway.campaigns.results import need_parquet, read_results, write_results
+from clearway.campaigns.row import FlightRow
+from clearway.campaigns.task import Task, case_of, tasks_of
+from clearway.errors import InputError
+
+RESULTS, JOURNAL = "results.parquet", "journal.jsonl"
+Watch = Callable[[FlightRow | None, int, int], None]
+"""Called with each row, how many are done and how many there are; first without a row."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """What has been flown of a campaign, now and before."""
+
+    rows: tuple[FlightRow, ...]
+    """In the order of the campaign's tasks."""
+    flown_now: int
+    skipped: dict[str, str]
+    """Why, by label."""
+
+
+def run_campaign(
+    campaign: Campaign, folder: Path, engine: Engine, only: str = "*", watch: Watch | None = None
+) -> Flown:
+    """Fly what is not yet flown, and write results.parquet into the folder.
+
+    only: pattern of keys, to fly some of it. Raises InputError where the folder holds flights of
+    other settings, or no key fits the pattern; ClearwayError where workers are lost: then, as
+    whenever it is killed, the same call goes on.
+    """
+    need_parquet()
+    tasks = tasks_of(campaign)
+    skipped = absent(tasks)
+    wanted = [task for task in chosen(tasks, only) if task.label not in skipped]
+    settings = {
+        "campaign": campaign.file.name,
+        "settings_id": campaign.settings_id,
+        "version": __version__,
+    }
+    results = folder / RESULTS
+    with open_journal(folder / JOURNAL, settings) as journal:
+        rows = _before(results, settings) | {row.key: row for row in journal.rows}
+        left = [task for task in wanted if task.key not in rows]
+        if watch is not None:
+            watch(None, len(wanted) - len(left), len(wanted))
+        for number, row in enumerate(engine(left) if left else (), start=1):
+            journal.append(row)
+            rows[row.key] = row
+            if watch is not None:
+                watch(row, len(wanted) - len(left) + number, len(wanted))
+        ordered = tuple(rows[task.key] for task in by_family(tasks) if task.key in rows)
+        write_results(results, ordered, {**settings, "skipped": json.dumps(skipped)})
+        (folder / JOURNAL).unlink()
+    return Flown(ordered, len(left), skipped)
+
+
+def chosen(tasks: Sequence[Task], only: str) -> list[Task]:
+    """Tasks whose key fits a pattern; raises InputError where none does."""
+    found = [task for task in tasks if fnmatch.fnmatchcase(task.key, only)]
+    if not found:
+        examples = ", ".join(task.key for task in tasks[:3])
+        raise InputError("campaign", f"no flight {only!r}; there are {len(tasks)}: {examples}, ...")
+    return found
+
+
+def by_family(tasks: Sequence[Task]) -> list[Task]:
+    """In the order of tables: families, then planners, then seeds."""
+    labels = list(dict.fromkeys(task.label for task in tasks))
+    planners = list(dict.fromkeys(task.planner for task in tasks))
+    return sorted(
+        tasks,
+        key=lambda task: (labels.index(task.label), planners.index(task.planner), task.seed),
+    )
+
+
+def absent(tasks: Sequence[Task]) -> dict[str, str]:
+    """Labels of families whose data are not there, each with what is missing."""
+    reasons = {}
+    for task in {task.label: task for task in reversed(tasks)}.values():
+        try:
+            case_of(task)
+        except AbsentDataError as error:
+            reasons[task.label] = str(error)
+    return dict(sorted(reasons.items()))
+
+
+def _before(results: Path, settings: dict[str, str]) -> dict[str, FlightRow]:
+    """Rows of earlier sittings by key."""
+    if not results.exists():
+        return {}
+    rows, found = read_results(results)
+    check_settings(str(results), found, settings)
+    return {row.key: row for row in rows}

@@ -1,0 +1,207 @@
+"""`clearway campaign`: families of cases x planners x seeds, on all cores or on a cluster."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+
+if TYPE_CHECKING:
+    from clearway.campaigns.engines import Engine
+    from clearway.campaigns.file import Campaign
+    from clearway.campaigns.run import Flown
+
+ENGINES = ("processes", "dask")
+RUN, OUTPUT = "Run", "Output"
+
+
+def campaign(
+    file: Annotated[
+        str | None,
+        typer.Argument(help="A campaign by name (standard, quick) or a campaign file (TOML)."),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="Processes; default: one a core.", rich_help_panel=RUN),
+    ] = None,
+    engine: Annotated[
+        str, typer.Option(help="processes of this machine, or dask.", rich_help_panel=RUN)
+    ] = "processes",
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a dask scheduler, tcp://host:8786.", rich_help_panel=RUN),
+    ] = None,
+    only: Annotated[
+        str,
+        typer.Option(
+            help="Fly the flights with such keys: family/planner/seed, with * for anything.",
+            rich_help_panel=RUN,
+        ),
+    ] = "*",
+    replay: Annotated[
+        str | None,
+        typer.Option(
+            help="Fly this flight again, with pictures, and check that it ends the same.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
+    list_families: Annotated[
+        bool, typer.Option("--families", help="List the families of cases.", rich_help_panel=RUN)
+    ] = False,
+    summary: Annotated[
+        Path | None,
+        typer.Option(help="Print the table of a results file again.", rich_help_panel=OUTPUT),
+    ] = None,
+    docs: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Put the tables between the marks of a Markdown page.", rich_help_panel=OUTPUT
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the results; default clearway-out/campaign-<name>.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
+    ] = False,
+) -> None:
+    """Fly a campaign, or go on with it: exit status 0 if its first planner was safe throughout."""
+    if list_families:
+        _list(as_json)
+        return
+    if summary is not None:
+        _print_again(summary, docs or [], as_json)
+        return
+    from clearway.campaigns.file import read_campaign
+    from clearway.errors import InputError
+
+    if file is None:
+        raise InputError("campaign", "a name or a file is needed, or --summary or --families")
+    asked = read_campaign(file)
+    folder = out or Path("clearway-out") / f"campaign-{asked.file.name}"
+    if replay is not None:
+        from clearway.cli.campaign_replay import replay_flight
+
+        replay_flight(asked, replay, folder, as_json)
+        return
+    flown = _flown(asked, folder, _engine(engine, scheduler, workers), only)
+    _finish(flown, asked, folder, docs or [], as_json)
+
+
+def _list(as_json: bool) -> None:
+    from clearway.campaigns.families import FAMILIES
+
+    if as_json:
+        families = [
+            {
+                "name": name,
+                "about": family.about,
+                "parameters": list(family.parameters.model_fields),
+            }
+            for name, family in FAMILIES.items()
+        ]
+        print_json({"families": families})
+        return
+    for name, family in FAMILIES.items():
+        print(f"{name:<12}{family.about}")
+        for parameter in family.parameters.model_fields:
+            print(f"{'':<14}{parameter}")
+
+
+def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
+    from clearway.campaigns.engines import in_processes, on_cluster
+    from clearway.errors import InputError
+
+    if name not in ENGINES:
+        raise InputError("--engine", f"{name!r}: there are {', '.join(ENGINES)}")
+    if name == "processes":
+        if scheduler is not None:
+            raise InputError("--scheduler", "is for --engine dask")
+        return in_processes(workers or os.cpu_count() or 1)
+    if scheduler is None:
+        raise InputError("--engine dask", "needs --scheduler with the address of one")
+    if workers is not None:
+        raise InputError("--workers", "a cluster has its own workers")
+    return on_cluster(scheduler)
+
+
+def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
+    """All flights, with a progress bar on standard error that counts what was flown before."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    from clearway.campaigns.row import FlightRow
+    from clearway.campaigns.run import run_campaign
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[last]}"),
+    )
+    console = Console(stderr=True)
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task(asked.file.name, total=None, last="getting ready")
+
+        def watch(row: FlightRow | None, done: int, total: int) -> None:
+            last = f"{row.key}: {row.outcome}" if row else ""
+            bar.update(task, completed=done, total=total, last=last)
+            if row is None and done:
+                say(f"{done} of {total} flights were flown before")
+
+        return run_campaign(asked, folder, engine, only, watch)
+
+
+def _finish(flown: Flown, asked: Campaign, folder: Path, docs: list[Path], as_json: bool) -> None:
+    """Tables where they are wanted, and the exit status."""
+    from clearway.campaigns.run import RESULTS
+
+    results = folder / RESULTS
+    for label, why in flown.skipped.items():
+        say(f"skipped {label}: {why}")
+    say(f"{flown.flown_now} flights flown, {len(flown.rows)} in {results}")
+    _print(results, docs, as_json, {"flown_now": flown.flown_now})
+    first = asked.file.planners[0]
+    if any(not row.safe for row in flown.rows if row.planner == first):
+        leave(NOT_REACHED)
+
+
+def _print_again(results: Path, docs: list[Path], as_json: bool) -> None:
+    _print(results, docs, as_json, {})
+
+
+def _print(results: Path, docs: list[Path], as_json: bool, more: dict[str, int]) -> None:
+    """The table of a results file: on standard output, and in pages."""
+    import json
+
+    from clearway.campaigns.pages import write_pages
+    from clearway.campaigns.results import read_results
+    from clearway.cli.campaign_table import as_values, print_tables
+
+    rows, settings = read_results(results)
+    skipped = json.loads(settings.get("skipped", "{}"))
+    for page in docs:
+        say(f"{page}: {', '.join(write_pages(page, rows, settings, skipped))} written")
+    if as_json:
+        print_json({**as_values(rows, settings, skipped), **more, "results": str(results)})
+    else:
+        print_tables(rows, settings, skipped)

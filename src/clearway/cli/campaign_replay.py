@@ -1,0 +1,66 @@
+"""One flight of a campaign once more: with logs and pictures, and held against its row."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+
+if TYPE_CHECKING:
+    from clearway.campaigns.file import Campaign
+    from clearway.campaigns.row import FlightRow
+
+
+def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> None:
+    """Fly the flight of a key again; exit status 1 if it does not end as its row says."""
+    from dataclasses import asdict
+
+    from clearway.campaigns.run import RESULTS, chosen
+    from clearway.campaigns.summary import in_words
+    from clearway.campaigns.task import case_of, row_of, tasks_of
+    from clearway.cli.fly import flown_with_bar, write_flight
+
+    task = chosen(tasks_of(asked), key)[0]
+    case = case_of(task)
+    case.setup.refuse_impossible()
+    run = flown_with_bar(case.setup, task.planner)
+    row = row_of(task, run, 0.0)
+    pictures = folder / "replays" / task.key.replace("/", "-")
+    written = write_flight(run, case.setup, case.file, pictures, True, task.planner)
+    before = _row_before(folder / RESULTS, task.key)
+    other = _differences(before, row)
+    if as_json:
+        flight = asdict(row)
+        print_json({"flight": flight, "compared": before is not None, "differs_in": other})
+    else:
+        print(f"{task.key} {in_words(row)}")
+    say(f"wrote {', '.join(written)} to {pictures}")
+    if before is None:
+        say(f"no row of this flight in {folder / RESULTS} to hold it against")
+    elif other:
+        say(f"it does NOT end as its row says: {', '.join(other)}")
+        leave(NOT_REACHED)
+    else:
+        say("it ends as its row says, to the last bit")
+
+
+def _row_before(results: Path, key: str) -> FlightRow | None:
+    from clearway.campaigns.results import read_results
+
+    if not results.exists():
+        return None
+    rows, _ = read_results(results)
+    return next((row for row in rows if row.key == key), None)
+
+
+def _differences(before: FlightRow | None, row: FlightRow) -> list[str]:
+    """Columns in which a row differs from the one before, but for times of computing."""
+    from clearway.campaigns.row import without_timings
+
+    if before is None:
+        return []
+    old, new = without_timings(before), without_timings(row)
+    return [
+        f"{name} {new[name]!r} instead of {old[name]!r}" for name in new if new[name] != old[name]
+    ]

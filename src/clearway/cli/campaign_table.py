@@ -1,0 +1,138 @@
+"""The table of a campaign on the terminal, and as the object that `--json` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from clearway.campaigns.pages import mean_in_words
+from clearway.campaigns.row import FlightRow
+from clearway.campaigns.summary import (
+    Mean,
+    Rate,
+    Standing,
+    failures,
+    in_words,
+    seconds,
+    standings,
+)
+
+FAILURES_SHOWN = 20
+
+
+def as_values(
+    rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
+) -> dict[str, Any]:
+    """Planners by family, where the first is not first, and all failures."""
+    table = standings(rows)
+    return {
+        "campaign": settings["campaign"],
+        "settings_id": settings["settings_id"],
+        "version": settings["version"],
+        "flights": len(rows),
+        "skipped": skipped,
+        "table": [_values(standing) for standing in table],
+        "not_first": [each._asdict() for each in seconds(table)],
+        "failures": [
+            {"key": row.key, "outcome": row.outcome, "what": in_words(row), "replay": row.replay}
+            for row in failures(rows)
+        ],
+    }
+
+
+def _values(standing: Standing) -> dict[str, Any]:
+    rates = ("safe", "reached", "crashed", "lost_margin")
+    means = ("path_ratio", "time_s")
+    plain = ("nearest_min_m", "nearest_median_m", "decision_ms")
+    return {
+        "family": standing.label,
+        "planner": standing.planner,
+        "flights": standing.safe.flights,
+        "not_flown": standing.not_flown,
+        **{name: _rate_values(getattr(standing, name)) for name in rates},
+        **{name: _mean_values(getattr(standing, name)) for name in means},
+        **{name: _value(getattr(standing, name)) for name in plain},
+    }
+
+
+def _rate_values(rate: Rate) -> dict[str, Any]:
+    return {"flights": rate.number, "wilson_95": list(rate.interval)}
+
+
+def _mean_values(mean: Mean) -> dict[str, Any]:
+    return {"mean": _value(mean.value), "bootstrap_95": [_value(mean.low), _value(mean.high)]}
+
+
+def _value(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def print_tables(
+    rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
+) -> None:
+    """Families one after the other, then failures with the commands that show them."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    if not rows:
+        print("no flights yet")
+        return
+    title = f"{settings['campaign']}: {len(rows)} flights"
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
+    for name in ("family", "planner"):
+        table.add_column(name, no_wrap=True)
+    for name in ("safe", "crashed", "margin lost", "nearest m", "median m", "path", "time s", "ms"):
+        table.add_column(name, justify="right", no_wrap=True)
+    before = ""
+    everything = standings(rows)
+    for number, standing in enumerate(everything):
+        label = standing.label if standing.label != before else ""
+        before = standing.label
+        last = number + 1 == len(everything) or everything[number + 1].label != before
+        table.add_row(label, *_cells(standing), end_section=last)
+    Console(width=175).print(table)
+    print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
+    print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
+    for label, why in skipped.items():
+        print(f"skipped {label}: {why}")
+    _print_failures(rows)
+
+
+def _cells(standing: Standing) -> tuple[str, ...]:
+    return (
+        standing.planner,
+        _rate(standing.safe),
+        _rate(standing.crashed),
+        _rate(standing.lost_margin),
+        _number(standing.nearest_min_m),
+        _number(standing.nearest_median_m),
+        mean_in_words(standing.path_ratio, 2),
+        mean_in_words(standing.time_s, 1),
+        _number(standing.decision_ms),
+    )
+
+
+def _rate(rate: Rate) -> str:
+    low, high = (100.0 * share for share in rate.interval)
+    return f"{rate.number}/{rate.flights} {low:3.0f}-{high:.0f} %"
+
+
+def _number(value: float) -> str:
+    return f"{value:.2f}" if np.isfinite(value) else "-"
+
+
+def _print_failures(rows: Sequence[FlightRow]) -> None:
+    """Those of the first planner first; the others are told by number."""
+    first = rows[0].planner
+    failed = failures(rows)
+    own = [row for row in failed if row.planner == first]
+    for row in own[:FAILURES_SHOWN]:
+        print(f"{row.key} {in_words(row)}; see it with {row.replay}")
+    if len(own) > FAILURES_SHOWN:
+        print(f"{len(own) - FAILURES_SHOWN} more of {first}")
+    others = [row for row in failed if row.planner != first]
+    if others:
+        print(f"{len(others)} of other planners, such as {others[0].replay}; --json lists all")

@@ -1,0 +1,491 @@
+"""Campaigns: families, journal, engines and tables; through the command where a user would."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clearway.campaigns.conflicts import KINDS, ConflictParameters, conflict
+from clearway.campaigns.engines import in_processes, on_cluster
+from clearway.campaigns.families import FAMILIES, make_case
+from clearway.campaigns.file import built_in_campaigns, read_campaign
+from clearway.campaigns.journal import open_journal
+from clearway.campaigns.results import read_results, write_results
+from clearway.campaigns.row import FlightRow, without_timings
+from clearway.campaigns.run import run_campaign
+from clearway.campaigns.summary import Rate, seconds, standings
+from clearway.campaigns.task import fly_task, tasks_of
+from clearway.confidence import bootstrap_mean
+from clearway.encounters import RADIUS_M
+from clearway.errors import InputError
+from clearway.simulation import simulate
+
+CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+SMALL = """
+name = "small"
+planners = ["clearway", "straight", "potential-field"]
+seeds = 6
+
+[[family]]
+family = "several"
+
+[[family]]
+family = "head-on"
+label = "noisy"
+parameters = { position_noise_m = 0.3, velocity_noise_mps = 0.1 }
+
+[[family]]
+family = "balls"
+label = "balls-60"
+parameters = { balls = 60 }
+seeds = 2
+leave_out = ["potential-field"]
+changes.simulation = { scan_latency_s = 1.0 }
+changes.lidar = { dropout = 0.5 }
+"""
+FLIGHTS = 2 * 3 * 6 + 2 * 2
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign file."""
+    path = tmp_path_factory.mktemp("campaign") / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(small: Path) -> list[FlightRow]:
+    """Its rows, flown in one go in this process."""
+    out = small.parent / "whole"
+    run_campaign(read_campaign(str(small)), out, in_processes(1))
+    rows, _ = read_results(out / "results.parquet")
+    assert len(rows) == FLIGHTS
+    return rows
+
+
+def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*CLEARWAY, "campaign", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def same(one: list[FlightRow], other: list[FlightRow]) -> bool:
+    return [without_timings(row) for row in one] == [without_timings(row) for row in other]
+
+
+def lines_of(journal: Path) -> int:
+    return journal.read_bytes().count(b"\n") if journal.exists() else 0
+
+
+def wait_for(condition: Any, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def children_of(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return " Z " not in Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+
+
+# Killed and gone on with ---------------------------------------------------------------------
+
+
+def test_killed_again_and_again_nothing_is_lost_and_nothing_is_double(
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    journal, moments = tmp_path / "out" / "journal.jsonl", random.Random(6)
+    known = 1
+    for workers in (2, 1, 1):
+        command = [*CLEARWAY, "campaign", str(small), "--out", str(tmp_path / "out")]
+        sitting = subprocess.Popen(
+            [*command, "--workers", str(workers)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        with sitting:
+            wait_for(lambda: lines_of(journal) > known or sitting.poll() is not None)
+            helpers = children_of(sitting.pid)
+            time.sleep(moments.uniform(0.0, 0.3))
+            sitting.send_signal(signal.SIGKILL)
+        assert sitting.returncode == -signal.SIGKILL
+        assert lines_of(journal) > known
+        known = lines_of(journal)
+        assert bool(helpers) == (workers > 1)
+        wait_for(lambda helpers=helpers: not any(map(is_alive, helpers)), 10.0)
+    assert not (tmp_path / "out" / "results.parquet").exists()
+    done = run(small, "--out", tmp_path / "out", "--workers", 2, "--json", cwd=tmp_path)
+    assert done.returncode in (0, 1), done.stderr
+    result = json.loads(done.stdout)
+    assert 0 < result["flown_now"] <= FLIGHTS - (known - 1)
+    assert result["flights"] == FLIGHTS
+    rows, _ = read_results(tmp_path / "out" / "results.parquet")
+    assert same(rows, uninterrupted)
+    assert not journal.exists()
+
+
+def test_a_journal_torn_anywhere_keeps_its_whole_lines(
+    uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    path, settings, rows = tmp_path / "journal.jsonl", {"version": "1"}, uninterrupted[:3]
+    with open_journal(path, settings) as journal:
+        for row in rows:
+            journal.append(row)
+    whole = path.read_bytes()
+    ends = [n + 1 for n, byte in enumerate(whole) if byte == ord("\n")]
+    near = {end + by for end in ends for by in (-1, 0, 1)} - {len(whole) + 1}
+    for cut in sorted(near | set(range(0, len(whole), 211))):
+        path.write_bytes(whole[:cut])
+        kept = sum(end <= cut for end in ends[1:])
+        with open_journal(path, settings) as journal:
+            assert journal.rows == rows[:kept]
+            for row in rows[kept:]:
+                journal.append(row)
+        assert path.read_bytes() == whole
+
+
+def test_only_one_campaign_at_a_time_writes_a_journal(tmp_path: Path) -> None:
+    path = tmp_path / "journal.jsonl"
+    with (
+        open_journal(path, {}),
+        pytest.raises(InputError, match="another campaign"),
+        open_journal(path, {}),
+    ):
+        pass
+
+
+def test_changed_settings_are_told_from_the_same_in_other_words(
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    write_results(
+        tmp_path / "results.parquet",
+        uninterrupted,
+        {
+            "campaign": "small",
+            "settings_id": read_campaign(str(small)).settings_id,
+            "version": uninterrupted[0].version,
+        },
+    )
+    same_file, other_file = tmp_path / "same.toml", tmp_path / "other.toml"
+    same_file.write_text("# Another comment.\n" + SMALL.replace("seeds = 6", "seeds   =  6"))
+    other_file.write_text(SMALL.replace("dropout = 0.5", "dropout = 0.4"))
+    flown = run_campaign(read_campaign(str(same_file)), tmp_path, in_processes(1))
+    assert flown.flown_now == 0
+    assert same(list(flown.rows), uninterrupted)
+    with pytest.raises(InputError, match="settings_id"):
+        run_campaign(read_campaign(str(other_file)), tmp_path, in_processes(1))
+
+
+def test_part_of_a_campaign_can_be_flown_first(small: Path, tmp_path: Path) -> None:
+    campaign = read_campaign(str(small))
+    first = run_campaign(campaign, tmp_path, in_processes(1), "several/straight/[01]")
+    assert [row.key for row in first.rows] == ["several/straight/0", "several/straight/1"]
+    second = run_campaign(campaign, tmp_path, in_processes(1), "several/*/0")
+    assert second.flown_now == 2
+    assert [row.key for row in second.rows] == [
+        "several/clearway/0",
+        "several/straight/0",
+        "several/straight/1",
+        "several/potential-field/0",
+    ]
+
+
+# Other engines ---------------------------------------------------------------------------------
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_rows(
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    contact = tmp_path / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(module: str, *options: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.{module}", *options]
+        process = subprocess.Popen([*command, "--no-dashboard", "--host", "127.0.0.1"], **quiet)  # type: ignore[call-overload]
+        started.append(process)
+        return process
+
+    try:
+        start("dask_scheduler", "--port", "0", "--scheduler-file", str(contact))
+        wait_for(lambda: contact.exists() and contact.read_text().strip().endswith("}"))
+        address = json.loads(contact.read_text())["address"]
+        workers = [start("dask_worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
+        done: list[FlightRow] = []
+        for row in on_cluster(address)(tasks_of(read_campaign(str(small)))):
+            done.append(row)
+            if len(done) == FLIGHTS // 4:
+                workers[0].kill()
+        assert workers[0].wait() == -signal.SIGKILL
+        assert workers[1].poll() is None
+    finally:
+        for process in reversed(started):
+            process.kill()
+            process.wait()
+    order = [row.key for row in uninterrupted]
+    assert same(sorted(done, key=lambda row: order.index(row.key)), uninterrupted)
+
+
+def test_a_row_is_flown_again_with_pictures_and_ends_the_same(
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    row = next(row for row in uninterrupted if row.crashed)
+    program, *arguments = row.replay.split()
+    assert program == "clearway"
+    results = tmp_path / "results.parquet"
+    write_results(results, [row], {})
+    again = run(*arguments[1:], "--out", tmp_path, "--json", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    result = json.loads(again.stdout)
+    assert (result["compared"], result["differs_in"]) == (True, [])
+    folder = tmp_path / "replays" / row.key.replace("/", "-")
+    assert {"flight.png", "track.csv", "mission.toml"} <= {each.name for each in folder.iterdir()}
+    write_results(results, [replace(row, track_id="other")], {})
+    other = run(*arguments[1:], "--out", tmp_path, cwd=tmp_path)
+    assert other.returncode == 1
+    assert "track_id" in other.stderr
+
+
+# Families ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_straight_flight_meets_every_intruder_of_a_conflict(kind: str) -> None:
+    for seed in range(8):
+        file = conflict(kind, seed, ConflictParameters())
+        assert (len(file.intruder) > 1) == (kind == "several")
+        for intruder in file.intruder:
+            place, velocity = np.array(intruder.position_m), np.array(intruder.velocity_mps)
+            assert np.linalg.norm(place) == pytest.approx(10.0)
+            closing = velocity - [1.0, 0.0, 0.0]
+            meets_s = float(-place @ closing / (closing @ closing))
+            assert np.linalg.norm(place + meets_s * closing) == pytest.approx(0.0, abs=1e-9)
+            assert meets_s + intruder.appears_s < file.mission.waypoints_m[-1][0]
+            assert intruder.radius_m == RADIUS_M
+
+
+def test_kinds_of_conflict_are_what_they_are_called() -> None:
+    for seed in range(20):
+        velocity = {
+            kind: np.array(conflict(kind, seed, ConflictParameters()).intruder[0].velocity_mps)
+            for kind in KINDS
+        }
+        assert velocity["head-on"][0] < -0.9 * np.linalg.norm(velocity["head-on"])
+        assert 0.25 < velocity["overtaking"][0] < 0.7
+        assert velocity["overtaken"][0] > 1.2
+        assert abs(velocity["climbing"][2]) > 0.3 * np.linalg.norm(velocity["climbing"])
+        assert abs(velocity["converging"][1]) > 0.65 * np.linalg.norm(velocity["converging"])
+
+
+def test_a_case_is_the_mission_with_its_changes_and_seed() -> None:
+    changes = {"simulation": {"scan_latency_s": 0.5}, "lidar": {"dropout": 0.25}}
+    case = make_case("mission", 7, {"mission": "static-obstacles"}, changes, Path())
+    assert (case.file.simulation.scan_latency_s, case.file.lidar[0].dropout) == (0.5, 0.25)
+    assert (case.setup.simulation.seed, case.setup.simulation.scan_latency_s) == (7, 0.5)
+    plain = make_case("mission", 7, {"mission": "static-obstacles"}, {}, Path())
+    assert plain.file.lidar[0].dropout == 0.05
+
+
+def test_absent_data_are_skipped_with_a_reason(tmp_path: Path) -> None:
+    (tmp_path / "place.toml").write_text(
+        '[mission]\nname = "place"\nwaypoints_m = [[20, 0, 0]]\n'
+        '[point_cloud]\nfile = "survey.laz"\npoint_radius_m = 0.2\n'
+    )
+    file = tmp_path / "c.toml"
+    file.write_text(
+        'name = "c"\nplanners = ["straight"]\n'
+        '[[family]]\nfamily = "place"\nparameters = { mission = "place.toml" }\n'
+        '[[family]]\nfamily = "place"\nlabel = "gone"\nparameters = { mission = "gone.toml" }\n'
+        '[[family]]\nfamily = "head-on"\n'
+    )
+    flown = run_campaign(read_campaign(str(file)), tmp_path / "out", in_processes(1))
+    assert [row.label for row in flown.rows] == ["head-on"]
+    assert "survey.laz" in flown.skipped["place"]
+    assert "gone.toml" in flown.skipped["gone"]
+    again = run("--summary", tmp_path / "out" / "results.parquet", cwd=tmp_path)
+    assert "skipped place: place.toml needs survey.laz" in again.stdout
+
+
+def test_a_planner_that_raises_is_a_flight_that_failed(
+    small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def falls(*_: object) -> None:
+        raise ZeroDivisionError("over zero")
+
+    assert simulate is not falls
+    monkeypatch.setattr("clearway.flight.simulate", falls)
+    row = fly_task(tasks_of(read_campaign(str(small)))[0])
+    assert (row.outcome, row.why) == ("failed", "ZeroDivisionError: over zero")
+    assert row.lost_margin
+    assert not row.safe
+
+
+def test_every_built_in_campaign_flies_known_families_in_distinct_flights() -> None:
+    assert {"standard", "quick"} <= set(built_in_campaigns())
+    for name in built_in_campaigns():
+        keys = [task.key for task in tasks_of(read_campaign(name))]
+        assert len(keys) == len(set(keys))
+    labels = {section.name for section in read_campaign("standard").file.family}
+    assert len([label for label in labels if label.startswith("balls-")]) == 6
+    assert {"forest", "street", "wires", "walls", "pockets", "maze"} <= labels
+    assert set(KINDS) <= labels
+
+
+def test_the_page_names_every_family_and_its_parameters() -> None:
+    page = (DOCS / "campaign.md").read_text()
+    for name, family in FAMILIES.items():
+        assert f"`{name}`" in page
+        for parameter in family.parameters.model_fields:
+            assert f"`{parameter}`" in page
+
+
+# Tables --------------------------------------------------------------------------------------------
+
+
+def test_standings_count_what_rows_say(uninterrupted: list[FlightRow]) -> None:
+    plain = uninterrupted[0]
+    outcomes = ["safe", "safe", "margin lost", "crashed", "not reached", "refused"]
+    rows = [
+        replace(
+            plain,
+            seed=seed,
+            outcome=outcome,
+            reached=outcome in ("safe", "margin lost"),
+            crashed=outcome == "crashed",
+            nearest_m=None if outcome == "refused" else float(seed),
+            path_m=11.0 + seed,
+            straight_m=10.0,
+        )
+        for seed, outcome in enumerate(outcomes)
+    ]
+    (standing,) = standings(rows)
+    assert standing.safe == Rate(2, 6)
+    assert standing.reached == Rate(3, 6)
+    assert standing.crashed == Rate(1, 6)
+    assert standing.lost_margin == Rate(2, 6)
+    assert standing.not_flown == 1
+    assert (standing.nearest_min_m, standing.nearest_median_m) == (0.0, 2.0)
+    assert standing.path_ratio.value == pytest.approx(1.2)
+    assert 1.1 <= standing.path_ratio.low <= 1.2 <= standing.path_ratio.high <= 1.3
+    better = [replace(row, planner="other", outcome="safe", crashed=False) for row in rows]
+    told = {each.measure: (each.own, each.others) for each in seconds(standings(rows + better))}
+    assert told == {
+        "reached with margin": (2, {"other": 6}),
+        "crashes": (1, {"other": 0}),
+        "margin losses": (2, {"other": 0}),
+    }
+
+
+def test_bootstrap_of_a_normal_sample_is_the_textbook_interval() -> None:
+    sample = np.random.default_rng(0).normal(3.0, 2.0, 1_000)
+    low, high = bootstrap_mean(sample)
+    half = 1.96 * sample.std() / np.sqrt(1_000)
+    assert low == pytest.approx(sample.mean() - half, abs=0.15 * half)
+    assert high == pytest.approx(sample.mean() + half, abs=0.15 * half)
+    assert bootstrap_mean([2.0, 2.0]) == (2.0, 2.0)
+    assert np.isnan(bootstrap_mean([])).all()
+
+
+def test_results_come_back_from_parquet_as_they_went_in(
+    uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    write_results(tmp_path / "r.parquet", uninterrupted, {"campaign": "ä"})
+    rows, settings = read_results(tmp_path / "r.parquet")
+    assert [asdict(row) for row in rows] == [asdict(row) for row in uninterrupted]
+    assert settings == {"campaign": "ä"}
+    assert [each.name for each in tmp_path.iterdir()] == ["r.parquet"]
+
+
+def test_tables_are_put_between_the_marks_of_a_page(
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    page = tmp_path / "page.md"
+    marks = "".join(
+        f"{name}\n<!-- {name}:begin -->\nold\n<!-- {name}:end -->\n"
+        for name in ("campaign", "campaign-short")
+    )
+    page.write_text(f"before\n{marks}after\n")
+    results = small.parent / "whole" / "results.parquet"
+    for _ in range(2):
+        done = run("--summary", results, "--docs", page, "--json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "old" not in text
+    short = re.search(r"^\| several \| 6 \| (\d) / (\d) \|", text, re.MULTILINE)
+    assert short is not None
+    flown = [row for row in uninterrupted if row.key.startswith("several/clearway/")]
+    assert (int(short[1]), int(short[2])) == (sum(row.safe for row in flown), 0)
+    assert len(re.findall(r"^### several$", text, re.MULTILINE)) == 1
+    failed = {each["key"] for each in json.loads(done.stdout)["failures"]}
+    assert failed == {row.key for row in uninterrupted if not row.safe}
+    assert "several/straight/0" in failed
+
+
+# Bad input -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SMALL.replace('"head-on"', '"swamp"'), "forest"),
+        (SMALL.replace("balls = 60", "balls = 0"), "balls"),
+        (SMALL.replace("balls = 60", "bulls = 60"), "did you mean"),
+        (SMALL.replace('"straight"', '"best"'), "potential-field"),
+        (SMALL.replace('label = "noisy"', 'label = "several"'), "several"),
+        (SMALL.replace('label = "noisy"', 'label = "a/b"'), "label"),
+        (SMALL.replace("changes.lidar", "changes.radar"), "lidar"),
+        (SMALL.replace("dropout = 0.5", "dropout = 1.5"), "dropout"),
+        (SMALL.replace("seeds = 6", "seeds = 0"), "seeds"),
+        ("name = [", "no valid TOML"),
+    ],
+)
+def test_bad_campaign_files_say_where_and_what_is_valid(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)):
+        run_campaign(read_campaign(str(path)), tmp_path / "out", in_processes(1))
+    assert not (tmp_path / "out").exists()
+
+
+def test_bad_requests_end_with_2_and_leave_nothing(small: Path, tmp_path: Path) -> None:
+    (tmp_path / "r.parquet").write_text("no parquet")
+    for arguments, said in (
+        (("swamp",), "quick, standard"),
+        ((small, "--engine", "slurm"), "dask"),
+        ((small, "--replay", "several/best/0"), "several/clearway/0"),
+    ):
+        done = run(*arguments, cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (2, ""), done.stderr
+        assert said in done.stderr
+        assert "Traceback" not in done.stderr
+    assert [each.name for each in tmp_path.iterdir()] == ["r.parquet"]
+    with pytest.raises(InputError, match="no Parquet file"):
+        read_results(tmp_path / "r.parquet")
+    with pytest.raises(InputError, match="no scheduler answers"):
+        list(on_cluster("tcp://127.0.0.1:1")(tasks_of(read_campaign(str(small)))))
