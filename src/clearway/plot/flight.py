@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from clearway.avoidance import grid_frame
@@ -23,6 +24,8 @@ from clearway.simulation import LoggedDecision, Run
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
 MOST_DOTS = 12_000
+MOST_TICKS = 8
+"""Along the longest axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +176,8 @@ def _equal_box(axes: Axes3D, points: FloatArray) -> None:
     axes.set_ylim(low[1], high[1])
     axes.set_zlim(low[2], high[2])
     axes.set_box_aspect(tuple(high - low))
+    flat = float((high - low)[2] / (high - low).max())
+    axes.zaxis.set_major_locator(MaxNLocator(nbins=max(2, round(MOST_TICKS * flat))))
 
 
 def _labels(places: FloatArray) -> dict[tuple[float, ...], str]:
