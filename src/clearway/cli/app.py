@@ -21,6 +21,7 @@ from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
 from clearway.cli.reach_compare import compare as compare_reach_sets
 from clearway.cli.reach_set import reach_set
+from clearway.cli.replay import replay
 from clearway.cli.report import run_guarded
 from clearway.cli.reproduce import reproduce
 from clearway.cli.traffic import traffic
@@ -45,6 +46,7 @@ reach_sets.command("compare")(run_guarded(compare_reach_sets))
 app.add_typer(reach_sets, name="reach-set")
 app.command("map")(run_guarded(show_map))
 app.command("mavlink")(run_guarded(mavlink))
+app.command("replay")(run_guarded(replay))
 app.command("reproduce")(run_guarded(reproduce))
 app.command("traffic")(run_guarded(traffic))
 

@@ -45,6 +45,12 @@ def fly(
         str, typer.Option(help="clearway, or a planner to compare it with: straight, vfh, ...")
     ] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    mcap: Annotated[
+        bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
+    ] = True,
+    parquet: Annotated[
+        bool, typer.Option("--parquet", help="Write the log as Parquet tables too.")
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
@@ -53,8 +59,11 @@ def fly(
     from clearway.baselines import known_planner
     from clearway.flight import prepare
     from clearway.io.run_files import summary
+    from clearway.io.run_tables import check_tables
 
     known_planner(planner)
+    if parquet:
+        check_tables()
     file = _changed(_read(mission), seed, rating, verify, spawn)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
@@ -63,7 +72,9 @@ def fly(
     setup.refuse_impossible()
     run = flown_with_bar(setup, planner)
     folder = out or Path("clearway-out") / file.mission.name
-    written = _write(run, setup, file, folder, plots, planner)
+    written = _write(
+        run, setup, file, folder, plots, planner, mcap=mcap, parquet=parquet
+    )
     if as_json:
         print_json(summary(run, planner))
     else:
@@ -147,9 +158,13 @@ def _write(
     folder: Path,
     plots: bool,
     planner: str,
+    *,
+    mcap: bool = True,
+    parquet: bool = False,
 ) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
     from clearway.io.run_files import summary, write_decisions, write_intruders, write_track
+    from clearway.io.run_tables import write_tables
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
 
@@ -160,9 +175,28 @@ def _write(
             write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
         (scratch / "summary.json").write_text(json.dumps(summary(run, planner), indent=2) + "\n")
+        if parquet:
+            write_tables(run, scratch, planner)
+        if mcap:
+            _record(run, setup, file, scratch, planner)
         if plots:
             _draw(run, setup, file, scratch)
         return sorted(path.name for path in scratch.iterdir())
+
+
+def _record(
+    run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path, planner: str
+) -> None:
+    """The run as one MCAP file; without the extra that writes it, a line says so."""
+    from clearway.errors import MissingExtraError
+    from clearway.io.toml import dump_toml
+    from clearway.replay.reading import RUN_FILE
+    from clearway.replay.writing import write_mcap
+
+    try:
+        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE, planner)
+    except MissingExtraError as error:
+        say(str(error))
 
 
 def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:

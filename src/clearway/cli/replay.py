@@ -1,0 +1,83 @@
+"""`clearway replay`: a run in the browser, with a time slider, or as one page to keep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import print_json, say
+
+if TYPE_CHECKING:
+    from clearway.replay.reading import Recording
+
+PORT = 8137
+
+
+def replay(
+    run: Annotated[
+        Path, typer.Argument(help="A run folder of `clearway fly`, or its run.mcap.", metavar="RUN")
+    ],
+    html: Annotated[
+        Path | None,
+        typer.Option(help="Write the page to this file instead of serving it."),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 takes any that is free.")
+    ] = PORT,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on standard output.")
+    ] = False,
+) -> None:
+    """Show a run in 3-D: its cells, reach set, plan and intruders at every moment."""
+    from clearway.replay.page import page_of
+    from clearway.replay.reading import read_run
+
+    recording = read_run(run)
+    page = page_of(recording)
+    result = _told(recording, len(page.encode()))
+    if html is not None:
+        _write(page, html)
+        say(f"wrote {html}, {len(page.encode()) / 1e6:.2f} MB")
+        if as_json:
+            print_json(result | {"html": str(html)})
+        return
+    _serve(page, port, browser, result if as_json else None)
+
+
+def _told(recording: Recording, size: int) -> dict[str, Any]:
+    return {
+        "run": recording.source,
+        "mission": recording.mission["name"],
+        "time_s": recording.mission["summary"]["time_s"],
+        "decisions": len(recording.decisions),
+        "intruders": len(recording.mission["intruder_radius_m"]),
+        "page_bytes": size,
+    }
+
+
+def _write(page: str, path: Path) -> None:
+    """The whole page or nothing."""
+    from clearway.io.staging import staged
+
+    with staged(path.absolute().parent) as scratch:
+        (scratch / path.name).write_text(page, encoding="utf-8", newline="\n")
+
+
+def _serve(page: str, port: int, browser: bool, result: dict[str, Any] | None) -> None:
+    import webbrowser
+
+    from clearway.replay.serving import serve
+
+    def ready(address: str) -> None:
+        if result is not None:
+            print_json(result | {"url": address})
+        say(f"{address}  (Ctrl-C ends it)")
+        if browser and not webbrowser.open(address):
+            say("no browser could be opened; open the address yourself")
+
+    serve(page, port, ready)

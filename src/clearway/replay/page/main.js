@@ -1,0 +1,262 @@
+// Puts it together: what is shown, time that passes, keys, and the address, which keeps the moment.
+
+const SWITCHES = [["reach", "reach set"], ["plan", "plan"], ["points", "points"],
+  ["intruders", "intruders"], ["obstacles", "obstacles"], ["margin", "margin"], ["names", "names"],
+  ["follow", "follow"]];
+const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20];
+const VIEWS = { behind: "Behind", side: "Side", top: "Top", all: "All" };
+
+class Replay {
+  constructor(run) {
+    this.run = run;
+    this.canvas = document.getElementById("view");
+    this.renderer = new Renderer(this.canvas);
+    this.scenery = new Scenery(run, this.renderer);
+    this.evidence = new EvidenceView(run, this.renderer, this.scenery.ball);
+    this.aside = 0;  // How far the sight is turned from the way flown.
+    this.camera = new Camera(this.canvas, (shifted) => {
+      if (shifted) this.set("follow", false);
+      this.aside = this.camera.yaw - this.way();
+      this.stale = true;
+    });
+    this.labels = new Labels(run, this.scenery);
+    this.timeline = new Timeline(run, (time) => this.seek(time));
+    this.panel = new Panel(run);
+    this.time = run.start;
+    this.speed = 1;
+    this.playing = false;
+    this.frameMs = [];
+    this.show = { colouring: run.blocks.cells ? "obstacle" : "none", which: "telling", reach: true,
+      plan: true, points: true, intruders: true, obstacles: true, margin: true, names: true,
+      follow: true };
+    this.makeControls();
+    this.look("behind");
+    this.readAddress();
+    window.addEventListener("hashchange", () => this.readAddress());
+    window.addEventListener("resize", () => { this.stale = true; });
+    document.addEventListener("keydown", (event) => this.pressed(event));
+    this.stale = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  // --- controls ---------------------------------------------------------------------------
+
+  makeControls() {
+    const by = (name) => document.getElementById(name), { show } = this;
+    const colouring = by("colouring");
+    colouring.append(new Option("none", "none"),
+      ...COLOURINGS.map(({ key, title }) => new Option(title, key)));
+    for (const name of ["colouring", "which"]) {
+      by(name).addEventListener("change", () => this.set(name, by(name).value));
+      by(name).disabled = !this.run.blocks.cells;
+    }
+    this.boxes = {};
+    for (const [name, text] of SWITCHES) {
+      const box = element("input");
+      box.type = "checkbox";
+      box.addEventListener("change", () => this.set(name, box.checked));
+      this.boxes[name] = box;
+      by("switches").append(element("label", "", "", [box, text]));
+    }
+    for (const [name, text] of Object.entries(VIEWS)) {
+      const button = element("button", text);
+      button.addEventListener("click", () => this.look(name));
+      by("views").append(button);
+    }
+    by("speed").append(...SPEEDS.map((speed) => new Option(`${speed} ×`, speed)));
+    by("speed").addEventListener("change", () => { this.speed = Number(by("speed").value); });
+    by("play").addEventListener("click", () => this.play(!this.playing));
+    by("back").addEventListener("click", () => this.step(-1));
+    by("forth").addEventListener("click", () => this.step(1));
+    by("panel-switch").addEventListener("click", () => this.togglePanel());
+    this.setSpeed(1);
+    for (const [name, value] of Object.entries(show)) this.set(name, value);
+  }
+
+  set(name, value) {
+    this.show[name] = value;
+    if (this.boxes[name]) this.boxes[name].checked = value;
+    else document.getElementById(name).value = value;
+    drawLegend(this.show, this.run);
+    this.stale = true;
+    this.keepAddress();
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    document.getElementById("speed").value = speed;
+  }
+
+  togglePanel() {
+    document.body.classList.toggle("without-panel");
+    this.stale = true;
+  }
+
+  play(playing) {
+    if (playing && this.time >= this.run.end - 1e-3) this.time = this.run.start;
+    this.playing = playing;
+    const button = document.getElementById("play");
+    button.textContent = playing ? "❚❚" : "▶";
+    button.setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.stale = true;
+    if (!playing) this.keepAddress();
+  }
+
+  seek(time) {
+    this.time = Math.min(Math.max(time, this.run.start), this.run.end);
+    this.stale = true;
+    if (!this.playing) this.keepAddress();
+  }
+
+  // To the decision so many places further on; from between two, back goes to the one flown.
+  step(by, wanted = () => true) {
+    const times = this.run.decisionTimes;
+    let at = this.run.decisionAt(this.time);
+    if (by < 0 && at >= 0 && this.time > times[at] + 0.02) at += 1;
+    do at += by; while (at >= 0 && at < times.length && !wanted(this.run.decisions[at]));
+    if (at >= 0 && at < times.length) this.seek(times[at]);
+  }
+
+  // Direction of the way flown about now: smoother than the heading.
+  way() {
+    const { run, time } = this, range = run.mission.grid.range_edges_m.at(-1);
+    const window = 0.4 * range / run.mission.speed_mps;
+    const [before, after] = [-window, window].map((apart) => run.stateAt(time + apart).position);
+    const [x, y] = minus(after, before);
+    return Math.hypot(x, y) > 0.05 * range ? Math.atan2(y, x) : run.stateAt(time).attitude[2];
+  }
+
+  look(name) {
+    const { camera, run, scenery } = this, heading = this.way();
+    const range = run.mission.grid.range_edges_m.at(-1);
+    const views = {
+      behind: { yaw: heading - 0.35, down: 0.48, distance: 2.1 * range },
+      side: { yaw: heading + Math.PI / 2, down: 0.12, distance: 2.2 * range },
+      top: { yaw: heading, down: 1.56, distance: 2.4 * range },
+      all: { yaw: heading - 0.6, down: 0.75, distance: 1.25 * scenery.extent.size + range },
+    };
+    Object.assign(camera, views[name]);
+    this.aside = camera.yaw - heading;
+    this.turning = name === "behind";
+    this.set("follow", name !== "all");
+    if (name === "all") camera.target = scenery.extent.centre;
+  }
+
+  pressed(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT") return;
+    const colourings = ["none", ...COLOURINGS.map(({ key }) => key)];
+    const further = (step) => SPEEDS[Math.min(Math.max(SPEEDS.indexOf(this.speed) + step, 0), SPEEDS.length - 1)];
+    const step = (by) => (event.shiftKey ? this.seek(this.time + by) : this.step(by));
+    const keys = {
+      " ": () => this.play(!this.playing),
+      ArrowLeft: () => step(-1), ArrowRight: () => step(1),
+      Home: () => this.seek(this.run.start), End: () => this.seek(this.run.end),
+      n: () => this.step(1, ({ mode }) => mode === "avoidance" || mode === "emergency"),
+      c: () => this.set("colouring",
+        colourings[(colourings.indexOf(this.show.colouring) + 1) % colourings.length]),
+      f: () => this.set("follow", !this.show.follow),
+      p: () => this.togglePanel(),
+      "+": () => this.setSpeed(further(1)), "-": () => this.setSpeed(further(-1)),
+      ...Object.fromEntries(Object.keys(VIEWS).map((name, at) => [at + 1, () => this.look(name)])),
+    };
+    const act = keys[event.key];
+    if (!act || (event.key === " " && event.target.tagName === "BUTTON")) return;
+    event.preventDefault();
+    act();
+  }
+
+  // --- the address: #t=12.5&colouring=visibility&which=all&reach=0&view=top&play=1 ----------
+
+  readAddress() {
+    const asked = new URLSearchParams(location.hash.slice(1));
+    const time = Number(asked.get("t") ?? NaN);
+    if (Number.isFinite(time)) this.time = Math.min(Math.max(time, this.run.start), this.run.end);
+    if (VIEWS[asked.get("view")]) this.look(asked.get("view"));
+    const { colouring, which } = Object.fromEntries(asked);
+    if (COLOURINGS.some(({ key }) => key === colouring) || colouring === "none") this.set("colouring", colouring);
+    if (which === "all" || which === "telling") this.set("which", which);
+    for (const [name] of SWITCHES) if (asked.has(name)) this.set(name, asked.get(name) !== "0");
+    if (SPEEDS.includes(Number(asked.get("speed")))) this.setSpeed(Number(asked.get("speed")));
+    if (asked.has("panel")) document.body.classList.toggle("without-panel", asked.get("panel") === "0");
+    if (asked.get("play") === "1") this.play(true);
+    this.stale = true;
+  }
+
+  keepAddress() {
+    if (!this.ready || this.playing) return;
+    const kept = new URLSearchParams({ t: this.time.toFixed(2), colouring: this.show.colouring });
+    if (this.show.which !== "telling") kept.set("which", this.show.which);
+    for (const [name] of SWITCHES) if (!this.show[name]) kept.set(name, "0");
+    try { history.replaceState(null, "", `#${kept}`); } catch { /* Pages from files may not. */ }
+  }
+
+  // --- drawing ----------------------------------------------------------------------------
+
+  frame(now) {
+    const passed = Math.min((now - (this.before ?? now)) / 1000, 0.25);
+    this.before = now;
+    if (this.playing) {
+      this.time = Math.min(this.time + this.speed * passed, this.run.end);
+      if (this.time >= this.run.end) this.play(false);
+      this.stale = true;
+    }
+    if (this.stale) {
+      this.stale = false;
+      const started = performance.now();
+      this.draw();
+      this.report(performance.now() - started, now);
+    }
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  draw() {
+    const { run, renderer, scenery, evidence, camera, show, time } = this;
+    const state = run.stateAt(time), decision = run.decisionAt(time);
+    if (show.follow) camera.target = state.position;
+    if (show.follow && this.turning) camera.yaw = this.way() + this.aside;
+    evidence.prepare(decision, show);
+    renderer.begin(camera);
+    scenery.drawStill(show, decision);
+    scenery.drawVehicle(state, time, camera);
+    if (show.intruders) scenery.drawIntruders(time, camera);
+    evidence.drawPoints(show);
+    evidence.drawLines(show);
+    scenery.drawSheer(show, state);
+    evidence.drawMovers(show, time);
+    evidence.drawCells(show, renderer.eye);
+    this.labels.draw(show, time, camera, this.canvas);
+    this.timeline.draw(time);
+    this.panel.show(time, state, decision);
+    document.getElementById("clock").textContent = `${time.toFixed(1)} / ${run.end.toFixed(1)} s`;
+  }
+
+  // What tests and measurements read: that the page is drawn, and how fast.
+  report(milliseconds, now) {
+    const told = document.documentElement.dataset;
+    this.ready = true;
+    told.ready = "yes";
+    told.time = this.time.toFixed(2);
+    told.decision = String(this.run.decisionAt(this.time));
+    told.cells = String(this.evidence.shown.length);
+    this.frameMs.push([now, milliseconds]);
+    if (this.frameMs.length > 120) this.frameMs.shift();
+    const [first] = this.frameMs, frames = this.frameMs.length;
+    const mean = this.frameMs.reduce((sum, [, own]) => sum + own, 0) / frames;
+    told.drawMs = mean.toFixed(2);
+    if (frames > 1) told.frameMs = ((now - first[0]) / (frames - 1)).toFixed(2);
+  }
+}
+
+function failed(error) {
+  document.documentElement.dataset.error = String(error);
+  document.getElementById("message").textContent = `The flight cannot be shown: ${error}`;
+}
+
+window.addEventListener("error", (event) => failed(event.message));
+window.addEventListener("unhandledrejection", (event) => failed(event.reason));
+unpackedRun(document.getElementById("run").textContent)
+  .then((run) => {
+    document.getElementById("message").textContent = "";
+    return new Replay(run);
+  })
+  .catch(failed);

@@ -1,0 +1,158 @@
+// Text beside the picture: the flight, the moment, the decision with its reasons; and the legend.
+
+function element(tag, text = "", className = "", children = []) {
+  const made = document.createElement(tag);
+  if (text) made.textContent = text;
+  if (className) made.className = className;
+  made.append(...children);
+  return made;
+}
+
+const figure = (value, unit = "", digits = 2) =>
+  (value === null || value === undefined ? "none" : `${value.toFixed(digits)}${unit && ` ${unit}`}`);
+
+function list(pairs) {
+  return element("dl", "", "", pairs.flatMap(([name, value]) =>
+    [element("dt", name), element("dd", value)]));
+}
+
+// Movements with repeats counted: 2 x Left, 8 x Straight.
+function inWords(movements) {
+  const runs = [];
+  for (const name of movements) {
+    if (runs.at(-1)?.name === name) runs.at(-1).count++; else runs.push({ name, count: 1 });
+  }
+  return runs.map(({ name, count }) => (count === 1 ? name : `${count} × ${name}`)).join(", ");
+}
+
+class Panel {
+  constructor(run) {
+    this.run = run;
+    this.moment = element("div");
+    this.decision = element("div");
+    this.at = -2;
+    document.getElementById("panel").append(this.flight(), this.moment, this.decision, this.keys());
+  }
+
+  flight() {
+    const { mission } = this.run, { summary } = mission;
+    const reached = summary.reached ? "reached" : "not reached";
+    const crashed = summary.crashed_s === null ? "" : `, crashed at ${figure(summary.crashed_s, "s", 1)}`;
+    return element("div", "", "", [
+      element("h1", mission.name),
+      element("p", `${reached}${crashed}; ${figure(summary.time_s, "s", 1)}, `
+        + `${figure(summary.path_length_m, "m", 1)}; ${summary.decisions} decisions, `
+        + `${summary.emergencies} emergencies; planner ${mission.planner}, rating ${mission.rating}, `
+        + `seed ${summary.seed}`, "soft"),
+    ]);
+  }
+
+  keys() {
+    return element("p", "Keys: space play, ← → decision before and after, shift ← → one second, "
+      + "n next avoidance, c colouring, f follow, 1 2 3 4 views, + - speed, p panel. "
+      + "Drag turns, shift-drag or right button shifts, wheel zooms.", "keys");
+  }
+
+  show(time, state, number) {
+    const [obstacle, intruder] = this.run.distancesAt(time), margin = this.run.mission.margin_m;
+    const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(0)}°`;
+    const pairs = [
+      ["time", figure(time, "s", 1)],
+      ["position x, y, z", state.position.map((value) => value.toFixed(1)).join(", ") + " m"],
+      ["heading, climb", `${degrees(Math.atan2(Math.sin(state.attitude[2]), Math.cos(state.attitude[2])))}, `
+        + degrees(-state.attitude[1])],
+      ["nearest obstacle", obstacle === null ? "none" : `${figure(obstacle)} of ${figure(margin, "m")}`],
+    ];
+    if (this.run.intruders.length) {
+      pairs.push(["nearest intruder", intruder === null ? "none" : figure(intruder, "m")]);
+    }
+    this.moment.replaceChildren(element("h2", "Now (truth)"), list(pairs));
+    if (number !== this.at) this.decided(number);
+  }
+
+  decided(number) {
+    this.at = number;
+    if (number < 0) return this.decision.replaceChildren(element("h2", "No decision yet"));
+    const made = this.run.decisions[number];
+    const goal = `goal ${made.goal + 1} of ${this.run.mission.waypoints_m.length
+      + this.run.mission.landing_m.length}`;
+    const parts = [
+      element("h2", `Decision ${number + 1} of ${this.run.decisions.length}, at ${figure(made.time_s, "s", 1)}`),
+      element("p", "", "", [element("span", made.mode, `mode ${made.mode}`), ` ${goal}`]),
+      element("p", `Why now: ${made.why_now}.`, "soft"),
+      element("p", inWords(made.movements)),
+    ];
+    parts.push(...(made.basis === undefined ? [element("p", made.explanation)] : this.reasons(made)));
+    const left = Object.entries(made.data_left_out ?? {});
+    if (left.length) {
+      parts.push(element("p", `Data left out: ${left.map(([why, n]) => `${n} ${why}`).join(", ")}`, "soft"));
+    }
+    this.decision.replaceChildren(...parts);
+    return undefined;
+  }
+
+  reasons(made) {
+    const clear = made.limited_by === "nothing" ? "nothing in reach"
+      : `${figure(made.clearance_m)} of ${figure(made.margin_asked_m, "m")}, ${made.limited_by}`;
+    const parts = [list([
+      ["passes", `${made.side} of the way`],
+      ["clearance", clear],
+      ["margin kept", figure(made.margin_kept_m, "m")],
+      ["rating P_R", figure(made.rating, "", 3)],
+      ["feasibility P_D", figure(made.feasibility, "", 3)],
+      ["continuations", made.continuations === null ? "none" : `${(100 * made.continuations).toFixed(0)} %`],
+      ["cost", figure(made.cost_m, "m", 1)],
+      ["scan age", figure(made.scan_age_s, "s", 2)],
+      ["computed in", figure(made.elapsed_ms, "ms", 2)],
+    ]), element("h2", "Why this one"), element("p", made.explanation.split("; ").slice(2).join("; "))];
+    const counts = Object.entries(made.ruled_out_by).map(([cause, n]) => `${n} by ${cause}`);
+    parts.push(element("p", `${made.candidates} candidates, ${made.below_threshold} below the `
+      + `rating's threshold${counts.length ? `; ruled out: ${counts.join(", ")}` : ""}.`, "soft"));
+    if (made.ruled_out.length) parts.push(this.ruledOut(made.ruled_out));
+    return parts;
+  }
+
+  ruledOut(others) {
+    const row = (tag, cells) => element("tr", "", "", cells.map((text) => element(tag, text)));
+    return element("table", "", "", [
+      row("th", ["cheaper, ruled out", "cost", "clear", "by"]),
+      ...others.map((one) => row("td", [inWords(one.movements), figure(one.cost_m, "m", 1),
+        figure(one.clearance_m, "m"), one.cause])),
+    ]);
+  }
+}
+
+function drawLegend(show, run) {
+  const parts = [], coding = COLOURINGS.find(({ key }) => key === show.colouring);
+  const bar = (title, scale, ends) => {
+    const canvas = element("canvas", "", "bar");
+    Object.assign(canvas, { width: 230, height: 10 });
+    const pen = canvas.getContext("2d");
+    for (let x = 0; x < 230; x++) {
+      pen.fillStyle = css(onScale(SCALES[scale], x / 229));
+      pen.fillRect(x, 0, 1, 10);
+    }
+    parts.push(element("h2", title), canvas,
+      element("div", "", "ends", ends.map((end) => element("span", end))));
+  };
+  if (coding && run.blocks.cells) bar(`Cells: ${coding.title}`, coding.scale, coding.ends);
+  if (show.reach && run.blocks.reach_of) bar("Reach set: rating P_R", "passable", ["0 blocked", "1 safe"]);
+  const known = new Set(run.mission.obstacles.map((one) => one.known));
+  const things = [
+    ["flown", "executed", true, true], ["plan", "planned", true, show.plan],
+    ["way to fly", "waypoint", true, true], ["margin", "margin", false, show.margin],
+    ["points known", "seen", false, show.points && run.seen],
+    ["seen before", "before", false, show.points && run.seen],
+    ["intruder, 2 s", "intruder", false, run.intruders.length],
+    ["as reckoned", "known", false, run.decisions.some(({ movers }) => movers?.length)],
+    ["not in the map", "world", false, known.has("world")],
+    ["there and in map", "both", false, known.has("both")],
+    ["only in the map", "map", false, known.has("map")],
+  ].filter((thing) => thing[3]);
+  parts.push(element("ul", "", "", things.map(([text, colour, thin]) => {
+    const patch = element("i", "", thin ? "thin" : "");
+    patch.style.background = css(COLOURS[colour]);
+    return element("li", "", "", [patch, text]);
+  })));
+  document.getElementById("legend").replaceChildren(...parts);
+}
