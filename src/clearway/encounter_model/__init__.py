@@ -1,6 +1,12 @@
 """Encounter models: Bayes networks of how aircraft fly, read from their files and sampled."""
 
-from clearway.encounter_model.network import EncounterModel, Node, Variable, read_encounter_model
+from clearway.encounter_model.network import (
+    EncounterModel,
+    Node,
+    Variable,
+    made_up_model,
+    read_encounter_model,
+)
 from clearway.encounter_model.sample import (
     Tracks,
     sample_initial,
@@ -14,6 +20,7 @@ __all__ = [
     "Node",
     "Tracks",
     "Variable",
+    "made_up_model",
     "read_encounter_model",
     "sample_initial",
     "sample_tracks",

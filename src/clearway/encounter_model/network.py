@@ -353,3 +353,8 @@ class _Reader:
             nodes[i] = Node(parents[i], widths, table)
             at += length
         return nodes
+
+
+def made_up_model() -> EncounterModel:
+    """A small model of light aircraft with made-up numbers, for trying things out without data."""
+    return read_encounter_model(Path(__file__).parent / "made-up.txt")

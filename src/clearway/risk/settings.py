@@ -21,6 +21,8 @@ NEAR_COLLISION = Cylinder(500.0 * FOOT_M, 100.0 * FOOT_M)
 """Near mid-air collision."""
 COLLISION = Cylinder(15.0, 5.0)
 """Two aircraft touch: about half of both spans, and of both heights."""
+WIDER = 1.25
+"""Cylinders that courses are drawn into, over those that count: aircraft turn after they enter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +94,13 @@ class RiskSettings:
 
     @property
     def shells(self) -> Shells:
-        """Half of the courses enter twice the well-clear cylinder, a quarter twice the near one."""
+        """Two fifths of the courses lead into the well-clear cylinder, a quarter wider and higher,
+        two fifths into that of near collisions, likewise."""
         inner = tuple(
-            replace(one, radius_m=2.0 * one.radius_m, half_height_m=2.0 * one.half_height_m)
+            replace(one, radius_m=WIDER * one.radius_m, half_height_m=WIDER * one.half_height_m)
             for one in (WELL_CLEAR, NEAR_COLLISION)
         )
-        return Shells((self.outer, *inner), (0.25, 0.5, 0.25))
+        return Shells((self.outer, *inner), (0.2, 0.4, 0.4))
 
     @property
     def margin_m(self) -> float:

@@ -1,0 +1,335 @@
+"""`clearway risk`: encounters of an encounter model with and without avoidance, weighed."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from clearway.cli.report import NOT_REACHED, leave, print_json, say
+
+if TYPE_CHECKING:
+    from clearway.encounter_model import EncounterModel
+    from clearway.risk.ratios import Estimate
+    from clearway.risk.settings import RiskSettings
+    from clearway.risk.study import Study
+
+KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
+STANDARD = {"near_collision": 0.18, "lost_well_clear": 0.40}
+"""Largest risk ratios of ASTM F3442 with intruders that report themselves."""
+CASES_SHOWN = 8
+
+
+def risk(
+    model: Annotated[
+        Path | None,
+        typer.Argument(
+            help="Encounter model (MIT-LL text format); made-up numbers where none is given."
+        ),
+    ] = None,
+    planner: Annotated[
+        list[str] | None,
+        typer.Option("--planner", "-p", help="Planner; may be repeated.", rich_help_panel=RUN),
+    ] = None,
+    count: Annotated[int, typer.Option(min=1, help="Encounters.", rich_help_panel=RUN)] = 500,
+    first: Annotated[
+        int, typer.Option(min=0, help="Number of the first one.", rich_help_panel=RUN)
+    ] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of all of them.", rich_help_panel=RUN)] = 0,
+    only: Annotated[
+        int | None,
+        typer.Option(min=0, help="Fly this one alone, draw and explain it.", rich_help_panel=RUN),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.", rich_help_panel=RUN)] = 2,
+    own_kt: Annotated[
+        float, typer.Option(help="Speed of the ownship in knots.", rich_help_panel=KIND)
+    ] = 50.0,
+    noise: Annotated[
+        str,
+        typer.Option(
+            help="Noise of reports, metres,m/s; in height less by --stretch.", rich_help_panel=KIND
+        ),
+    ] = "0,0",
+    report_s: Annotated[
+        float, typer.Option(help="Seconds between reports.", rich_help_panel=KIND)
+    ] = 1.0,
+    stretch: Annotated[
+        float, typer.Option(help="Heights are decided on times this.", rich_help_panel=KIND)
+    ] = 4.0,
+    layers: Annotated[
+        str,
+        typer.Option(help="Altitude layers of the model, from 1, as in 2,3.", rich_help_panel=KIND),
+    ] = "",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for encounters.csv, or with --only for the picture.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+) -> None:
+    """Risk ratios: exit status 0 if the first planner's are within those of ASTM F3442."""
+    from clearway.risk.settings import RiskSettings
+
+    position_std, velocity_std = _pair("--noise", noise)
+    settings = RiskSettings(
+        own_kt=own_kt,
+        stretch=stretch,
+        report_s=report_s,
+        position_std_m=position_std,
+        velocity_std_mps=velocity_std,
+        layers=_layers(layers),
+    )
+    planners = _planners(planner)
+    network = _model(model, settings)
+    if only is not None:
+        _fly_one(network, only, planners, settings, seed, out, as_json)
+        return
+    result = _flown(network, planners, range(first, first + count), settings, seed, workers)
+    if out is not None:
+        _write(result, out)
+    summary = _summary(result, network)
+    if as_json:
+        print_json(summary)
+    else:
+        _print_tables(result, summary, model)
+    ratios = summary["planners"][planners[0]]
+    if any((ratios[name]["ratio"] or 0.0) > most for name, most in STANDARD.items()):
+        leave(NOT_REACHED)
+
+
+def _pair(option: str, text: str) -> tuple[float, float]:
+    from clearway.errors import InputError
+
+    try:
+        first, second = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(option, f"two numbers are needed, as in 15,1; got {text!r}") from None
+    return first, second
+
+
+def _layers(text: str) -> tuple[int, ...]:
+    from clearway.errors import InputError
+
+    try:
+        numbers = tuple(int(part) for part in text.split(",") if part.strip())
+    except ValueError:
+        numbers = (0,)
+    if any(number < 1 for number in numbers):
+        raise InputError("--layers", f"numbers from 1 are needed, as in 2,3; got {text!r}")
+    return tuple(number - 1 for number in numbers)
+
+
+def _planners(names: list[str] | None) -> list[str]:
+    from clearway.baselines import CLEARWAY, known_planner
+
+    chosen = [known_planner(name) for name in names or [CLEARWAY]]
+    return list(dict.fromkeys(chosen))
+
+
+def _model(path: Path | None, settings: RiskSettings) -> EncounterModel:
+    from clearway.encounter_model import made_up_model, read_encounter_model
+    from clearway.errors import InputError
+
+    if path is None:
+        say("no model given: the numbers of this one are made up, not measured")
+    network = made_up_model() if path is None else read_encounter_model(path)
+    bins = network.variables[network.index("L")].bins
+    if any(layer >= bins for layer in settings.layers):
+        raise InputError("--layers", f"the model has layers 1 to {bins}")
+    return network
+
+
+def _flown(
+    model: EncounterModel,
+    planners: Sequence[str],
+    numbers: Sequence[int],
+    settings: RiskSettings,
+    seed: int,
+    workers: int,
+) -> Study:
+    """Fly the study with a progress bar on standard error."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from clearway.risk.study import study
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("encounters", total=len(numbers))
+        return study(
+            model, planners, numbers, settings, seed, workers, lambda more: bar.advance(task, more)
+        )
+
+
+def _summary(result: Study, model: EncounterModel) -> dict[str, Any]:
+    from clearway.risk.flight import STRAIGHT
+    from clearway.risk.ratios import MEASURES, mean_aside_m, risk
+
+    def of(planner: str) -> dict[str, Any]:
+        measures: dict[str, Any] = {}
+        for name in MEASURES:
+            found = risk(result, planner, name)
+            measures[name] = {
+                "rate": _number(found.rate.value),
+                "rate_95": _interval(found.rate),
+                "ratio": _number(found.ratio.value),
+                "ratio_95": _interval(found.ratio),
+                "unresolved": _number(found.unresolved.value),
+                "induced": _number(found.induced.value),
+                "cases": list(found.cases),
+                "induced_cases": list(found.induced_cases),
+            }
+        measures["mean_aside_m"] = mean_aside_m(result, planner)
+        return measures
+
+    emergencies = {
+        name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
+        for name in result.planners
+    }
+    return {
+        "model": Path(model.source).name,
+        "kind": result.settings.in_words,
+        "margin_m": result.settings.margin_m,
+        "encounters": len(result.outcomes),
+        "seed": result.seed,
+        "straight": of(STRAIGHT),
+        "planners": {
+            name: of(name) | {"with_emergency": emergencies[name]} for name in result.planners
+        },
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _interval(estimate: Estimate) -> list[float | None]:
+    return [_number(estimate.low), _number(estimate.high)]
+
+
+def _print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from clearway.risk.ratios import MEASURES
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
+    table = Table(title="risk ratios, 95 % bootstrap; of it unresolved + induced")
+    table.add_column("planner")
+    for name in MEASURES.values():
+        table.add_column(name, justify="right")
+    table.add_column("aside", justify="right")
+    straight = summary["straight"]
+    rates = [f"{straight[name]['rate']:.2g} each" for name in MEASURES]
+    table.add_row("straight", *rates, "")
+    for planner, measures in summary["planners"].items():
+        cells = [_cell(measures[name]) for name in MEASURES]
+        table.add_row(planner, *cells, f"{measures['mean_aside_m']:.0f} m")
+    console.print(table)
+    for planner in result.planners:
+        _print_cases(summary["planners"][planner], planner, result, model)
+
+
+def _cell(measure: dict[str, Any]) -> str:
+    if measure["ratio"] is None:
+        return "no case"
+    low, high = measure["ratio_95"]
+    split = f"{measure['unresolved']:.3f} + {measure['induced']:.3f}"
+    return f"{measure['ratio']:.3f} [{low:.3f}, {high:.3f}]\n{split}"
+
+
+def _print_cases(measures: dict[str, Any], planner: str, result: Study, model: Path | None) -> None:
+    cases = measures["near_collision"]["cases"]
+    if not cases:
+        return
+    some = ", ".join(map(str, cases[:CASES_SHOWN]))
+    more = f" and {len(cases) - CASES_SHOWN} more" if len(cases) > CASES_SHOWN else ""
+    given = f"{model} " if model else ""
+    print(f"{planner}: near mid-air collisions in {some}{more}; see one with "
+          f"clearway risk {given}{_options(result)}-p {planner} --only NUMBER")  # fmt: skip
+
+
+def _options(result: Study) -> str:
+    """The options that make these encounters."""
+    settings = result.settings
+    words = []
+    if result.seed:
+        words.append(f"--seed {result.seed}")
+    if settings.own_kt != 50.0:
+        words.append(f"--own-kt {settings.own_kt:g}")
+    if settings.position_std_m or settings.velocity_std_mps:
+        words.append(f"--noise {settings.position_std_m:g},{settings.velocity_std_mps:g}")
+    if settings.report_s != 1.0:
+        words.append(f"--report-s {settings.report_s:g}")
+    if settings.stretch != 4.0:
+        words.append(f"--stretch {settings.stretch:g}")
+    if settings.layers:
+        words.append(f"--layers {','.join(str(layer + 1) for layer in settings.layers)}")
+    return " ".join([*words, ""])
+
+
+def _fly_one(
+    model: EncounterModel,
+    number: int,
+    planners: Sequence[str],
+    settings: RiskSettings,
+    seed: int,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Fly one encounter with every planner; draw it, and say what was decided when."""
+    from clearway.risk.replay import replayed
+
+    told = replayed(model, number, planners, settings, seed)
+    if out is not None:
+        from clearway.io.staging import staged
+        from clearway.plot.risk import draw_encounter
+
+        name = f"encounter-{number}.png"
+        with staged(out) as scratch:
+            draw_encounter(told.tracks).savefig(scratch / name)
+        say(f"wrote {name} to {out}")
+    if as_json:
+        print_json(told.as_dict())
+    else:
+        for line in told.lines():
+            print(line)
+
+
+def _write(result: Study, folder: Path) -> None:
+    """One row per encounter and planner."""
+    from clearway.io.staging import staged
+    from clearway.risk.flight import STRAIGHT
+    from clearway.risk.ratios import MEASURES
+
+    with staged(folder) as scratch, (scratch / "encounters.csv").open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(("number", "weight", "layer", "planner", *MEASURES, "nearest_m", "aside_m"))
+        for each in result.outcomes:
+            for planner in (STRAIGHT, *result.planners):
+                came = each.of(planner)
+                flags = (int(getattr(came, name)) for name in MEASURES)
+                rows.writerow(
+                    (each.number, f"{each.weight:.6g}", each.layer + 1, planner, *flags,
+                     f"{came.nearest_m:.3f}", f"{came.aside_m:.3f}")
+                )  # fmt: skip
+    say(f"wrote encounters.csv to {folder}")
