@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.frames import FloatArray
+from clearway.frames import FloatArray, wrap_angle
 from clearway.movement_buffer import MovementBuffer
 from clearway.movements import MovementAutomaton
+from clearway.state import State
 from clearway.system import FlightDecision
+
+ON_PLAN_RAD = math.radians(45.0)
+"""While the direction of flight is so close to the plan's, the vehicle is turning into it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +41,22 @@ class FlownPlan:
             return None
         flown, _ = self.buffer.split(time_s)
         return np.asarray(flown.rollout(self.automaton, self.start, np.inf).states[-1])
+
+    def turned_onto(self, state: State, counts: Counter[str]) -> State:
+        """The state with the plan's direction of flight, while the vehicle follows the plan.
+
+        It does so with lag: a decision that started from its own direction would ask for the
+        beginning of a turn, over and over. counts grows where it does not follow.
+        """
+        planned = self.at(state.time_s)
+        if planned is None:
+            return state
+        off = wrap_angle(state.attitude_rad - planned[3:])
+        if math.hypot(float(off[1]), float(off[2])) > ON_PLAN_RAD:
+            counts["plan: not followed"] += 1
+            return state
+        attitude = np.array([0.0, planned[4], wrap_angle(planned[5])])
+        return replace(state, attitude_rad=attitude)
 
     def speed_at(self, time_s: float) -> float:
         """Speed of the movement flown at a time."""

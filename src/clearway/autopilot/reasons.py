@@ -124,16 +124,15 @@ class Sayings:
     _texts: int = 0
 
     def of_decision(self, flight: FlightDecision, close: Iterable[Approach]) -> list[Message]:
-        """COLLISION of every aircraft once a second, STATUSTEXT of every change of mode."""
+        """COLLISION of every aircraft once a second, STATUSTEXT of a change of mode."""
         messages = [
             approach.message()
             for approach in close
             if self._is_new(approach.address, flight.time_s)
         ]
-        changed = flight.mode is not self._mode and self._mode is not None
-        self._mode = flight.mode
-        alarming = flight.mode is Mode.EMERGENCY and self._is_new(Mode.EMERGENCY, flight.time_s)
-        if changed or alarming:
+        worth = flight.mode is not self._mode or flight.mode is Mode.EMERGENCY
+        if worth and self._is_new("mode", flight.time_s):
+            self._mode = flight.mode
             messages += self.text(flight.explanation, SEVERITY[flight.mode])
         return messages
 

@@ -36,7 +36,7 @@ class SessionRecord:
             self.decisions += 1
             self.emergencies += outcome.flight.mode is Mode.EMERGENCY
             self._elapsed_s.append(outcome.elapsed_s)
-        changed = last is None or (last.state, last.blind) != (outcome.state, outcome.blind)
+        changed = last is None or last.state is not outcome.state
         if self._log is not None and (outcome.flight is not None or changed):
             self._log.write(json.dumps(row_of(outcome, self._session), allow_nan=False) + "\n")
             self._log.flush()
@@ -75,7 +75,6 @@ def row_of(outcome: Outcome, session: Session) -> dict[str, Any]:
     row: dict[str, Any] = {
         "time_s": round(outcome.time_s, 3),
         "state": str(outcome.state),
-        "blind": outcome.blind,
         "autopilot": str(session.mode) if session.mode is not None else "unknown",
         "sent": session.settings.act and outcome.set_point is not None,
         "set_point": None if outcome.set_point is None else outcome.set_point.row(),

@@ -24,7 +24,7 @@ from clearway.autopilot.own_state import Motion, OwnPlace
 from clearway.autopilot.plan import FlownPlan
 from clearway.autopilot.reasons import Approach, Sayings, approaches
 from clearway.autopilot.setpoints import SetPoint
-from clearway.frames import FloatArray, wrap_angle
+from clearway.frames import FloatArray
 from clearway.intruders import Intruder
 from clearway.sensors import Lidar
 from clearway.state import State
@@ -34,9 +34,6 @@ HEARTBEAT_S = 1.0
 """Between our heartbeats."""
 SLOWEST = 0.3
 """Share of the speed of a movement below which the heading stands for the direction of flight."""
-ON_PLAN_RAD = math.radians(45.0)
-"""While the direction of flight is so close to the plan's, the vehicle is turning into it: the next
-decision starts from the plan's direction, or it would ask for the beginning of a turn for ever."""
 OLD_SCAN_S = 0.5
 """How far distances and own position may lie apart in time."""
 
@@ -67,8 +64,6 @@ class Outcome:
     time_s: float
     """The vehicle's time."""
     state: LinkState
-    blind: bool
-    """Whether the mission's sensor has told no distances lately."""
     flight: FlightDecision | None
     """The decision, if one was due."""
     why_now: str
@@ -104,6 +99,7 @@ class Session:
         self._place = OwnPlace(settings.mission_origin, counts)
         self._traffic = AdsbPicture(settings.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
+        self._reports: dict[str, Intruder] = {}
         self._motion: Motion | None = None
         self._own: State | None = None
         self._scan_s = -math.inf
@@ -162,22 +158,12 @@ class Session:
     def _take_motion(self, motion: Motion) -> None:
         speed = self.system.planner.speed_mps
         state = motion.state(SLOWEST * speed, self.settings.position_std_m)
-        state = self._on_plan(state)
+        follows = self.settings.act and self.mode is not None and self.mode.follows
+        if follows and self._plan is not None:
+            state = self._plan.turned_onto(state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self._motion, self._own = motion, state
         self.system.update(state)
-
-    def _on_plan(self, state: State) -> State:
-        """The state with the plan's direction of flight, while the autopilot follows the plan."""
-        follows = self.settings.act and self.mode is not None and self.mode.follows
-        planned = None if self._plan is None or not follows else self._plan.at(state.time_s)
-        if planned is None:
-            return state
-        off = wrap_angle(state.attitude_rad - planned[3:])
-        if math.hypot(float(off[1]), float(off[2])) > ON_PLAN_RAD:
-            self.counts["plan: not followed"] += 1
-            return state
-        return replace(state, attitude_rad=planned[3:] * [0.0, 1.0, 1.0])
 
     def _take_traffic(self, message: Message, wall_s: float) -> None:
         now = self._clock.now(wall_s)
@@ -185,8 +171,7 @@ class Session:
         if intruder is not None:
             oldest = now - self.settings.traffic.oldest_s
             self._intruders = {k: i for k, i in self._intruders.items() if i.time_s >= oldest}
-            self._intruders[intruder.name] = intruder
-            self.system.update(intruder)
+            self._intruders[intruder.name] = self._reports[intruder.name] = intruder
 
     def _take_distances(self, message: Message, wall_s: float) -> None:
         if self._sensor is None:
@@ -229,7 +214,6 @@ class Session:
         return Outcome(
             now,
             self.state,
-            self._sensor is not None and now - self._scan_s > self.system.limits.scan_s,
             flight,
             why,
             elapsed,
@@ -249,13 +233,19 @@ class Session:
         facts = LinkFacts(
             heartbeat_age_s=wall_s - self._heartbeat_s,
             position_age_s=math.inf if self._own is None else now - self._own.time_s,
+            distances_age_s=None if self._sensor is None else now - self._scan_s,
             restarted=self._restarted,
             arrived=self.system.progress.done(self.system.mission),
         )
         return link_state(facts, self.settings.limits)
 
     def _decide(self, now: float) -> tuple[FlightDecision | None, str, float]:
-        why = self.system.due(now) if self.state.decides else None
+        if not self.state.decides:
+            return None, "", 0.0
+        for report in self._reports.values():
+            self.system.update(report)
+        self._reports.clear()
+        why = self.system.due(now)
         if why is None:
             return None, "", 0.0
         started = time.perf_counter()

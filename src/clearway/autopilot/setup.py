@@ -63,7 +63,9 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
             component=options.component,
             lead_s=1.0 / options.rate_hz,
             position_std_m=file.simulation.position_sigma_m,
-            limits=LinkLimits(options.heartbeat_s, stale_s=setup.limits.state_s),
+            limits=LinkLimits(
+                options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
+            ),
             speedup=options.speedup,
             mission_origin=file.mission.origin_geodetic,
             traffic=_traffic(file, setup, options, address),

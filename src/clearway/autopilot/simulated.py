@@ -21,41 +21,29 @@ import numpy as np
 
 from clearway.autopilot import dialect as known
 from clearway.autopilot.dialect import Message, dialect
-from clearway.autopilot.distances import BODY_FRD, UNKNOWN
 from clearway.autopilot.links import Link, open_link
 from clearway.autopilot.outbox import Packer
 from clearway.autopilot.setpoints import HOLD, SetPoint
 from clearway.autopilot.signing import SignatureCheck, read_key
+from clearway.autopilot.simulated_telemetry import adsb, attitude, distances, position, slow
 from clearway.autopilot.simulated_vehicle import VehicleTruth
 from clearway.autopilot.wire import frames_in
 from clearway.errors import ClearwayError
 from clearway.flight import FlightSetup, prepare
 from clearway.frames import (
-    FloatArray,
-    attitude_ned_frd_from_enu,
     enu_from_ned,
-    geodetic_from_enu,
-    ned_from_enu,
 )
-from clearway.intruders import Intruder
 from clearway.io.mission_file import MissionFile, read_mission
 from clearway.obstacle_map import ObstacleMap
+from clearway.obstacles import Obstacle
 from clearway.state import State
 from clearway.traffic import Traffic
 from clearway.world import CombinedWorld
 
 BOOT_S = 10.0
 """Time since boot at which the simulation begins."""
-SECTORS, RAYS = 72, 5
-"""Of OBSTACLE_DISTANCE; rays cast in each."""
-FIRST_ADDRESS = 0xC1EA00
-UNMANNED = 14
-"""ADSB_EMITTER_TYPE_UAV."""
-ALL_VALID = 1 | 2 | 4 | 8 | 128
 SOMEWHERE = (52.0, 4.3, 10.0)
 """Origin of missions that have none."""
-FLIES = 128 | 8
-"""MAV_MODE_FLAG: armed, guided."""
 TARGET, TARGET_NAME = 84, "SET_POSITION_TARGET_LOCAL_NED"
 HEARD = (known.HEARTBEAT, TARGET, 247, 253)
 """Beside them COLLISION and STATUSTEXT."""
@@ -89,8 +77,9 @@ class SimulatedAutopilot:
         self.target_ms = self.told_ms = -1
         speed, seed = setup.planner.speed_mps, setup.simulation.seed
         self._traffic = Traffic(setup.script, setup.mission, speed, setup.traffic, seed)
-        self._rays = _sector_rays()
-        self._range_m = file.lidar[0].max_range_m if file.lidar else None
+        self._names = sorted(intruder.name for intruder in setup.script)
+        told = file.lidar[0].max_range_m if file.lidar else None
+        self._range_m = told or setup.planner.grid.range_m
         self.nearest_obstacle_m = math.inf
         self.nearest_intruder_m = math.inf
         self.path_m = 0.0
@@ -130,78 +119,23 @@ class SimulatedAutopilot:
             apart = float(np.linalg.norm(track[-1][1] - place)) - self._traffic.radii_m()[name]
             self.nearest_intruder_m = min(self.nearest_intruder_m, apart)
 
-    # --- out ------------------------------------------------------------------------------
-
     def tell(self) -> None:
         """Everything that is due; the position last, so that it comes with all else in hand."""
-        messages = self._slow() if round(self.time_s * 1000) % 1000 < 1 else []
+        truth, boot_ms = self.truth, self.boot_ms
+        messages = slow(self._origin) if round(self.time_s * 1000) % 1000 < 1 else []
+        bodies: list[Obstacle] = []
         if self.mission_s is not None:
-            messages += [self._adsb(report) for report in self._traffic.reports(self.mission_s)]
-        for message in (*messages, self._attitude(), self._distances(), self._position()):
-            self._link.send(self._packer.pack(message))
-
-    def _slow(self) -> list[Message]:
-        latitude, longitude, height = self._origin.tolist()
-        make = dialect()
-        return [
-            make.MAVLink_heartbeat_message(2, 0, FLIES, 0, 4, 3),
-            make.MAVLink_gps_global_origin_message(
-                round(latitude * 1e7), round(longitude * 1e7), round(height * 1e3)
-            ),
-        ]
-
-    def _attitude(self) -> Message:
-        heading = float(attitude_ned_frd_from_enu([0.0, 0.0, self.truth.yaw_rad])[2])
-        return dialect().MAVLink_attitude_message(self.boot_ms, 0.0, 0.0, heading, 0.0, 0.0, 0.0)
-
-    def _position(self) -> Message:
-        place = ned_from_enu(self.truth.position_m).tolist()
-        velocity = ned_from_enu(self.truth.velocity_mps).tolist()
-        return dialect().MAVLink_local_position_ned_message(self.boot_ms, *place, *velocity)
-
-    def _distances(self) -> Message:
-        far = self._range_m or self._setup.planner.grid.range_m
-        yaw = self.truth.yaw_rad
-        turn = np.array(
-            [[math.cos(yaw), -math.sin(yaw), 0.0], [math.sin(yaw), math.cos(yaw), 0.0], [0, 0, 1]]
-        )
-        bodies = [] if self.mission_s is None else self._traffic.bodies(self.mission_s)
+            reports = self._traffic.reports(self.mission_s)
+            messages += [adsb(report, self._names, self._origin) for report in reports]
+            bodies = self._traffic.bodies(self.mission_s)
         world = CombinedWorld([self._setup.world, ObstacleMap(bodies)])
-        rays = np.ascontiguousarray(self._rays @ turn.T)
-        distance = world.cast(self.truth.position_m, rays, far).reshape(SECTORS, RAYS).min(axis=1)
-        reach = round(100.0 * far)
-        told = np.where(np.isfinite(distance), np.floor(100.0 * distance), reach + 1)
-        return dialect().MAVLink_obstacle_distance_message(
-            1000 * self.boot_ms,
-            0,
-            [int(value) for value in np.minimum(told, UNKNOWN - 1)],
-            0,
-            0,
-            reach,
-            360.0 / SECTORS,
-            0.0,
-            BODY_FRD,
-        )
-
-    def _adsb(self, report: Intruder) -> Message:
-        latitude, longitude, height = geodetic_from_enu(report.position_m, self._origin).tolist()
-        east, north, up = report.velocity_mps.tolist()
-        names = sorted(intruder.name for intruder in self._setup.script)
-        return dialect().MAVLink_adsb_vehicle_message(
-            FIRST_ADDRESS + names.index(report.name),
-            round(latitude * 1e7),
-            round(longitude * 1e7),
-            1,
-            round(height * 1e3),
-            round(math.degrees(math.atan2(east, north)) * 100) % 36_000,
-            round(100.0 * math.hypot(east, north)),
-            round(100.0 * up),
-            report.name[:8].encode("ascii", "replace"),
-            UNMANNED,
-            0,
-            ALL_VALID,
-            0,
-        )
+        messages += [
+            attitude(truth, boot_ms),
+            distances(truth, boot_ms, world, self._range_m),
+            position(truth, boot_ms),
+        ]
+        for message in messages:
+            self._link.send(self._packer.pack(message))
 
     # --- in -------------------------------------------------------------------------------
 
@@ -259,14 +193,6 @@ class SimulatedAutopilot:
 
 def _number(value: float) -> float | None:
     return round(value, 3) if math.isfinite(value) else None
-
-
-def _sector_rays() -> FloatArray:
-    """[SECTORS * RAYS, 3] level unit vectors of the body, sector by sector clockwise from ahead."""
-    width = 2.0 * math.pi / SECTORS
-    across = (np.arange(RAYS) + 0.5) / RAYS - 0.5
-    clockwise = (np.arange(SECTORS)[:, None] + across).ravel() * width
-    return np.stack([np.cos(clockwise), -np.sin(clockwise), np.zeros(len(clockwise))], axis=-1)
 
 
 def run(

@@ -165,10 +165,7 @@ def _status_line(record: SessionRecord) -> Any:
         shown[0] = now
         flight = outcome.flight
         doing = "" if flight is None else f", {flight.explanation}"
-        blind = ", BLIND: no distances" if outcome.blind else ""
-        text = (
-            f"{outcome.time_s:8.1f} s  {outcome.state}{blind}, {record.decisions} decisions{doing}"
-        )
+        text = f"{outcome.time_s:8.1f} s  {outcome.state}, {record.decisions} decisions{doing}"
         print(f"\r\x1b[K{text[:118]}", end="", file=sys.stderr, flush=True)
 
     return show
