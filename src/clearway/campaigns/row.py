@@ -9,7 +9,7 @@ Outcome = Literal["safe", "margin lost", "crashed", "not reached", "refused", "f
 """safe: reached, never nearer than the margin; not reached: in time, but with the margin kept;
 refused: the mission cannot be flown; failed: the planner raised an error."""
 
-TIMINGS = ("decision_ms_p50", "decision_ms_p99", "wall_s")
+TIMINGS = ("decision_ms_p50", "decision_ms_p99", "wall_s", "cpu_s")
 """What differs from run to run."""
 
 
@@ -67,6 +67,8 @@ class FlightRow:
     decision_ms_p99: float | None = None
     wall_s: float = 0.0
     """Time that the flight took to compute."""
+    cpu_s: float = 0.0
+    """Time of a core in it."""
 
     @property
     def safe(self) -> bool:

@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,13 @@ class Task:
         return f"clearway campaign {self.source} --replay {self.key}"
 
 
+class Spent(NamedTuple):
+    """What a flight took to compute."""
+
+    wall_s: float
+    cpu_s: float
+
+
 def tasks_of(campaign: Campaign) -> list[Task]:
     """All flights: every seed with all families and planners before the next seed.
 
@@ -89,15 +96,24 @@ def fly_task(task: Task) -> FlightRow:
     Errors as of `make_case`.
     """
     setup = case_of(task).setup
-    started = time.perf_counter()
+    watch = _Watch()
     try:
         run = setup.fly_with(task.planner)
     except FlightRefusedError as refusal:
-        return _not_flown(task, "refused", str(refusal), time.perf_counter() - started)
+        return _not_flown(task, "refused", str(refusal), watch.read())
     except Exception as problem:
-        why = f"{type(problem).__name__}: {problem}"
-        return _not_flown(task, "failed", why, time.perf_counter() - started)
-    return row_of(task, run, time.perf_counter() - started)
+        return _not_flown(task, "failed", f"{type(problem).__name__}: {problem}", watch.read())
+    return row_of(task, run, watch.read())
+
+
+class _Watch:
+    """Started when made."""
+
+    def __init__(self) -> None:
+        self._wall_s, self._cpu_s = time.perf_counter(), time.thread_time()
+
+    def read(self) -> Spent:
+        return Spent(time.perf_counter() - self._wall_s, time.thread_time() - self._cpu_s)
 
 
 def case_of(task: Task) -> Case:
@@ -110,7 +126,7 @@ def _case(family: str, seed: int, parameters: str, changes: str, folder: str) ->
     return make_case(family, seed, json.loads(parameters), json.loads(changes), Path(folder))
 
 
-def row_of(task: Task, run: Run[Steering], wall_s: float) -> FlightRow:
+def row_of(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
     """What came of a flight; equal for equal flights, but for how long they took to compute."""
     metrics, traffic = run.metrics, run.metrics.intruders
     crashed = run.crashed_s is not None
@@ -141,7 +157,7 @@ def row_of(task: Task, run: Run[Steering], wall_s: float) -> FlightRow:
         track_id=_track_id(run),
         decision_ms_p50=float(np.percentile(elapsed_ms, 50)) if len(elapsed_ms) else None,
         decision_ms_p99=float(np.percentile(elapsed_ms, 99)) if len(elapsed_ms) else None,
-        wall_s=wall_s,
+        **spent._asdict(),
     )
 
 
@@ -153,8 +169,8 @@ def _outcome(run: Run[Steering]) -> Outcome:
     return "safe" if run.reached else "not reached"
 
 
-def _not_flown(task: Task, outcome: Outcome, why: str, wall_s: float) -> FlightRow:
-    return FlightRow(**_known(task), outcome=outcome, why=why, wall_s=wall_s)
+def _not_flown(task: Task, outcome: Outcome, why: str, spent: Spent) -> FlightRow:
+    return FlightRow(**_known(task), outcome=outcome, why=why, **spent._asdict())
 
 
 def _known(task: Task) -> dict[str, Any]:

@@ -18,14 +18,14 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
 
     from clearway.campaigns.run import RESULTS, chosen
     from clearway.campaigns.summary import in_words
-    from clearway.campaigns.task import case_of, row_of, tasks_of
+    from clearway.campaigns.task import Spent, case_of, row_of, tasks_of
     from clearway.cli.fly import flown_with_bar, write_flight
 
     task = chosen(tasks_of(asked), key)[0]
     case = case_of(task)
     case.setup.refuse_impossible()
     run = flown_with_bar(case.setup, task.planner)
-    row = row_of(task, run, 0.0)
+    row = row_of(task, run, Spent(0.0, 0.0))
     pictures = folder / "replays" / task.key.replace("/", "-")
     written = write_flight(run, case.setup, case.file, pictures, True, task.planner)
     before = _row_before(folder / RESULTS, task.key)
