@@ -402,8 +402,11 @@ def test_the_page_on_scene_files_is_complete_and_true() -> None:
     page = (Path(__file__).resolve().parent.parent / "docs" / "scene-file.md").read_text()
     example = page.split("```toml\n")[1].split("```")[0]
     tables = tomllib.loads(example)
-    del tables["scan"]["file"], tables["scan"]["pattern"]
-    parsed = parse_model("docs/scene-file.md", tables, SceneFile)
+    simulate = tables["scan"].pop("simulate")
+    assert parse_model("docs/scene-file.md", tables, SceneFile).scan is not None
+    parsed = parse_model(
+        "docs/scene-file.md", {**tables, "scan": {"simulate": simulate}}, SceneFile
+    )
     assert parsed.reach_set == SceneFile().reach_set.model_copy(
         update={"start_pitch_deg": 0.0, "speed_mps": 1.0}
     )

@@ -56,7 +56,7 @@ class Sighting:
     lidar: Lidar
     scan: Scan
     pattern_from: str
-    """"stated", "estimated" or "simulated"."""
+    """"stated", "file" (which names the sensor), "estimated" or "simulated"."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

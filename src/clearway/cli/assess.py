@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -12,8 +13,13 @@ from clearway.cli.report import print_json, say
 from clearway.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from clearway.io.scene import SceneInput
     from clearway.scene import SceneAssessment
+
+Outcome: TypeAlias = "tuple[dict[str, Any], str, Callable[[], Mapping[str, Figure]]]"
+"""Result, the same in words, and its pictures when they are wanted."""
 
 GRID, OUTPUT = "Grid", "Output"
 COMMAND_LINE = "command line"
@@ -25,8 +31,31 @@ def assess(
     ] = None,
     scan: Annotated[
         Path | None,
-        typer.Option(help="Point cloud in the sensor's frame: .pcd, .las, .laz, .csv, .xyz, .npy."),
+        typer.Option(
+            help="Scan in the sensor's frame: .pcd, .bin, .las, .laz, .csv, .xyz, .npy; of a "
+            "recording: .bag, ROS 2 bag, .mcap, .pcap of Ouster, folder of numbered scans."
+        ),
     ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            help="Which scan of a recording: its number from 0, or 1.5s after the first; "
+            "default: the first."
+        ),
+    ] = None,
+    topic: Annotated[
+        str | None, typer.Option(help="Topic of a bag with several that have points.")
+    ] = None,
+    poses: Annotated[
+        str | None,
+        typer.Option(
+            help="File of the vehicle's poses (KITTI, TUM, table, ULog), or topic of the bag."
+        ),
+    ] = None,
+    every: Annotated[
+        bool,
+        typer.Option("--all", help="Play the whole recording and list what is decided per scan."),
+    ] = False,
     pattern: Annotated[
         str | None,
         typer.Option(
@@ -74,9 +103,6 @@ def assess(
     ] = True,
 ) -> None:
     """Rate one moment: detection, visibility, map and intruders per cell, and what is reachable."""
-    from clearway.io.scene_result import scene_result
-    from clearway.scene import assess_scene
-
     overrides: dict[str, dict[str, Any]] = {
         "grid": {
             "range_m": range_m,
@@ -86,23 +112,60 @@ def assess(
             "azimuth_deg": _angles("--azimuth-deg", azimuth_deg),
             "elevation_deg": _angles("--elevation-deg", elevation_deg),
         },
-        "scan": {"pattern": pattern},
+        "scan": {"pattern": pattern, "at": _which(at), "topic": topic, "poses": _absolute(poses)},
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }
+    if every and at is not None:
+        raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
     with asking_for_patience():
         read = _read(scene, scan, _given(overrides))
-        for note in read.notes:
-            say(note)
-        assessment = assess_scene(read.scene, notice=say)
-    result = scene_result(assessment)
-    folder = out or Path("clearway-out") / f"assess-{read.scene.name}"
-    written = _write(read, assessment, result, folder, plots)
+        if not every:
+            for note in read.notes:
+                say(note)
+        result, words, draw = (_played if every else _assessed)(read)
+    kind = "play" if every else "assess"
+    folder = out or Path("clearway-out") / f"{kind}-{read.scene.name}"
+    written = _write(read, result, draw if plots else None, folder)
     if as_json:
         print_json(result)
     else:
-        print(_in_words(assessment))
+        print(words)
     say(f"wrote {', '.join(written)} to {folder}")
+
+
+def _assessed(read: SceneInput) -> Outcome:
+    """One moment, cell by cell."""
+    from clearway.cli.assess_words import in_words
+    from clearway.io.scene_result import scene_result
+    from clearway.scene import assess_scene
+
+    assessment = assess_scene(read.scene, notice=say)
+    return scene_result(assessment), in_words(assessment), lambda: _figures(assessment)
+
+
+def _played(read: SceneInput) -> Outcome:
+    """Every scan of a recording, and what is decided at each."""
+    from clearway.io.played_result import in_words, played_result, scan_result
+    from clearway.io.played_scene import play_scene
+    from clearway.plot.playback import draw_playback
+
+    playback = play_scene(read, notice=say)
+    for note in playback.notes:
+        say(note)
+    scans = [scan_result(index, played) for index, played in playback.scans]
+    result = played_result(read.scene.name, playback, scans)
+    return result, in_words(result), lambda: {"playback": draw_playback(result)}
+
+
+def _which(at: str | None) -> int | str | None:
+    """A number of a scan as a number, all else as it stands: the reader says what is valid."""
+    return int(at) if at is not None and at.isdigit() else at
+
+
+def _absolute(poses: str | None) -> str | None:
+    """A file of the command line is where that was given, a topic is none."""
+    return str(Path(poses).absolute()) if poses is not None and Path(poses).is_file() else poses
 
 
 def _angles(option: str, value: str | None) -> float | list[float] | None:
@@ -141,10 +204,9 @@ def _read(scene: Path | None, scan: Path | None, overrides: dict[str, Any]) -> S
 
 def _write(
     read: SceneInput,
-    assessment: SceneAssessment,
     result: dict[str, Any],
+    draw: Callable[[], Mapping[str, Figure]] | None,
     folder: Path,
-    plots: bool,
 ) -> list[str]:
     """The effective scene, the result and the pictures; all of it or nothing."""
     import json
@@ -155,90 +217,21 @@ def _write(
     with staged(folder) as scratch:
         write_toml(read.tables, scratch / "scene.toml")
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
-        if plots:
-            _draw(assessment, scratch)
+        for name, figure in ({} if draw is None else draw()).items():
+            figure.savefig(scratch / f"{name}.png", dpi=110)
         return sorted(path.name for path in scratch.iterdir())
 
 
-def _draw(assessment: SceneAssessment, folder: Path) -> None:
+def _figures(assessment: SceneAssessment) -> Mapping[str, Figure]:
     import numpy as np
 
     from clearway.plot.assessment import draw_assessment
 
     points = [np.zeros((0, 3)), *(d.points_m for d in assessment.detections)]
-    figures = draw_assessment(
+    return draw_assessment(
         assessment.cells,
         assessment.reach,
         assessment.reach_set,
         np.concatenate(points),
         assessment.scene.name,
     )
-    for name, figure in figures.items():
-        figure.savefig(folder / f"{name}.png", dpi=110)
-
-
-def _in_words(assessment: SceneAssessment) -> str:
-    """A page of text; arrays are in the JSON."""
-    import numpy as np
-
-    scene, reach, reach_set = assessment.scene, assessment.reach, assessment.reach_set
-    grid, evidence = scene.grid, assessment.cells.evidence
-    rated = reach.node_rating[reach_set.trajectories]
-    passable = int(np.count_nonzero(rated >= scene.rating.threshold))
-    reachable = int(np.count_nonzero(reach.reachability >= scene.rating.threshold))
-    spaces = [f"{n} {name}" for name, n in _space_counts(assessment).items()]
-    azimuth, elevation = np.degrees(grid.azimuth_edges_rad), np.degrees(grid.elevation_edges_rad)
-    lines = [
-        ("scene", scene.name),
-        (
-            "grid",
-            f"{grid.layers} x {grid.columns} x {grid.rows} cells to {grid.range_m:g} m, "
-            f"azimuth {azimuth[0]:g} to {azimuth[-1]:g} deg, "
-            f"elevation {elevation[0]:g} to {elevation[-1]:g} deg",
-        ),
-        *_sighting_lines(assessment),
-        ("map", f"{len(scene.obstacle_map)} obstacles, {_cells(evidence.map_base > 0.0)}"),
-        ("intruders", f"{len(scene.traffic)}, {_cells(evidence.intruder > 0.0)}"),
-        ("space", f"cells: {', '.join(spaces)}"),
-        (
-            "reach set",
-            f"{scene.reach.method}, {reach_set.nodes} nodes, {len(rated)} trajectories, "
-            f"{scene.speed_mps:g} m/s, "
-            f"start pitch {np.degrees(reach_set.start_pitch_rad):.3g} deg (nose down)",
-        ),
-        (
-            "rating",
-            f"{scene.rating.name}: {passable} of {len(rated)} trajectories and {reachable} of "
-            f"{np.count_nonzero(reach.passed)} cells with one reach {scene.rating.threshold:g}",
-        ),
-    ]
-    return "\n".join(f"{name:<12}{text}" for name, text in lines)
-
-
-def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:
-    if not assessment.detections:
-        return [("scan", "none: everything counts as visible")]
-    lines = []
-    for sighting, detection in zip(assessment.scene.sightings, assessment.detections, strict=True):
-        pattern, source = sighting.lidar.pattern.name, sighting.pattern_from
-        beams = pattern if pattern.startswith(source) else f"{source}: {pattern}"
-        counts = ", ".join(f"{n} {reason}" for reason, n in detection.counts.items() if n)
-        lines += [
-            ("scan", f"{len(sighting.scan.points_m)} points: {counts or 'none'}"),
-            (
-                "beams",
-                f"{beams}; {int(detection.beams.sum())} look into the grid",
-            ),
-            ("detected", _cells(detection.probability > 0.0)),
-        ]
-    return lines
-
-
-def _cells(mask: Any) -> str:
-    return f"in {int(mask.sum())} of {mask.size} cells"
-
-
-def _space_counts(assessment: SceneAssessment) -> dict[str, int]:
-    from collections import Counter
-
-    return dict(sorted(Counter(assessment.space.names).items()))

@@ -49,9 +49,9 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
             for index, message in enumerate(bag.messages([chosen.name])):
                 yield _scan(path, index, message, reader, where)
 
-    return ScanSequence(
-        str(path), kind, scans, where.mounting, tuple(f"{path}: {note}" for note in where.notes)
-    )
+    notes = tuple(f"{path}: {note}" for note in where.notes)
+    span = "no poses in it" if where.track is None else f"{len(where.track.time_s)} poses"
+    return ScanSequence(str(path), kind, scans, where.mounting, notes, span)
 
 
 def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:

@@ -117,7 +117,7 @@ def _scan(source: str, index: int, frame: Any, sensor: Ouster) -> TimedScan:
             raise InputError(source, "no column of it came")
         answered = (ranges > 0) & came
         points = sensor.points_of(ranges).reshape(*ranges.shape, 3)[answered]
-        farthest = float(ranges.max()) * 1e-3
+        farthest = float(np.sqrt(np.einsum("ij,ij->i", points, points).max(initial=0.0)))
         first, last = sensor.info.format.column_window
         expected = (last - first) % len(came) + 1
         missing = expected - int(np.count_nonzero(came))

@@ -4,17 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray, attitude_from_rotation, world_from_body
 from clearway.io.foreign import read_text
-from clearway.io.pose_track import pose_track, quaternions_of
+from clearway.io.pose_track import PoseTrack, pose_track, quaternions_of
 from clearway.state import State
 
-PoseSource = Callable[[int, float], State | None]
+PoseAt = Callable[[int, float], State | None]
 """(index of the scan, its time) -> pose of the vehicle; None where none is known."""
+
+
+class Poses(NamedTuple):
+    """What a file of poses says."""
+
+    at: PoseAt
+    span: str
+    """How many there are and when, in words."""
+    notes: tuple[str, ...]
+
 
 KITTI, TUM, ANGLES = 12, 8, 7
 """Values a line."""
@@ -26,7 +37,7 @@ CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 """A camera has x right, y down, z ahead."""
 
 
-def read_poses(path: str | Path) -> tuple[PoseSource, tuple[str, ...]]:
+def read_poses(path: str | Path) -> Poses:
     """Poses of a file, and what was assumed; the number of values a line tells which kind it is.
 
     Raises InputError naming the lines that cannot be read.
@@ -36,7 +47,7 @@ def read_poses(path: str | Path) -> tuple[PoseSource, tuple[str, ...]]:
         from clearway.io.ulog import read_ulog
 
         track = read_ulog(path).track
-        return (lambda _, time_s: track.at(time_s)), track.notes
+        return _of_track(track)
     rows = _numbers(path, read_text(path))
     if rows.shape[1] == KITTI:
         return _kitti(path, rows)
@@ -48,7 +59,13 @@ def read_poses(path: str | Path) -> tuple[PoseSource, tuple[str, ...]]:
     table = pose_track(str(path), time_s, position, quaternion)
     if not len(table.time_s):
         raise InputError(str(path), "no usable pose in it")
-    return (lambda _, time_s: table.at(time_s)), table.notes
+    return _of_track(table)
+
+
+def _of_track(track: PoseTrack) -> Poses:
+    first, last = track.time_s[[0, -1]]
+    span = f"{len(track.time_s)} poses, from {first:.3f} to {last:.3f} s"
+    return Poses(lambda _, time_s: track.at(time_s), span, track.notes)
 
 
 def _numbers(path: Path, text: str) -> FloatArray:
@@ -81,7 +98,7 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _kitti(path: Path, rows: FloatArray) -> tuple[PoseSource, tuple[str, ...]]:
+def _kitti(path: Path, rows: FloatArray) -> Poses:
     """Poses of a camera by scan; `calib.txt` beside them says where the LiDAR is (Tr)."""
     poses = np.tile(np.eye(4), (len(rows), 1, 1))
     poses[:, :3] = rows.reshape(-1, 3, 4)
@@ -94,7 +111,7 @@ def _kitti(path: Path, rows: FloatArray) -> tuple[PoseSource, tuple[str, ...]]:
             return None
         return State(lidar[index, :3, 3], attitude[index], time_s)
 
-    return pose, (f"{path}: {note}",)
+    return Poses(pose, f"{len(lidar)} poses, one a scan", (f"{path}: {note}",))
 
 
 def _calibration(path: Path) -> tuple[FloatArray, str]:

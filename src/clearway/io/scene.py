@@ -11,8 +11,10 @@ import numpy as np
 
 from clearway.errors import ClearwayError, InputError
 from clearway.grid import AvoidanceGrid
-from clearway.io.pointcloud import SCAN_LIMIT_M, PointCloud, read_points
+from clearway.io.pointcloud import SCAN_LIMIT_M, PointCloud, with_points
 from clearway.io.scene_file import ScanSection, SceneFile, SimulateSection
+from clearway.io.sequences import open_scans
+from clearway.io.timed_scans import ScanSequence, TimedScan, scan_at
 from clearway.io.toml import parse_model, read_toml
 from clearway.obstacle_map import ObstacleMap
 from clearway.scene import (
@@ -26,6 +28,7 @@ from clearway.scene import (
 from clearway.sensors import (
     BeamPattern,
     Lidar,
+    Mounting,
     Scan,
     estimate_pattern,
     named_pattern,
@@ -34,6 +37,15 @@ from clearway.sensors import (
 from clearway.state import State
 
 MOST_BEAMS = 5_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """A scan of a file: the sequence that it belongs to, and its points."""
+
+    sequence: ScanSequence
+    scan: TimedScan
+    cloud: PointCloud
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,22 +77,20 @@ def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
 def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
     """The scene of plain tables; `folder` is where relative paths in them start."""
     file = parse_model(source, tables, SceneFile)
-    grid, state = file.grid.to_grid(), _state(file)
-    cloud = None
-    if file.scan is not None and file.scan.file is not None:
-        cloud = read_points(folder / file.scan.file)
+    measured = _measured(folder, file.scan)
+    grid, state = file.grid.to_grid(), _state(file, measured)
     scene = Scene(
         name=name,
         grid=grid,
         state=state,
         obstacle_map=ObstacleMap([obstacle.to_obstacle() for obstacle in file.obstacle]),
-        sightings=(_sighting(source, file, grid, state, cloud),) if file.scan else (),
+        sightings=(_sighting(source, file, grid, state, measured),) if file.scan else (),
         traffic=_traffic(file),
         timing=TimingSettings(file.vehicle_timing.model, file.vehicle_timing.speed_mps),
         reach=_reach_settings(file),
         rating=RatingSettings(**file.rating.model_dump()),
     )
-    return SceneInput(scene, file.effective(folder), (*_notes_of(cloud), *_inside(file, state)))
+    return SceneInput(scene, file.effective(folder), (*_notes_of(measured), *_inside(file, state)))
 
 
 def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,10 +104,36 @@ def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str,
     return result
 
 
-def _state(file: SceneFile) -> State:
-    if file.vehicle is None:
-        return State(np.zeros(3))
-    return State(np.array(file.vehicle.position_m), np.radians(file.vehicle.attitude_deg))
+def _measured(folder: Path, section: ScanSection | None) -> Measured | None:
+    """The scan that a file is asked for; None where none is."""
+    if section is None or section.file is None:
+        return None
+    sequence = open_section(folder, section)
+    scan = scan_at(sequence, 0 if section.at is None else section.at)
+    if section.poses is not None and scan.state is None:
+        raise InputError(
+            str(section.poses),
+            f"no pose at scan {scan.index}, {scan.time_s:.3f} s; it has {sequence.poses}",
+        )
+    return Measured(sequence, scan, with_points(scan.read()))
+
+
+def open_section(folder: Path, section: ScanSection) -> ScanSequence:
+    """The scans of a file; relative paths begin at `folder`."""
+    assert section.file is not None
+    poses = section.poses
+    if poses is not None and (folder / poses).is_file():
+        poses = str(folder / poses)
+    return open_scans(folder / section.file, section.topic, poses)
+
+
+def _state(file: SceneFile, measured: Measured | None) -> State:
+    """The vehicle's pose as stated, else as the recording tells it, else level at the origin."""
+    if file.vehicle is not None:
+        return State(np.array(file.vehicle.position_m), np.radians(file.vehicle.attitude_deg))
+    if measured is not None and measured.scan.state is not None:
+        return measured.scan.state
+    return State(np.zeros(3))
 
 
 def _traffic(file: SceneFile) -> tuple[Traffic, ...]:
@@ -126,17 +162,24 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
 
 
 def _sighting(
-    source: str, file: SceneFile, grid: AvoidanceGrid, state: State, cloud: PointCloud | None
+    source: str, file: SceneFile, grid: AvoidanceGrid, state: State, measured: Measured | None
 ) -> Sighting:
     assert file.scan is not None
-    if cloud is not None:
-        return _measured(source, file.scan, cloud)
+    if measured is not None:
+        lidar, pattern_from = lidar_of(source, file.scan, measured.cloud, measured.sequence)
+        scan = Scan(measured.cloud.points_m, measured.scan.time_s, lidar.name)
+        return Sighting(lidar, scan, pattern_from)
     assert file.scan.simulate is not None
     return _simulated(source, file, file.scan.simulate, grid, state)
 
 
-def _measured(source: str, section: ScanSection, cloud: PointCloud) -> Sighting:
-    """The scan of a file, with the pattern that was named or else an estimate."""
+def lidar_of(
+    source: str, section: ScanSection, cloud: PointCloud, sequence: ScanSequence
+) -> tuple[Lidar, str]:
+    """The sensor of a scan, and where its beams are from: stated, of the file, or estimated.
+
+    Raises InputError for map coordinates, and beams that nobody knows.
+    """
     nearest = float(np.sqrt(np.min(np.einsum("ij,ij->i", cloud.points_m, cloud.points_m))))
     if nearest > SCAN_LIMIT_M:
         raise InputError(
@@ -144,14 +187,25 @@ def _measured(source: str, section: ScanSection, cloud: PointCloud) -> Sighting:
             f"the nearest point is {nearest:,.0f} m from the origin: map coordinates, not the scan "
             "of a sensor; valid: points in the sensor's frame",
         )
-    stated = section.pattern != "auto"
+    pattern, pattern_from = cloud.pattern, "file"
     try:
-        pattern = named_pattern(section.pattern) if stated else estimate_pattern(cloud.points_m)
+        if section.pattern != "auto":
+            pattern, pattern_from = named_pattern(section.pattern), "stated"
+        elif pattern is None:
+            pattern, pattern_from = estimate_pattern(cloud.points_m), "estimated"
     except ClearwayError as error:
         raise InputError(source, f"scan.pattern: {error}; or auto") from error
-    lidar = Lidar(pattern.name, pattern)
-    scan = Scan(cloud.points_m, sensor=lidar.name)
-    return Sighting(lidar, scan, "stated" if stated else "estimated")
+    return Lidar(pattern.name, pattern, _mounting(section, sequence)), pattern_from
+
+
+def _mounting(section: ScanSection, sequence: ScanSequence) -> Mounting:
+    """Where the sensor sits: as stated, else as the recording says, else at the origin."""
+    told = sequence.mounting or Mounting()
+    place, turn = section.position_m, section.attitude_deg
+    return Mounting(
+        told.position_m if place is None else np.array(place),
+        told.attitude_rad if turn is None else np.radians(turn),
+    )
 
 
 def _simulated(
@@ -180,9 +234,14 @@ def _truth(file: SceneFile, section: SimulateSection) -> ObstacleMap:
     return ObstacleMap([obstacle.to_obstacle() for obstacle in present])
 
 
-def _notes_of(cloud: PointCloud | None) -> tuple[str, ...]:
-    if cloud is None:
+def _notes_of(measured: Measured | None) -> tuple[str, ...]:
+    if measured is None:
         return ()
+    return (*measured.sequence.notes, *cloud_notes(measured.cloud))
+
+
+def cloud_notes(cloud: PointCloud) -> tuple[str, ...]:
+    """What was assumed of a cloud, and left out of it."""
     left_out = (f"{count} points left out: {reason}" for reason, count in cloud.counts.items())
     return tuple(f"{cloud.source}: {note}" for note in (*cloud.notes, *left_out))
 

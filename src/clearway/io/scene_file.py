@@ -69,9 +69,22 @@ class ScanSection(Section):
     """`[scan]`: what the LiDAR returned, from a file or simulated."""
 
     file: str | None = None
-    """Point cloud in the sensor's frame: x forward, y left, z up; relative to the scene file."""
+    """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame: x
+    forward, y left, z up; relative to the scene file."""
+    at: int | str | None = None
+    """Which scan of several: its number from 0, or "1.5s" after the first; default: the first."""
+    topic: str | None = None
+    """Of a bag with several topics with points."""
+    poses: str | None = None
+    """File of the vehicle's poses, or a bag's topic; without [vehicle] the one at the scan's time
+    is taken."""
     pattern: str = "auto"
-    """Name of the sensor whose beams these are, or "auto" to estimate them from the points."""
+    """Name of the sensor whose beams these are, or "auto": as the file says, else estimated from
+    the points."""
+    position_m: Point | None = None
+    """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
+    attitude_deg: Point | None = None
+    """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
     simulate: SimulateSection | None = None
     """In place of `file`."""
 
@@ -79,8 +92,9 @@ class ScanSection(Section):
     def _is_one_of_two(self) -> Self:
         if (self.file is None) == (self.simulate is None):
             raise ValueError("either `file` or [scan.simulate] is needed, and not both")
-        if self.simulate is not None and "pattern" in self.model_fields_set:
-            raise ValueError("`pattern` belongs to `file`; [scan.simulate] states its beams itself")
+        if self.simulate is not None and self.model_fields_set - {"simulate"}:
+            others = ", ".join(f"`{name}`" for name in sorted(self.model_fields_set - {"simulate"}))
+            raise ValueError(f"{others} belong to `file`; [scan.simulate] states its beams itself")
         return self
 
 
@@ -237,6 +251,9 @@ class SceneFile(Section):
         tables["grid"] = self.grid.effective()
         if self.scan is not None and self.scan.file is not None:
             tables["scan"]["file"] = str((folder / self.scan.file).absolute())
+            poses = self.scan.poses
+            if poses is not None and (folder / poses).is_file():
+                tables["scan"]["poses"] = str((folder / poses).absolute())
         elif self.scan is not None:
             del tables["scan"]["pattern"]
             if "azimuth_deg" in tables["scan"]["simulate"]:

@@ -70,21 +70,21 @@ def _single(path: Path) -> ScanSequence:
     def scans() -> Iterator[TimedScan]:
         yield TimedScan(0, 0.0, None, lambda: read_points(path))
 
-    return ScanSequence(str(path), f"point cloud {path.suffix}", scans, whole=True)
+    return ScanSequence(str(path), f"point cloud {path.suffix}", scans)
 
 
 def _with_poses(sequence: ScanSequence, file: Path) -> ScanSequence:
     """The sequence with the poses of a file, which must know at least the first scan's."""
     from clearway.io.pose_file import read_poses
 
-    pose, notes = read_poses(file)
+    poses = read_poses(file)
 
     def scans() -> Iterator[TimedScan]:
         for scan in sequence:
-            state = pose(scan.index, scan.time_s)
-            yield replace(scan, state=state)
+            yield replace(scan, state=poses.at(scan.index, scan.time_s))
 
-    return replace(sequence, scans=scans, notes=(*sequence.notes, *notes))
+    notes = (*sequence.notes, *poses.notes)
+    return replace(sequence, scans=scans, notes=notes, poses=poses.span)
 
 
 def first_cloud(path: Path) -> PointCloud:

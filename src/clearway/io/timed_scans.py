@@ -38,8 +38,8 @@ class ScanSequence:
     """Place of the sensor on the vehicle, where the recording tells it."""
     notes: tuple[str, ...] = ()
     """What was assumed where the recording is silent; to be shown."""
-    whole: bool = False
-    """Whether it is a single file that holds one scan, without a time."""
+    poses: str = "no poses in it"
+    """What there is of poses, in words."""
 
     def __iter__(self) -> Iterator[TimedScan]:
         return self.scans()

@@ -1,0 +1,73 @@
+"""What `clearway assess` prints of one moment: a page of text; arrays are in the JSON."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from clearway.scene import SceneAssessment
+
+
+def in_words(assessment: SceneAssessment) -> str:
+    """A page of text."""
+    scene, reach, reach_set = assessment.scene, assessment.reach, assessment.reach_set
+    grid, evidence = scene.grid, assessment.cells.evidence
+    rated = reach.node_rating[reach_set.trajectories]
+    passable = int(np.count_nonzero(rated >= scene.rating.threshold))
+    reachable = int(np.count_nonzero(reach.reachability >= scene.rating.threshold))
+    spaces = [f"{n} {name}" for name, n in _space_counts(assessment).items()]
+    azimuth, elevation = np.degrees(grid.azimuth_edges_rad), np.degrees(grid.elevation_edges_rad)
+    lines = [
+        ("scene", scene.name),
+        (
+            "grid",
+            f"{grid.layers} x {grid.columns} x {grid.rows} cells to {grid.range_m:g} m, "
+            f"azimuth {azimuth[0]:g} to {azimuth[-1]:g} deg, "
+            f"elevation {elevation[0]:g} to {elevation[-1]:g} deg",
+        ),
+        *_sighting_lines(assessment),
+        ("map", f"{len(scene.obstacle_map)} obstacles, {_cells(evidence.map_base > 0.0)}"),
+        ("intruders", f"{len(scene.traffic)}, {_cells(evidence.intruder > 0.0)}"),
+        ("space", f"cells: {', '.join(spaces)}"),
+        (
+            "reach set",
+            f"{scene.reach.method}, {reach_set.nodes} nodes, {len(rated)} trajectories, "
+            f"{scene.speed_mps:g} m/s, "
+            f"start pitch {np.degrees(reach_set.start_pitch_rad):.3g} deg (nose down)",
+        ),
+        (
+            "rating",
+            f"{scene.rating.name}: {passable} of {len(rated)} trajectories and {reachable} of "
+            f"{np.count_nonzero(reach.passed)} cells with one reach {scene.rating.threshold:g}",
+        ),
+    ]
+    return "\n".join(f"{name:<12}{text}" for name, text in lines)
+
+
+def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:
+    if not assessment.detections:
+        return [("scan", "none: everything counts as visible")]
+    lines = []
+    for sighting, detection in zip(assessment.scene.sightings, assessment.detections, strict=True):
+        pattern, source = sighting.lidar.pattern.name, sighting.pattern_from
+        beams = pattern if pattern.startswith(source) else f"{source}: {pattern}"
+        counts = ", ".join(f"{n} {reason}" for reason, n in detection.counts.items() if n)
+        lines += [
+            ("scan", f"{len(sighting.scan.points_m)} points: {counts or 'none'}"),
+            (
+                "beams",
+                f"{beams}; {int(detection.beams.sum())} look into the grid",
+            ),
+            ("detected", _cells(detection.probability > 0.0)),
+        ]
+    return lines
+
+
+def _cells(mask: Any) -> str:
+    return f"in {int(mask.sum())} of {mask.size} cells"
+
+
+def _space_counts(assessment: SceneAssessment) -> dict[str, int]:
+    return dict(sorted(Counter(assessment.space.names).items()))
