@@ -194,7 +194,9 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         lidars=tuple(lidar_of(part, grid) for part in file.lidar),
         world=worlds[0] if len(worlds) == 1 else CombinedWorld(worlds),
         obstacle_map=ObstacleMap(charted),
-        simulation=SimulationSettings(**file.simulation.model_dump()),
+        simulation=SimulationSettings(
+            **file.simulation.model_dump(), faults=file.faults.to_faults()
+        ),
         limits=DataLimits(patience_turns=file.safety.patience_turns),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground is None else ground,

@@ -14,6 +14,7 @@ from typing import Generic, TypeGuard
 import numpy as np
 
 from clearway.errors import ClearwayError
+from clearway.faults import NO_FAULTS, Faults
 from clearway.frames import FloatArray
 from clearway.metrics import FlightMetrics, intruder_distances, measure, straight_distances
 from clearway.mission import Mission, Mode, advanced
@@ -44,10 +45,13 @@ class SimulationSettings:
     """Bound of w (3.20) on each axis of velocity."""
     input_noise: float = 0.0
     """Bound of v (3.20) as a share of the speed, and of the largest turn rate."""
+    wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Steady wind that carries the vehicle, world frame."""
     position_sigma_m: float = 0.0
     """Standard deviation of the own position as measured, stated to the system."""
     time_limit_s: float | None = None
     """None allows six times the straight flight and a minute."""
+    faults: Faults = NO_FAULTS
 
     def __post_init__(self) -> None:
         if not 0.0 < self.step_s <= LARGEST_STEP_S:
@@ -55,6 +59,8 @@ class SimulationSettings:
         for name in ("scan_latency_s", "state_noise_mps", "input_noise", "position_sigma_m"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(f"{name}: must be a number >= 0, got {getattr(self, name)}")
+        if not np.all(np.isfinite(self.wind_mps)):
+            raise ClearwayError(f"wind_mps: must be three finite numbers, got {self.wind_mps}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,9 +169,10 @@ class _Flight(Generic[D]):
         self.traffic = traffic
         self.mission = system.mission
         self.automaton = system.planner.automaton
-        self.scan_rng, self.state_rng, self.noise_rng = (
-            np.random.default_rng([settings.seed, stream]) for stream in range(3)
+        self.scan_rng, self.state_rng, self.noise_rng, self.fault_rng = (
+            np.random.default_rng([settings.seed, stream]) for stream in range(4)
         )
+        self.wind_mps = np.array(settings.wind_mps)
         start = self.mission.start
         self.times = [start.time_s]
         self.states = [start.vector]
@@ -211,10 +218,13 @@ class _Flight(Generic[D]):
         ]
         seen_from = self._true_state(max(self.times[0], now - settings.scan_latency_s))
         world = self._world_at(seen_from.time_s)
-        readings += [simulate_scan(lidar, world, seen_from, self.scan_rng) for lidar in self.lidars]
-        if self.traffic is not None:
-            readings += self.traffic.reports(now)
-        return readings
+        scans = [simulate_scan(lidar, world, seen_from, self.scan_rng) for lidar in self.lidars]
+        reports = self.traffic.reports(now) if self.traffic is not None else []
+        if settings.faults != NO_FAULTS:
+            faulty = [settings.faults.scan(scan, now) for scan in scans]
+            heard = [settings.faults.report(report, self.fault_rng) for report in reports]
+            return readings + [one for one in (*faulty, *heard) if one is not None]
+        return readings + scans + reports
 
     def _world_at(self, time_s: float) -> World:
         """What stands still, and visible traffic where it was at a time."""
@@ -240,7 +250,9 @@ class _Flight(Generic[D]):
         start = self.times[-1]
         origin = self.states[-1]
         movement = self._corrected(movement)
-        disturbed = settings.state_noise_mps > 0.0 or settings.input_noise > 0.0
+        disturbed = (
+            settings.state_noise_mps > 0.0 or settings.input_noise > 0.0 or self.wind_mps.any()
+        )
         for number in range(1, steps + 1):
             if disturbed:
                 state = self._disturbed(self.states[-1], movement, step)
@@ -288,7 +300,7 @@ class _Flight(Generic[D]):
         )
         moved = self.automaton.vehicle.advance(state, inputs, step)
         w = self.noise_rng.uniform(-1.0, 1.0, 3) * settings.state_noise_mps
-        moved[:3] += w * step
+        moved[:3] += (w + self.wind_mps) * step
         return moved
 
     def _time_limit(self) -> float:

@@ -15,6 +15,7 @@ from clearway.cli.assess import assess
 from clearway.cli.campaign import campaign
 from clearway.cli.compare import compare
 from clearway.cli.encounters import encounters
+from clearway.cli.faults import faults
 from clearway.cli.fly import fly
 from clearway.cli.map import show_map
 from clearway.cli.mavlink import mavlink
@@ -44,6 +45,7 @@ reach_sets = typer.Typer(add_completion=False)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare")(run_guarded(compare_reach_sets))
 app.add_typer(reach_sets, name="reach-set")
+app.command("faults")(run_guarded(faults))
 app.command("map")(run_guarded(show_map))
 app.command("mavlink")(run_guarded(mavlink))
 app.command("replay")(run_guarded(replay))

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from clearway.errors import InputError
 from clearway.intruders import Intruder
+from clearway.io.fault_section import FaultsSection
 from clearway.io.planned import PLANS, Notice, beside, planned_tables, with_plan
 from clearway.io.rule_sections import KeepOutSection, RulesSection
 from clearway.io.scene_file import ModelName
@@ -312,6 +313,8 @@ class SimulationSection(Section):
     """Bound of the disturbance w (3.20) on each axis of velocity."""
     input_noise: NotNegative = 0.0
     """Bound of the disturbance v (3.20), as a share of speed and of the turn rate."""
+    wind_mps: Point = (0.0, 0.0, 0.0)
+    """Steady wind that carries the vehicle, world frame; unknown to it."""
     position_sigma_m: NotNegative = 0.0
     """Standard deviation of the own position as measured; stated to the vehicle."""
     time_limit_s: Positive | None = None
@@ -331,6 +334,7 @@ class MissionFile(Section):
     prices: PricesSection = PricesSection()
     rules: RulesSection = RulesSection()
     simulation: SimulationSection = SimulationSection()
+    faults: FaultsSection = FaultsSection()
     point_cloud: PointCloudSection | None = None
     map: MapSection | None = None
     traffic: TrafficSection = TrafficSection()

@@ -1,0 +1,313 @@
+"""What faults cost in safety: worlds of balls and conflicts with traffic, flown as faults grow.
+
+A study is one fault at growing levels; every level flies the same worlds, so that differences are
+the fault's. Worlds are told apart by their seed alone: any number of processes gives the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from types import MappingProxyType
+
+import numpy as np
+
+from clearway.campaigns.conflicts import ConflictParameters, conflict
+from clearway.confidence import wilson
+from clearway.flight import prepare
+from clearway.io.mission_file import MissionFile, WorldObstacleSection
+from clearway.io.world_file import mission_of
+from clearway.worlds import ball_world
+
+BLIND_AT_DEG = 0.0
+"""Middle of the blind sector: straight ahead."""
+BALLS = 150
+"""In every world: dense enough that straight flight never gets through."""
+PHANTOM_RADIUS_M = 1.5
+CORRIDOR_M = (10.0, 50.0, 8.0)
+"""Phantoms stand between these along the leg, and as far to both sides and up and down."""
+Task = tuple[str, str, float]
+"""Study, variant, level."""
+Variant = Callable[[MissionFile, float, int], MissionFile]
+"""(mission, level, seed) -> the mission with the fault at that level."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """One fault at growing levels."""
+
+    title: str
+    unit: str
+    levels: tuple[float, ...]
+    variants: Mapping[str, Variant]
+    """What is flown at each level, by what the vehicle has against the fault."""
+    traffic: bool = False
+    """Conflicts with one intruder; worlds of balls otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """What came of one flight."""
+
+    seed: int
+    reached: bool
+    kept: bool
+    """Reached, and never nearer than the margin."""
+    crashed: bool
+    nearest_m: float
+    """To a surface: inf where nothing was near."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One level of a variant."""
+
+    study: str
+    variant: str
+    level: float
+    flights: tuple[Flown, ...]
+
+    @property
+    def kept(self) -> int:
+        return sum(flight.kept for flight in self.flights)
+
+    @property
+    def crashed(self) -> int:
+        return sum(flight.crashed for flight in self.flights)
+
+    @property
+    def reached(self) -> int:
+        return sum(flight.reached for flight in self.flights)
+
+    @property
+    def nearest_m(self) -> float:
+        return min(flight.nearest_m for flight in self.flights)
+
+    def interval(self, count: int) -> tuple[float, float]:
+        """Wilson interval of a count of its flights."""
+        return wilson(count, len(self.flights))
+
+
+def _simulation(key: str) -> Variant:
+    return lambda file, level, _: file.changed("simulation", **{key: level})
+
+
+def _faults(**keys: Callable[[float], object]) -> Variant:
+    return lambda file, level, _: file.changed(
+        "faults", **{key: value(level) for key, value in keys.items()}
+    )
+
+
+def _wind(file: MissionFile, level: float, seed: int) -> MissionFile:
+    bearing = np.random.default_rng([seed, 60]).uniform(-np.pi, np.pi)
+    wind = (level * float(np.cos(bearing)), level * float(np.sin(bearing)), 0.0)
+    return file.changed("simulation", wind_mps=wind)
+
+
+def _dropout(file: MissionFile, level: float, _: int) -> MissionFile:
+    lidar = tuple(one.model_copy(update={"dropout": level}) for one in file.lidar)
+    return file.model_copy(update={"lidar": lidar})
+
+
+def _charted(variant: Variant) -> Variant:
+    """The same with a map that shows everything."""
+
+    def with_map(file: MissionFile, level: float, seed: int) -> MissionFile:
+        known = tuple(one.model_copy(update={"known": "both"}) for one in file.obstacle)
+        return variant(file.model_copy(update={"obstacle": known}), level, seed)
+
+    return with_map
+
+
+def _missing(file: MissionFile, level: float, seed: int) -> MissionFile:
+    """A share of what is there is not on the map."""
+    lost = np.random.default_rng([seed, 61]).random(len(file.obstacle)) < level
+    known = tuple(
+        one.model_copy(update={"known": "world" if gone else "both"})
+        for one, gone in zip(file.obstacle, lost, strict=True)
+    )
+    return file.model_copy(update={"obstacle": known})
+
+
+def _blinded(variant: Variant) -> Variant:
+    """The same without any scan: the map alone."""
+    return lambda file, level, seed: variant(file, level, seed).changed("faults", dead_from_s=0.0)
+
+
+def _phantoms(file: MissionFile, level: float, seed: int) -> MissionFile:
+    """The map shows things on the way that are not there (2.2, third case)."""
+    rng = np.random.default_rng([seed, 62])
+    near, far, aside = CORRIDOR_M
+    places = rng.uniform([near, -aside, -aside], [far, aside, aside], (int(level), 3))
+    phantoms = tuple(
+        WorldObstacleSection(
+            shape="ball",
+            position_m=(float(x), float(y), float(z)),
+            radius_m=PHANTOM_RADIUS_M,
+            known="map",
+            name=f"phantom-{number}",
+        )
+        for number, (x, y, z) in enumerate(places)
+    )
+    return file.model_copy(update={"obstacle": file.obstacle + phantoms})
+
+
+def _tracked(variant: Variant) -> Variant:
+    return lambda file, level, seed: variant(file, level, seed).changed("traffic", tracker=True)
+
+
+def _sector(level: float) -> tuple[float, float]:
+    return BLIND_AT_DEG - 0.5 * level, BLIND_AT_DEG + 0.5 * level
+
+
+BLIND = _faults(blind_deg=_sector)
+DEAD = _faults(dead_from_s=lambda level: level)
+BIAS = _faults(range_bias_m=lambda level: level)
+LOSS = _faults(report_loss=lambda level: level)
+SPOOF = _faults(spoofed=lambda _: 0.2, spoof_m=lambda level: level)
+LIDAR, WITH_MAP, MAP_ALONE = "LiDAR alone", "LiDAR and map", "map alone"
+REPORTS, TRACKER = "reports as they come", "tracker"
+
+STUDIES: Mapping[str, Study] = MappingProxyType(
+    {
+        "gusts": Study(
+            "Gusts: bound of the state noise w (3.20)",
+            "m/s",
+            (0.0, 0.25, 0.5, 1.0, 2.0, 4.0),
+            {LIDAR: _simulation("state_noise_mps")},
+        ),
+        "wind": Study(
+            "Steady wind, from anywhere, unknown to the vehicle",
+            "m/s",
+            (0.0, 0.05, 0.1, 0.2, 0.3, 0.4),
+            {LIDAR: _wind, WITH_MAP: _charted(_wind)},
+        ),
+        "actuators": Study(
+            "Actuator noise: bound of the input noise v (3.20)",
+            "share of full deflection",
+            (0.0, 0.1, 0.2, 0.4, 0.6, 0.8),
+            {LIDAR: _simulation("input_noise")},
+        ),
+        "drop-outs": Study(
+            "Drop-outs: share of returns lost",
+            "share",
+            (0.0, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99),
+            {LIDAR: _dropout, WITH_MAP: _charted(_dropout)},
+        ),
+        "range-bias": Study(
+            "Biased range: things seem farther than they are",
+            "m",
+            (-0.5, -0.25, 0.0, 0.1, 0.25, 0.5, 1.0),
+            {LIDAR: BIAS, WITH_MAP: _charted(BIAS)},
+        ),
+        "latency": Study(
+            "Latency of scans",
+            "s",
+            (0.0, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0),
+            {LIDAR: _simulation("scan_latency_s")},
+        ),
+        "blind-sector": Study(
+            "Blind sector straight ahead, which claims that all is free",
+            "deg",
+            (0.0, 2.0, 5.0, 10.0, 20.0, 40.0),
+            {LIDAR: BLIND, WITH_MAP: _charted(BLIND)},
+        ),
+        "dead-sensor": Study(
+            "Dead sensor from a time on",
+            "s",
+            (60.0, 40.0, 30.0, 20.0, 10.0, 0.0),
+            {LIDAR: DEAD, WITH_MAP: _charted(DEAD)},
+        ),
+        "map-missing": Study(
+            "Obstacles missing from the map: share",
+            "share",
+            (0.0, 0.1, 0.25, 0.5, 0.75, 1.0),
+            {WITH_MAP: _missing, MAP_ALONE: _blinded(_missing)},
+        ),
+        "map-phantoms": Study(
+            "False positives of the map: phantoms on the way",
+            "phantoms",
+            (0.0, 5.0, 10.0, 20.0, 40.0),
+            {WITH_MAP: _charted(_phantoms)},
+        ),
+        "report-loss": Study(
+            "Reports of traffic lost: share",
+            "share",
+            (0.0, 0.25, 0.5, 0.75, 0.9, 1.0),
+            {REPORTS: LOSS, TRACKER: _tracked(LOSS)},
+            traffic=True,
+        ),
+        "spoofed-reports": Study(
+            "A fifth of the reports spoofed: length of their jump",
+            "m",
+            (0.0, 1.0, 2.0, 5.0, 10.0, 50.0),
+            {REPORTS: SPOOF, TRACKER: _tracked(SPOOF)},
+            traffic=True,
+        ),
+    }
+)
+"""Faults by name."""
+
+
+def case(study: Study, seed: int) -> MissionFile:
+    """What a study flies with a seed, without its fault."""
+    if study.traffic:
+        deviating = ConflictParameters(detected_at_m=10.0, deviates=True)
+        return conflict("random", seed, deviating)
+    return mission_of(*ball_world(seed, BALLS), seed)
+
+
+def fly_one(name: str, variant: str, level: float, seed: int) -> Flown:
+    """One flight of a study."""
+    study = STUDIES[name]
+    setup = prepare(study.variants[variant](case(study, seed), level, seed))
+    run = setup.fly()
+    return Flown(
+        seed,
+        run.reached,
+        run.safe and run.crashed_s is None,
+        run.crashed_s is not None,
+        float(run.nearest_surface_m.min()),
+    )
+
+
+def fly_studies(
+    names: Sequence[str],
+    seeds: Sequence[int],
+    workers: int = 2,
+    on_flown: Callable[[int, int], None] = lambda _done, _total: None,
+) -> list[Point]:
+    """All levels and variants of studies, by name; on_flown hears how many flights are done."""
+    tasks = [
+        (name, variant, level)
+        for name in names
+        for variant in STUDIES[name].variants
+        for level in STUDIES[name].levels
+    ]
+    done: dict[int, Point] = {}
+    for number, flown in _each(tasks, tuple(seeds), workers):
+        done[number] = Point(*tasks[number], flown)
+        on_flown(len(done) * len(seeds), len(tasks) * len(seeds))
+    return [done[number] for number in range(len(tasks))]
+
+
+def _each(
+    tasks: Sequence[Task], seeds: tuple[int, ...], workers: int
+) -> Iterator[tuple[int, tuple[Flown, ...]]]:
+    """(number of the task, its flights) as they are done; one worker needs no other process."""
+    if workers == 1:
+        for number, task in enumerate(tasks):
+            yield number, _fly_level(*task, seeds)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        waiting = {
+            pool.submit(_fly_level, *task, seeds): number for number, task in enumerate(tasks)
+        }
+        for done in as_completed(waiting):
+            yield waiting[done], done.result()
+
+
+def _fly_level(name: str, variant: str, level: float, seeds: tuple[int, ...]) -> tuple[Flown, ...]:
+    return tuple(fly_one(name, variant, level, seed) for seed in seeds)

@@ -1,0 +1,24 @@
+"""Parts of a Markdown page that a command makes: what stands between two marks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from clearway.errors import InputError
+
+
+def put_between_marks(page: Path, name: str, made: str) -> None:
+    """Put text between `<!-- name:begin -->` and `<!-- name:end -->` of a page.
+
+    Raises InputError where the page cannot be read or written, or has no such marks.
+    """
+    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
+    try:
+        text = page.read_text(encoding="utf-8")
+        before, found, rest = text.partition(begin)
+        _, closed, after = rest.partition(end)
+        if not (found and closed):
+            raise InputError(str(page), f"no {begin} ... {end}")
+        page.write_text(f"{before}{begin}\n{made.strip()}\n{end}{after}", encoding="utf-8")
+    except OSError as cause:
+        raise InputError(str(page), f"cannot be written: {cause.strerror or cause}") from cause
