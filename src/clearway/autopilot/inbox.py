@@ -29,7 +29,7 @@ KEPT = {
 """Messages that we need, and how many of each are decoded at a tick, the newest."""
 FROM_ANY_COMPONENT = (known.ADSB_VEHICLE, known.OBSTACLE_DISTANCE)
 """Sensors may be components of their own; all else comes from the autopilot alone."""
-MOST_BYTES = 1 << 20
+MOST_BYTES = 1 << 18
 """Cut into frames at a tick; older bytes beyond are dropped."""
 
 OTHER_SYSTEM = "another system"

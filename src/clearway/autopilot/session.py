@@ -100,6 +100,7 @@ class Session:
         self._traffic = AdsbPicture(settings.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
         self._reports: dict[str, Intruder] = {}
+        self._news = ""
         self._motion: Motion | None = None
         self._own: State | None = None
         self._scan_s = -math.inf
@@ -190,6 +191,8 @@ class Session:
         there = replace(own, time_s=time_s)
         self._scan_s = max(self._scan_s, time_s)
         self.system.update(scan_of(sectors, self._sensor, there, heading, self.counts))
+        if sectors.shows_anything:
+            self._news = "new returns"
 
     # --- out ------------------------------------------------------------------------------
 
@@ -242,12 +245,15 @@ class Session:
     def _decide(self, now: float) -> tuple[FlightDecision | None, str, float]:
         if not self.state.decides:
             return None, "", 0.0
+        news = self._news or ("new reports of traffic" if self._reports else "")
         for report in self._reports.values():
             self.system.update(report)
         self._reports.clear()
-        why = self.system.due(now)
-        if why is None:
+        # What was measured before the last decision and came after it is news too.
+        why = self.system.due(now) or news
+        if not why:
             return None, "", 0.0
+        self._news = ""
         started = time.perf_counter()
         flight = self.system.decide(now)
         self._plan = FlownPlan.of(self.system.planner.automaton, flight)

@@ -46,13 +46,15 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
     dialect()
     key = None if options.signing_key is None else read_key(options.signing_key)
     address = _address(options.icao)
-    setup = prepare(file, notice)
-    for note in setup.notes:
-        notice(note)
-    sensor = sensor_of(file, setup, math.radians(options.fan_deg))
     counts: Counter[str] = Counter()
     link = open_link(options.connect, counts)
+    what = "acting" if options.act else "read-only: only our heartbeat is sent, --act sends more"
+    notice(f"listening on {link.name}, {what}")
     try:
+        setup = prepare(file, notice)
+        for note in setup.notes:
+            notice(note)
+        sensor = sensor_of(file, setup, math.radians(options.fan_deg))
         system = replace(setup, lidars=() if sensor is None else (sensor,)).system()
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
@@ -74,6 +76,9 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         check = None if key is None else SignatureCheck(key)
         inbox = Inbox(options.system, options.component, check, stream=link.stream)
         outbox = Outbox(Packer(options.system, key=key), link.send)
+        # What has come meanwhile is old.
+        while link.receive():
+            counts["link: pieces that came before we were ready"] += 1
         return Loop(link, inbox, session, outbox, 1.0 / options.rate_hz)
     except BaseException:
         link.close()

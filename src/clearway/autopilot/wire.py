@@ -6,6 +6,7 @@ the true sender, so frames are cut here; pymavlink decodes what is found to be g
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from typing import NamedTuple
 from clearway.autopilot.dialect import checksum
 
 MAGIC, OLD_MAGIC = 0xFD, 0xFE
+MAGICS = re.compile(b"[\xfd\xfe]")
 HEADER, OLD_FRAME, CHECKSUM, SIGNATURE = 10, 8, 2, 13
 SIGNED = 0x01
 LONGEST = HEADER + 255 + CHECKSUM + SIGNATURE
@@ -52,8 +54,10 @@ def frames_in(
             at += _old_length(data, at)
             continue
         if data[at] != MAGIC:
-            refused[GARBAGE] += 1
-            at += 1
+            found = MAGICS.search(data, at + 1)
+            after = found.start() if found else end
+            refused[GARBAGE] += after - at
+            at = after
             continue
         length = _length(data, at)
         if end - at < length:

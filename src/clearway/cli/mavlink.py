@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -92,11 +93,9 @@ def mavlink(
         speedup=None if lock_step else speedup,
     )
     loop = set_up(file, options, say)
-    what = "acting" if act else "read-only: nothing but our heartbeat is sent; --act sends"
-    say(f"listening on {loop.link.name}, {what}")
-    stop = _stop_rule(duration, end_on_arrival)
     with ExitStack() as stack:
         stack.callback(loop.link.close)
+        stop = stack.enter_context(_stop_rule(duration, end_on_arrival))
         result = _run(loop, stop, file, rate, out, stack)
     if as_json:
         print_json(result)
@@ -106,21 +105,24 @@ def mavlink(
         leave(NOT_REACHED)
 
 
-def _stop_rule(duration: float | None, end_on_arrival: bool) -> Stop:
+@contextmanager
+def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
     """Ends at the duration, on arrival if asked for, and when the process is told to."""
     told: list[int] = []
 
     def note(number: int, _frame: object) -> None:
         told.append(number)
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, note)
-
     def stop(elapsed_s: float, outcome: Outcome | None) -> bool:
         arrived = end_on_arrival and outcome is not None and outcome.state == "arrived"
         return bool(told) or arrived or (duration is not None and elapsed_s >= duration)
 
-    return stop
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _run(
