@@ -66,9 +66,19 @@ def _options() -> argparse.Namespace:
 
 def _chosen(patterns: list[str]) -> list[Benchmark]:
     """Benchmarks by name, or all; those that fly take long and come last."""
-    from benchmarks import decisions, encounters, flights, intruders, maps, reach, sensors, traffic
+    from benchmarks import (
+        campaign,
+        decisions,
+        encounters,
+        flights,
+        intruders,
+        maps,
+        reach,
+        sensors,
+        traffic,
+    )
 
-    rooms = (decisions, sensors, reach, maps, intruders, traffic, flights, encounters)
+    rooms = (decisions, sensors, reach, maps, intruders, traffic, campaign, flights, encounters)
     everything = [benchmark for room in rooms for benchmark in room.BENCHMARKS]
     if not patterns:
         return everything
