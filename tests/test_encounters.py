@@ -65,7 +65,7 @@ def test_late_decisions_are_taken_on_the_same_collision_course():
         ({"miss_m": 10.0}, "miss_m"),
         ({"late_s": -1.0}, "late_s"),
         ({"late_s": 5.0}, "late_s"),
-        ({"spread_rad": (1.6, 0.1)}, "spread_rad"),
+        ({"spread_rad": (1.6, 0.1)}, "spread: must"),
     ],
 )
 def test_impossible_encounters_are_refused(setting, said):

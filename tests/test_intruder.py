@@ -25,7 +25,7 @@ def test_every_problem_is_named_at_once() -> None:
             acceleration_bound_mps2=math.inf,
         )
     problems = "\n".join(caught.value.problems)
-    for key in ("position_m", "velocity_mps", "spread_rad", "radius_m", "acceleration_bound_mps2"):
+    for key in ("position_m", "velocity_mps", "spread", "radius_m", "acceleration_bound_mps2"):
         assert key in problems
     assert "intruder A" in str(caught.value)
     assert "[0, 90)" in problems
@@ -33,7 +33,7 @@ def test_every_problem_is_named_at_once() -> None:
 
 @pytest.mark.parametrize("spread", [[-0.01, 0.0], [0.0, math.pi / 2], [math.nan, 0.0]])
 def test_spreads_outside_are_refused(spread: list[float]) -> None:
-    with pytest.raises(InputError, match="spread_rad"):
+    with pytest.raises(InputError, match="spread: must"):
         Intruder([1, 0, 0], [1, 0, 0], spread_rad=spread)
 
 

@@ -178,6 +178,12 @@ def test_lidars_see_intruders_that_do_not_report_themselves() -> None:
         assert mission_with(**said).intruder[0].seen_by_lidar is seen
 
 
+def test_the_ownships_own_name_is_no_intruders() -> None:
+    """Its reports would be taken for echoes of the own transponder."""
+    with pytest.raises(InputError, match="'ownship' is what the ownship calls itself"):
+        mission_with(name="ownship")
+
+
 def test_what_a_lidar_sees_needs_a_size() -> None:
     with pytest.raises(InputError, match="radius_m must be above 0"):
         mission_with(transponder=False)

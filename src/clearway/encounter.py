@@ -59,7 +59,7 @@ class EncounterSettings:
             )
         for spread in self.spread_rad:
             if not 0.0 <= spread < math.pi / 2:
-                problems.append(f"spread_rad: must be within [0, 90) degrees, got {spread} rad")
+                problems.append(f"spread: must be within [0, 90) degrees, got {spread} rad")
         if problems:
             raise InputError("encounters", problems)
 

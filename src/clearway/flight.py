@@ -14,6 +14,7 @@ from clearway.errors import FlightRefusedError, InputError
 from clearway.grid import AvoidanceGrid
 from clearway.intruders import TrackerSettings
 from clearway.io.mission_file import (
+    OWN_ADDRESS,
     FlyingIntruderSection,
     LidarSection,
     MissionFile,
@@ -42,8 +43,6 @@ MOST_MOVEMENTS = 100
 """Movements that may fit in the range of the grid: more make trees that nobody needs."""
 COAST_S = 30.0
 """How long an aircraft of a recording is believed to fly on without a report."""
-OWN_ADDRESS = "ownship"
-"""No intruder of a mission has it."""
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 

@@ -59,7 +59,7 @@ class Intruder:
                 problems.append(f"{key}: must be finite numbers, at most 1e9, got {numbers}")
             elif key == "spread_rad" and not all(0.0 <= number < np.pi / 2 for number in numbers):
                 degrees = np.degrees(array).tolist()
-                problems.append(f"{key}: must be within [0, 90) degrees, got {degrees} degrees")
+                problems.append(f"spread: must be within [0, 90) degrees, got {degrees} degrees")
         problems += self._scalar_problems()
         if problems:
             raise InputError(f"intruder {self.name or self.address or '?'}", problems)

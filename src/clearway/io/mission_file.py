@@ -21,6 +21,8 @@ from clearway.io.toml import Section, parse_model, read_model, read_toml
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
+OWN_ADDRESS = "ownship"
+"""What the ownship's own transponder would report; no intruder of a mission has it."""
 
 
 class MissionSection(Section):
@@ -351,6 +353,8 @@ class MissionFile(Section):
         names = [intruder.name for intruder in self.intruder]
         if len(set(names)) < len(names):
             raise ValueError(f"intruder: names must differ, got {names}")
+        if OWN_ADDRESS in names:
+            raise ValueError(f"intruder: {OWN_ADDRESS!r} is what the ownship calls itself")
         return self
 
     @model_validator(mode="after")
