@@ -34,6 +34,7 @@ from clearway.frames import FloatArray, world_from_body
 from clearway.fusion import (
     CellAssessment,
     Evidence,
+    Rating,
     ReachAssessment,
     assess_cells,
     rate_reach_set,
@@ -110,6 +111,8 @@ class Planner:
     terminal_cost: TerminalCost = curved_distance_to_go
     rules: tuple[Rule, ...] = ()
     """The most important first."""
+    rating: Rating | None = None
+    """The user's own, in place of the one that the settings name."""
 
     @classmethod
     def of(
@@ -120,10 +123,12 @@ class Planner:
         stage_cost: StageCost = length_and_prices,
         terminal_cost: TerminalCost = curved_distance_to_go,
         rules: Sequence[Rule] = (),
+        rating: Rating | None = None,
     ) -> Planner:
         """Evaluate the costs of (4.6) that do not change; either cost can be the user's own.
 
-        rules: the most important first; see `clearway.rules`.
+        rules: the most important first; see `clearway.rules`. rating: the user's own, in place of
+        the one that the settings name.
         """
         settings = settings or AvoidanceSettings()
         if len(rules) > MOST_RULES:
@@ -138,8 +143,19 @@ class Planner:
             for reach_set in library.reach_sets
         )
         return cls(
-            library.automaton, library.grid, repertoires, settings, terminal_cost, tuple(rules)
+            library.automaton,
+            library.grid,
+            repertoires,
+            settings,
+            terminal_cost,
+            tuple(rules),
+            rating,
         )
+
+    @property
+    def cell_rating(self) -> Rating:
+        """How evidence becomes a rating."""
+        return self.rating or rating_named(self.settings.rating)
 
     @property
     def speed_mps(self) -> float:
@@ -219,7 +235,7 @@ def decide(
     up = up_seen_from(seen_from)
     evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings, up)
     cells = assess_cells(
-        evidence, rating_named(settings.rating), settings.unknown, settings.unknown_unseen
+        evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
     )  # (4.17), (5.54)
 
     repertoire = planner.repertoire(float(situation.state.attitude_rad[1]))
