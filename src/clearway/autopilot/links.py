@@ -169,9 +169,11 @@ class SerialLink:
         except BlockingIOError:
             return []
         except OSError:
+            data = b""
+        if not data:
             self._counts["link: line is dead"] += 1
             return []
-        return [(data, None)] if data else []
+        return [(data, None)]
 
     def answer_to(self, peer: Peer) -> None:
         """A line has one end only."""

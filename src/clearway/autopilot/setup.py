@@ -12,7 +12,7 @@ from clearway.autopilot.dialect import dialect
 from clearway.autopilot.distances import sector_lidar
 from clearway.autopilot.health import LinkLimits
 from clearway.autopilot.inbox import Inbox
-from clearway.autopilot.links import open_link
+from clearway.autopilot.links import Link, open_link
 from clearway.autopilot.loop import Loop
 from clearway.autopilot.outbox import Outbox, Packer
 from clearway.autopilot.session import Session, SessionSettings
@@ -76,13 +76,20 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         check = None if key is None else SignatureCheck(key)
         inbox = Inbox(options.system, options.component, check, stream=link.stream)
         outbox = Outbox(Packer(options.system, key=key), link.send)
-        # What has come meanwhile is old.
-        while link.receive():
-            counts["link: pieces that came before we were ready"] += 1
+        _clear(link, counts)
         return Loop(link, inbox, session, outbox, 1.0 / options.rate_hz)
     except BaseException:
         link.close()
         raise
+
+
+def _clear(link: Link, counts: Counter[str]) -> None:
+    """Drop what came while we got ready: it is old. A flood does not keep us here."""
+    for _ in range(50):
+        pieces = link.receive()
+        if not pieces:
+            break
+        counts["link: came before we were ready"] += len(pieces)
 
 
 def sensor_of(file: MissionFile, setup: FlightSetup, fan_rad: float) -> Lidar | None:
