@@ -79,6 +79,37 @@ def test_reports_out_of_order_are_counted_and_the_latest_is_kept():
     assert flight.decision.hazards.movers.position_m[0, 0] == pytest.approx(6.0)
 
 
+def test_own_and_repeated_reports_are_counted_and_left_out():
+    system = live(address="own")
+    system.update(intruder((0.1, 0, 0), name="own"))
+    system.update(intruder((0.1, 0, 0), name="", address="own"))
+    for _ in range(3):
+        system.update(intruder((6, 0, 0)))
+    system.update(intruder((6.1, 0, 0)))
+    flight = system.decide(0.0)
+    assert flight.counts == {"intruder: ownship": 2, "intruder: duplicate": 2}
+    assert flight.decision.hazards.movers.position_m[:, 0] == pytest.approx([6.1])
+
+
+def test_stale_reports_are_counted_and_left_out():
+    system = live()
+    system.update(intruder((6, 0, 0)))
+    later = system.limits.intruder_s + 0.1
+    system.update(State(np.zeros(3), time_s=later))
+    flight = system.decide(later)
+    assert flight.counts == {"intruder: stale": 1}
+    assert flight.decision.intruders == ()
+
+
+def test_reports_without_a_name_do_not_replace_each_other():
+    system = live()
+    for place, address in (((6, 0, 0), ""), ((6, 3, 0), ""), ((9, 0, 3), "3c6dd2")):
+        system.update(intruder(place, name="", address=address))
+    flight = system.decide(0.0)
+    assert flight.decision.intruders == ("anonymous 1", "anonymous 2", "3c6dd2")
+    assert len(flight.decision.hazards.movers.radius_m) == 3
+
+
 def test_a_tracker_does_not_go_back_in_time():
     system = live(tracker=TrackerSettings(), address="own")
     system.update(State(np.zeros(3), time_s=5.0))

@@ -96,7 +96,8 @@ class AvoidanceSystem:
 
     detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
     from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
-    tracker: reports of intruders are made into tracks first; None takes each as it comes.
+    tracker: reports of intruders are made into tracks first; None believes each as it comes, save
+    own, repeated, late and stale ones.
     address: the own transponder's, by which the tracker knows own echoes; by place where empty.
     follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
     """
@@ -128,6 +129,7 @@ class AvoidanceSystem:
         self._states: deque[State] = deque()
         self._scans: dict[str, Scan] = {}
         self._intruders: dict[str, Intruder] = {}
+        self._anonymous = 0
         self._tracks = None if tracker is None else Tracks(settings=tracker)
         self._heard: list[Report] = []
         self._address = address
@@ -205,11 +207,19 @@ class AvoidanceSystem:
         if self._tracks is not None:
             self._heard.append(Report.of(intruder))
             return
-        known = self._intruders.get(intruder.name)
+        if self._address and self._address in (intruder.address, intruder.name):
+            self.counts["intruder: ownship"] += 1
+            return
+        # Reports of nobody in particular cannot replace each other: each counts until it is stale.
+        self._anonymous += 1
+        name = intruder.address or intruder.name or f"anonymous {self._anonymous}"
+        known = self._intruders.get(name)
         if known is not None and intruder.time_s < known.time_s:
             self.counts["intruder: late report"] += 1
-            return
-        self._intruders[intruder.name] = intruder
+        elif known is not None and _same_report(intruder, known):
+            self.counts["intruder: duplicate"] += 1
+        else:
+            self._intruders[name] = intruder if intruder.name else replace(intruder, name=name)
 
     # --- decisions ------------------------------------------------------------------------
 
@@ -469,3 +479,11 @@ class AvoidanceSystem:
         wide = margin + 0.5 * self.planner.automaton.turning_radius_m
         remembered = PointHazards(self._memory.position_m, self._memory.radius_m)
         return known_way(self.obstacle_map, remembered, position_m, target_m, (wide, margin))
+
+
+def _same_report(one: Intruder, other: Intruder) -> bool:
+    """Whether two reports of one intruder say the same of the same moment."""
+    return one.time_s == other.time_s and bool(
+        np.array_equal(one.position_m, other.position_m)
+        and np.array_equal(one.velocity_mps, other.velocity_mps)
+    )
