@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robot_messages import Message, Types, write_bag1, write_bag2, write_mcap
 
 from clearway.errors import InputError, MissingExtraError
 from clearway.frames import world_from_body
@@ -19,6 +18,7 @@ from clearway.io.pointcloud import read_points
 from clearway.io.sequences import open_scans
 from clearway.io.timed_scans import ScanSequence
 from clearway.io.velodyne import CALIBRATIONS, NAMED, model_pattern
+from robot_messages import Message, Types, write_bag1, write_bag2, write_mcap
 
 POINTS = np.array([[1.0, 2.0, 3.0], [-4.5, 0.25, 0.0], [10.0, -2.0, 1.5], [7.0, 8.0, -9.0]])
 QUARTER_LEFT = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
@@ -142,7 +142,7 @@ def test_a_message_that_contradicts_itself_is_told_by_its_number(tmp_path: Path)
 def moving(types: Types, body: str, sensor: str) -> list[Message]:
     """Two seconds ahead along x at 1 m/s, turned left in the second one."""
     return [
-        Message("/tf_static", 10.0, types.transform(10.0, body, sensor, (0.2, 0.0, 0.5), QUARTER_LEFT)),
+        Message("/tf_static", 9.0, types.transform(0.0, body, sensor, (0.2, 0, 0.5), QUARTER_LEFT)),
         Message("/tf", 10.0, types.transform(10.0, "map", "odom", (5.0, 0.0, 0.0))),
         Message("/tf", 10.1, types.transform(10.0, "odom", body, (0.0, 0.0, 2.0))),
         Message("/tf", 11.0, types.transform(11.0, "odom", body, (1.0, 0.0, 2.0))),

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_messages import Types, cloud2
 
 from clearway.io.cloud_message import (
     points_of_cloud,
@@ -18,6 +17,7 @@ from clearway.io.cloud_message import (
     points_of_voxels,
     read_header,
 )
+from robot_messages import Types, cloud2
 
 POINTS = np.array([[1.0, 2.0, 3.0], [-4.5, 0.25, 0.0], [10.0, -2.0, 1.5], [7.0, 8.0, -9.0]])
 

@@ -66,7 +66,8 @@ def read_ulog(path: str | Path) -> FlightLog:
     shift = _utc_shift(log)
     if not valid.all():
         notes = (*notes, f"{np.count_nonzero(~valid)} positions left out: not valid yet")
-    track = pose_track(str(path), times + shift, ned @ ENU_FROM_NED.T, quaternion, notes)
+    told = tuple(f"{path}: {note}" for note in notes)
+    track = pose_track(str(path), times + shift, ned @ ENU_FROM_NED.T, quaternion, told)
     return FlightLog(track, _origin(place))
 
 
@@ -205,7 +206,7 @@ def _parsed(source: str, content: bytes, names: list[str]) -> tuple[Any, tuple[s
     left = _bytes_left(content)
     if left:
         notes.append(f"cut off: the last {left} bytes are half a record; what is before was read")
-    return log, tuple(f"{source}: {note}" for note in notes)
+    return log, tuple(notes)
 
 
 def _bytes_left(content: bytes) -> int:

@@ -24,7 +24,7 @@ KNOWN = (
      "those of an Ouster LiDAR"),
     (rb"\AQGC WPL", "waypoints of a ground station: `clearway fly` takes them"),
     (rb'"fileType"\s*:\s*"Plan"', "a plan of a ground station: `clearway fly` takes it"),
-    (rb'"type"\s*:\s*"CityJSON"|"UASZoneList"|"FeatureCollection"',
+    (rb'"CityJSON"|"CityObjects"|"UASZoneList"|"FeatureCollection"',
      "a map: `clearway map` takes it"),
     (rb"\AII\*\0|\AMM\0\*", "a raster (GeoTIFF): `clearway map` takes terrain"),
     (rb'"beam_altitude_angles"', "metadata of an Ouster LiDAR: `clearway assess --scan` reads it "
