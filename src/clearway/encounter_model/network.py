@@ -82,7 +82,7 @@ class Variable:
     resample_rate: float
     """Probability a second of a new value within the same bin."""
 
-    @property
+    @cached_property
     def zero_bin(self) -> int | None:
         """The bin that holds 0 inside, which means exactly 0; None without one."""
         if self.edges is None:

@@ -1,9 +1,4 @@
-"""Straight courses through upright cylinders: how many cross one, where, and which others they hit.
-
-Traffic that is spread evenly crosses a convex body along a direction in proportion to the area of
-its silhouette, and evenly over it. A course is a point and a direction; cylinders stand upright
-about the origin.
-"""
+"""An upright cylinder about the ownship, and how evenly spread traffic enters it."""
 
 from __future__ import annotations
 
@@ -21,84 +16,26 @@ class Cylinder:
     radius_m: float
     half_height_m: float
 
-    def silhouette_m2(self, direction: FloatArray) -> float:
-        """Area seen along a unit vector [3]: a rectangle from the side, a disc from above."""
-        level, steep = float(np.hypot(direction[0], direction[1])), abs(float(direction[2]))
-        side = 4.0 * self.radius_m * self.half_height_m * level
-        return side + np.pi * self.radius_m**2 * steep
+    def flux(self, velocity: FloatArray) -> float:
+        """Volume swept a second by what enters with a velocity [3], in cubic metres.
 
-    def span(self, point_m: FloatArray, direction: FloatArray) -> tuple[float, float] | None:
-        """Where along a straight course it is inside, from the point [3]; None where it never is.
-
-        direction: [3], a unit vector.
+        A rectangle as seen from the side, times the level speed, and a disc as seen from above,
+        times the vertical one: traffic enters in proportion to it.
         """
-        x, y, z = (float(value) for value in point_m)
-        u, v, w = (float(value) for value in direction)
-        across2 = u * u + v * v
-        reach2 = x * x + y * y - self.radius_m**2
-        if across2 < 1e-12:
-            if reach2 > 0.0:
-                return None
-            near, far = -np.inf, np.inf
-        else:
-            half = x * u + y * v
-            root2 = half * half - across2 * reach2
-            if root2 < 0.0:
-                return None
-            root = float(np.sqrt(root2))
-            near, far = (-half - root) / across2, (-half + root) / across2
-        if abs(w) < 1e-12:
-            return (near, far) if abs(z) <= self.half_height_m else None
-        ends = ((-self.half_height_m - z) / w, (self.half_height_m - z) / w)
-        near, far = max(near, min(ends)), min(far, max(ends))
-        return (near, far) if near < far else None
+        level, steep = float(np.hypot(velocity[0], velocity[1])), abs(float(velocity[2]))
+        side = 4.0 * self.radius_m * self.half_height_m
+        return side * level + np.pi * self.radius_m**2 * steep
 
-    def crossing(self, direction: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """[3] where a course of that direction enters, drawn evenly over the silhouette."""
-        level, steep = float(np.hypot(direction[0], direction[1])), abs(float(direction[2]))
+    def entry(self, velocity: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """[3] where something of that velocity enters, drawn evenly over what it sees."""
+        level, steep = float(np.hypot(velocity[0], velocity[1])), abs(float(velocity[2]))
         side = 4.0 * self.radius_m * self.half_height_m * level
-        if rng.random() * self.silhouette_m2(direction) < side:
+        if rng.random() * (side + np.pi * self.radius_m**2 * steep) < side:
             off = self.radius_m * rng.uniform(-1.0, 1.0)
             back = -np.sqrt(self.radius_m**2 - off**2)
-            ahead = direction[:2] / level
-            aside = np.array([-ahead[1], ahead[0]])
-            x, y = back * ahead + off * aside
+            ahead = velocity[:2] / level
+            x, y = back * ahead + off * np.array([-ahead[1], ahead[0]])
             return np.array([x, y, self.half_height_m * rng.uniform(-1.0, 1.0)])
         radius, angle = self.radius_m * np.sqrt(rng.random()), 2.0 * np.pi * rng.random()
-        end = -np.sign(direction[2]) * self.half_height_m if steep else 0.0
+        end = -np.sign(velocity[2]) * self.half_height_m
         return np.array([radius * np.cos(angle), radius * np.sin(angle), end])
-
-
-@dataclass(frozen=True, slots=True)
-class Shells:
-    """Cylinders one inside the other; courses into the inner ones are drawn more often.
-
-    A course is drawn through one of the cylinders, chosen with its share. Its likelihood, per
-    area across the direction, is then the sum of share / silhouette over the cylinders that it
-    hits; courses of evenly spread traffic all have the same one, so 1 / likelihood is the weight
-    that makes up for it. With a share above 0 of the outer one no weight exceeds its silhouette
-    by more than 1 / share.
-    """
-
-    cylinders: tuple[Cylinder, ...]
-    """The outer one first."""
-    shares: tuple[float, ...]
-    """Of the courses drawn, adding up to 1."""
-
-    def draw(self, direction: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, float]:
-        """Where a course [3] enters the outer cylinder, and its weight in square metres."""
-        chosen = int(rng.choice(len(self.cylinders), p=self.shares))
-        point = self.cylinders[chosen].crossing(direction, rng)
-        inside = self.cylinders[0].span(point, direction)
-        # Rounding may put a point of the rim itself outside.
-        entry = point if inside is None else point + inside[0] * direction
-        return entry, self.weight_m2(entry, direction, chosen)
-
-    def weight_m2(self, point_m: FloatArray, direction: FloatArray, through: int = 0) -> float:
-        """Of a course through a point [3]; `through`: a cylinder that it is known to hit."""
-        likelihood = sum(
-            share / cylinder.silhouette_m2(direction)
-            for index, (cylinder, share) in enumerate(zip(self.cylinders, self.shares, strict=True))
-            if index in (0, through) or cylinder.span(point_m, direction) is not None
-        )
-        return 1.0 / likelihood

@@ -1,8 +1,8 @@
 """Encounters as the model has them: aircraft on any course enter a cylinder round the ownship.
 
 Uncorrelated traffic is spread evenly and its course has nothing to do with ours, so aircraft enter
-in proportion to the relative speed and to the silhouette that the cylinder shows along the relative
-velocity. Courses that lead near the ownship are drawn more often, and weigh less.
+in proportion to the volume that the cylinder sweeps a second along the relative velocity. Those
+that straight flight would meet are drawn more often, and weigh less.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.encounter_model import EncounterModel, sample_tracks
 from clearway.frames import FloatArray
+from clearway.risk.entry import Entries
 from clearway.risk.settings import RiskSettings
 
 STEPS_PER_S = 4
@@ -57,24 +58,34 @@ def draw_encounter(
 ) -> ModelEncounter:
     """The encounter of a number: it depends on that, the seed, the model and the settings alone."""
     rng = np.random.default_rng([seed, number, 70])
-    seconds = int(np.ceil(settings.longest_s))
+    while True:
+        encounter = _drawn(model, number, settings, rng)
+        # What does not enter has no weight in any sum, so it need not be flown.
+        if encounter.weight > 0.0:
+            return encounter
+
+
+def _drawn(
+    model: EncounterModel, number: int, settings: RiskSettings, rng: np.random.Generator
+) -> ModelEncounter:
+    seconds = int(np.ceil(settings.within_s + settings.afterwards_s))
     tracks = sample_tracks(model, 1, seconds, rng, settings.layers, STEPS_PER_S)
     course = 2.0 * np.pi * rng.random()
     cos, sin = np.cos(course), np.sin(course)
     turned = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    path = tracks.position_m[0] @ turned.T
+    path = (tracks.position_m[0] - tracks.position_m[0, 0]) @ turned.T
     velocity = tracks.velocity_mps[0] @ turned.T
-    closing = velocity[0] - np.array([settings.own_mps, 0.0, 0.0])
-    speed = float(np.linalg.norm(closing))
-    direction = closing / max(speed, 1e-9)
-    entry, area_m2 = settings.shells.draw(direction, rng)
-    nearest_s = max(0.0, -float(entry @ direction)) / max(speed, 1e-9)
+    own = np.array([settings.own_mps, 0.0, 0.0])
+    drift = path - tracks.time_s[:, None] * own
+    met = drift[: int(settings.within_s * STEPS_PER_S) + 1]
+    entry, weight = Entries(settings.shells, velocity[0] - own, met).draw(rng)
+    nearest = int(np.argmin(np.linalg.norm((entry + met) * [1.0, 1.0, settings.stretch], axis=1)))
     return ModelEncounter(
         number,
-        weight=speed * area_m2,
+        weight,
         time_s=tracks.time_s,
-        position_m=path - path[0] + entry,
+        position_m=path + entry,
         velocity_mps=np.concatenate([velocity[:1], velocity[:-1]]),
-        lasts_s=float(min(nearest_s + settings.afterwards_s, seconds)),
+        lasts_s=nearest / STEPS_PER_S + settings.afterwards_s,
         layer=int(tracks.bins[0, 0, model.index("L")]),
     )

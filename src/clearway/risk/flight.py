@@ -116,7 +116,7 @@ def fly(
 ) -> Run[Steering]:
     """The encounter flown in the stretched world; `true_path_m` undoes the stretching."""
     craft = craft_of(settings)
-    far_m = settings.own_mps * (settings.longest_s + settings.afterwards_s) + 1e4
+    far_m = settings.own_mps * (settings.within_s + settings.afterwards_s) + 1e4
     reach_m = 0.4 * craft.planner.automaton.turning_radius_m
     mission = Mission(
         f"encounter {encounter.number}",

@@ -9,10 +9,11 @@ stretched cylinder protects all of it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from clearway.errors import InputError
-from clearway.risk.cylinder import Cylinder, Shells
+from clearway.risk.cylinder import Cylinder
+from clearway.risk.entry import Shells
 from clearway.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
 
 WELL_CLEAR = Cylinder(2000.0 * FOOT_M, 250.0 * FOOT_M)
@@ -21,8 +22,8 @@ NEAR_COLLISION = Cylinder(500.0 * FOOT_M, 100.0 * FOOT_M)
 """Near mid-air collision."""
 COLLISION = Cylinder(15.0, 5.0)
 """Two aircraft touch: about half of both spans, and of both heights."""
-WIDER = 1.25
-"""Cylinders that courses are drawn into, over those that count: aircraft turn after they enter."""
+WIDER = 1.5
+"""What intruders are drawn into, over well clear: some that just miss may be made worse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +52,10 @@ class RiskSettings:
     """Of the encounter cylinder about the ownship, at whose border an encounter begins."""
     half_height_ft: float = 1500.0
     """Likewise."""
+    within_s: float = 200.0
+    """After entry; what happens later is another encounter's."""
     afterwards_s: float = 40.0
-    """Flown on after straight courses have come nearest."""
-    longest_s: float = 240.0
-    """Of an encounter."""
+    """Flown on after straight flight has come nearest."""
     layers: tuple[int, ...] = ()
     """Altitude layers of the model, from 0, that intruders begin in; all where empty."""
 
@@ -62,7 +63,7 @@ class RiskSettings:
         problems = [
             f"{name}: must be a number above 0, got {getattr(self, name)}"
             for name in ("own_kt", "stretch", "movement_s", "turn_deg_per_s", "report_s",
-                         "radius_nmi", "half_height_ft", "longest_s", "pitch_limit_deg")
+                         "radius_nmi", "half_height_ft", "within_s", "pitch_limit_deg")
             if not 0.0 < getattr(self, name) < math.inf
         ]  # fmt: skip
         problems += [
@@ -94,13 +95,9 @@ class RiskSettings:
 
     @property
     def shells(self) -> Shells:
-        """Two fifths of the courses lead into the well-clear cylinder, a quarter wider and higher,
-        two fifths into that of near collisions, likewise."""
-        inner = tuple(
-            replace(one, radius_m=WIDER * one.radius_m, half_height_m=WIDER * one.half_height_m)
-            for one in (WELL_CLEAR, NEAR_COLLISION)
-        )
-        return Shells((self.outer, *inner), (0.2, 0.4, 0.4))
+        """Four fifths of the intruders are drawn so that straight flight meets them."""
+        wide = Cylinder(WIDER * WELL_CLEAR.radius_m, WIDER * WELL_CLEAR.half_height_m)
+        return Shells(self.outer, (wide, NEAR_COLLISION, COLLISION), (0.4, 0.25, 0.15))
 
     @property
     def margin_m(self) -> float:
