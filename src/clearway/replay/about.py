@@ -88,7 +88,7 @@ def surveyed_points(world: World) -> FloatArray:
     thinned = cloud
     while len(thinned) > MOST_WORLD_POINTS:
         thinned = voxel_centers(cloud, voxel)
-        voxel *= 1.25
+        voxel *= 1.5
     return thinned
 
 

@@ -1,25 +1,19 @@
-"""Foxglove's messages of a run: scene updates, transforms, point clouds and log lines.
-
-The cells, trajectories and plan of a decision stay where it was taken until the next one.
-"""
+"""Foxglove's messages of a run: what stands still, traffic, transforms, clouds and log lines."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from foxglove import messages as fox
 
-from clearway.avoidance import Decision, grid_frame
 from clearway.frames import (
     FloatArray,
     attitude_from_rotation,
-    cartesian_from_spherical,
     world_from_body,
 )
-from clearway.grid import AvoidanceGrid
 from clearway.mission import Mode
-from clearway.reach.tree import ReachSet
 
 Rgb = tuple[float, float, float]
 WORLD, VEHICLE = "world", "vehicle"
@@ -31,24 +25,6 @@ KNOWN: dict[str, Rgb] = {
     "map": (0.45, 0.55, 0.85),
 }
 """Obstacles: only there, there and in the map, only in the map."""
-RATED: tuple[Rgb, ...] = (
-    (0.65, 0.0, 0.15),
-    (0.96, 0.43, 0.26),
-    (0.96, 0.76, 0.36),
-    (0.29, 0.60, 0.79),
-    (0.13, 0.33, 0.63),
-)
-"""Ratings of trajectories from 0 to 1."""
-BLOCKED: tuple[Rgb, ...] = ((0.97, 0.78, 0.61), (0.94, 0.54, 0.38), (0.70, 0.09, 0.17), (0.4, 0, 0))
-"""Obstacle probabilities of cells."""
-TELLING = 0.05
-"""Obstacle probability from which a cell is shown."""
-FACES = (
-    *(0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5),  # near and far
-    *(0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6),  # right and left
-    *(0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3),  # bottom and top
-)
-"""Triangles of a cell; its corner 4 i + 2 j + k lies far, left, up where i, j, k are 1."""
 
 
 def color(rgb: Rgb, alpha: float = 1.0) -> fox.Color:
@@ -62,7 +38,7 @@ def moment(time_s: float) -> fox.Timestamp:
 
 def pose_of(position_m: FloatArray, attitude_rad: FloatArray) -> fox.Pose:
     """Place and attitude (roll, pitch nose down positive, yaw left positive)."""
-    return fox.Pose(position=_vector(position_m), orientation=quaternion(attitude_rad))
+    return fox.Pose(position=vector(position_m), orientation=quaternion(attitude_rad))
 
 
 def quaternion(attitude_rad: FloatArray) -> fox.Quaternion:
@@ -84,7 +60,7 @@ def transform(time_s: float, state: FloatArray) -> fox.FrameTransforms:
                 timestamp=moment(time_s),
                 parent_frame_id=WORLD,
                 child_frame_id=VEHICLE,
-                translation=_vector(state[:3]),
+                translation=vector(state[:3]),
                 rotation=quaternion(state[3:]),
             )
         ]
@@ -124,19 +100,19 @@ def scene(mission: dict[str, Any], path_m: FloatArray) -> fox.SceneUpdate:
     """Obstacles, waypoints with their reach radius, and the whole path that was flown [n, 3]."""
     goals = [*mission["waypoints_m"], *mission["landing_m"]]
     radius = mission["reach_radius_m"]
-    waypoints = _entity(
+    waypoints = entity(
         "waypoints",
         spheres=[
             fox.SpherePrimitive(
                 pose=pose_of(np.array(goal), np.zeros(3)),
-                size=_size((2 * radius,) * 3),
+                size=vector((2 * radius,) * 3),
                 color=color(WAYPOINT, 0.25),
             )
             for goal in goals
         ],
-        texts=[_text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
+        texts=[text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
     )
-    flown = _entity("flown", lines=[_line([_point(p) for p in path_m], EXECUTED, 2.0)])
+    flown = entity("flown", lines=[line([point(p) for p in path_m], EXECUTED, 2.0)])
     return fox.SceneUpdate(
         entities=[waypoints, flown, *(_obstacle(n, o) for n, o in enumerate(mission["obstacles"]))]
     )
@@ -149,14 +125,14 @@ def _obstacle(number: int, obstacle: dict[str, Any]) -> fox.SceneEntity:
     size = [*obstacle["size_m"], 0.0, 0.0, 0.0][:3]
     name = f"obstacle {number} {obstacle['name']}".rstrip()
     if obstacle["shape"] == "ball":
-        ball = fox.SpherePrimitive(pose=pose, size=_size((2 * radius,) * 3), color=paint)
-        return _entity(name, spheres=[ball])
+        ball = fox.SpherePrimitive(pose=pose, size=vector((2 * radius,) * 3), color=paint)
+        return entity(name, spheres=[ball])
     if obstacle["shape"] == "line":
         return _capsule(name, place, obstacle, paint)
     # Foxglove has no rounded boxes: the rims of plates end where their faces do.
     rim = 2 * radius if obstacle["shape"] == "cuboid" else 0.0
     across = (size[0] + rim, size[1] + rim, size[2] + 2 * radius)
-    return _entity(name, cubes=[fox.CubePrimitive(pose=pose, size=_size(across), color=paint)])
+    return entity(name, cubes=[fox.CubePrimitive(pose=pose, size=vector(across), color=paint)])
 
 
 def _capsule(
@@ -167,12 +143,12 @@ def _capsule(
     rotation = world_from_body(obstacle["orientation_rad"])
     upright = attitude_from_rotation(rotation @ world_from_body([0.0, 0.5 * np.pi, 0.0]))
     ends = [place + sign * 0.5 * length * rotation[:, 0] for sign in (-1.0, 1.0)]
-    return _entity(
+    return entity(
         name,
         cylinders=[
             fox.CylinderPrimitive(
                 pose=pose_of(place, upright),
-                size=_size((2 * radius, 2 * radius, length)),
+                size=vector((2 * radius, 2 * radius, length)),
                 bottom_scale=1.0,
                 top_scale=1.0,
                 color=paint,
@@ -180,96 +156,11 @@ def _capsule(
         ],
         spheres=[
             fox.SpherePrimitive(
-                pose=pose_of(end, np.zeros(3)), size=_size((2 * radius,) * 3), color=paint
+                pose=pose_of(end, np.zeros(3)), size=vector((2 * radius,) * 3), color=paint
             )
             for end in ends
         ],
     )
-
-
-# --- what a decision was ------------------------------------------------------------------
-
-
-def plan(decision: Decision) -> fox.SceneUpdate:
-    """The path that the decision means to fly."""
-    points = [_point(place) for place in decision.path_m]
-    entity = _entity("plan", decision.state.time_s, lines=[_line(points, PLANNED, 3.0)])
-    return fox.SceneUpdate(entities=[entity])
-
-
-class CellScene:
-    """Cells with an obstacle probability worth showing, coloured by it."""
-
-    def __init__(self, grid: AvoidanceGrid) -> None:
-        edges = np.meshgrid(*grid.edges, indexing="ij")
-        corners = cartesian_from_spherical(np.stack(edges, axis=-1))
-        self._corners = [_point(corner) for corner in corners.reshape(-1, 3)]
-        index = np.arange(len(self._corners)).reshape(corners.shape[:3])
-        self._of_cell = np.stack(
-            [
-                index[i : i + grid.layers, j : j + grid.columns, k : k + grid.rows].ravel()
-                for i in (0, 1)
-                for j in (0, 1)
-                for k in (0, 1)
-            ],
-            axis=1,
-        )
-
-    def update(self, decision: Decision) -> fox.SceneUpdate:
-        obstacle = decision.cells.obstacle
-        class_of = np.minimum(len(BLOCKED) * obstacle, len(BLOCKED) - 1).astype(np.int64)
-        shown = [
-            self._cells(np.flatnonzero((obstacle >= TELLING) & (class_of == step)), decision, rgb)
-            for step, rgb in enumerate(BLOCKED)
-        ]
-        triangles = [one for one in shown if one is not None]
-        return fox.SceneUpdate(
-            entities=[_entity("cells", decision.state.time_s, triangles=triangles)]
-        )
-
-    def _cells(self, cells: Any, decision: Decision, rgb: Rgb) -> fox.TriangleListPrimitive | None:
-        if not len(cells):
-            return None
-        return fox.TriangleListPrimitive(
-            pose=grid_pose(decision),
-            points=[self._corners[corner] for corner in self._of_cell[cells].ravel()],
-            color=color(rgb, 0.35),
-            indices=[8 * cell + corner for cell in range(len(cells)) for corner in FACES],
-        )
-
-
-class ReachScene:
-    """Trajectories of reach sets, movement by movement, coloured by how they are rated."""
-
-    def __init__(self) -> None:
-        self._ends: dict[float, list[fox.Point3]] = {}
-
-    def update(self, decision: Decision) -> fox.SceneUpdate:
-        reach_set = decision.repertoire.reach_set
-        ends = self._points_of(reach_set)
-        rating = decision.reach.node_rating
-        class_of = np.minimum(len(RATED) * rating, len(RATED) - 1).astype(np.int64)
-        lines = []
-        for step, rgb in enumerate(RATED):
-            nodes = np.flatnonzero(class_of == step)
-            if len(nodes):
-                pairs = np.stack([reach_set.parent[nodes], nodes], axis=1).ravel()
-                line = _line([ends[node] for node in pairs], rgb, 1.0, 0.6, grid_pose(decision))
-                lines.append(line)
-        return fox.SceneUpdate(entities=[_entity("reach set", decision.state.time_s, lines=lines)])
-
-    def _points_of(self, reach_set: ReachSet) -> list[fox.Point3]:
-        """Ends of the nodes, and last, so that the parent -1 finds it, the start."""
-        pitch = reach_set.start_pitch_rad
-        if pitch not in self._ends:
-            places = np.concatenate([reach_set.samples_m[:, -1], np.zeros((1, 3))])
-            self._ends[pitch] = [_point(place) for place in places]
-        return self._ends[pitch]
-
-
-def grid_pose(decision: Decision) -> fox.Pose:
-    origin, rotation = grid_frame(decision.state)
-    return pose_of(origin, attitude_from_rotation(rotation))
 
 
 def traffic(message: dict[str, Any], radius_m: dict[str, float]) -> fox.SceneUpdate:
@@ -279,16 +170,16 @@ def traffic(message: dict[str, Any], radius_m: dict[str, float]) -> fox.SceneUpd
         place, velocity = np.array(one["position_m"]), np.array(one["velocity_mps"])
         radius = radius_m.get(one["name"]) or 0.5
         ball = fox.SpherePrimitive(
-            pose=pose_of(place, np.zeros(3)), size=_size((2 * radius,) * 3), color=color(INTRUDER)
+            pose=pose_of(place, np.zeros(3)), size=vector((2 * radius,) * 3), color=color(INTRUDER)
         )
         above = place + np.array([0.0, 0.0, 1.6 * radius])
         entities.append(
-            _entity(
+            entity(
                 f"intruder {one['name']}",
                 message["time_s"],
                 spheres=[ball],
                 arrows=_arrows(place, velocity, radius),
-                texts=[_text(above, one["name"], INTRUDER)],
+                texts=[text(above, one["name"], INTRUDER)],
             )
         )
     return fox.SceneUpdate(entities=entities)
@@ -315,30 +206,35 @@ def _arrows(place: FloatArray, velocity: FloatArray, radius: float) -> list[fox.
 # --- parts --------------------------------------------------------------------------------
 
 
-def _entity(name: str, time_s: float = 0.0, **primitives: Any) -> fox.SceneEntity:
+def entity(name: str, time_s: float = 0.0, **primitives: Any) -> fox.SceneEntity:
     return fox.SceneEntity(timestamp=moment(time_s), frame_id=WORLD, id=name, **primitives)
 
 
-def _line(
-    points: list[fox.Point3],
-    rgb: Rgb,
-    width: float,
-    alpha: float = 1.0,
-    pose: fox.Pose | None = None,
-) -> fox.LinePrimitive:
-    """A line through points; with a pose, single pieces between pairs of them."""
-    kind = fox.LinePrimitiveLineType.LineList if pose else fox.LinePrimitiveLineType.LineStrip
+def line(points: list[fox.Point3], rgb: Rgb, width: float) -> fox.LinePrimitive:
+    """A line through points of the world, its width in pixels."""
     return fox.LinePrimitive(
-        type=kind,
-        pose=pose or pose_of(np.zeros(3), np.zeros(3)),
+        type=fox.LinePrimitiveLineType.LineStrip,
+        pose=pose_of(np.zeros(3), np.zeros(3)),
         thickness=width,
         scale_invariant=True,
         points=points,
-        color=color(rgb, alpha),
+        color=color(rgb),
     )
 
 
-def _text(place: FloatArray, text: str, rgb: Rgb) -> fox.TextPrimitive:
+def line_pieces(points: list[fox.Point3], pose: fox.Pose, paint: fox.Color) -> fox.LinePrimitive:
+    """Single lines of one pixel between pairs of points, in the frame of a pose."""
+    return fox.LinePrimitive(
+        type=fox.LinePrimitiveLineType.LineList,
+        pose=pose,
+        thickness=1.0,
+        scale_invariant=True,
+        points=points,
+        color=paint,
+    )
+
+
+def text(place: FloatArray, text: str, rgb: Rgb) -> fox.TextPrimitive:
     return fox.TextPrimitive(
         pose=pose_of(place, np.zeros(3)),
         billboard=True,
@@ -349,13 +245,9 @@ def _text(place: FloatArray, text: str, rgb: Rgb) -> fox.TextPrimitive:
     )
 
 
-def _vector(values: FloatArray) -> fox.Vector3:
+def vector(values: Sequence[float] | FloatArray) -> fox.Vector3:
     return fox.Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
 
 
-def _size(values: Any) -> fox.Vector3:
-    return fox.Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
-
-
-def _point(values: FloatArray) -> fox.Point3:
+def point(values: FloatArray) -> fox.Point3:
     return fox.Point3(x=float(values[0]), y=float(values[1]), z=float(values[2]))

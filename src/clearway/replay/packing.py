@@ -18,7 +18,7 @@ from clearway.frames import FloatArray
 from clearway.replay.reading import Message, Recording
 from clearway.replay.schemas import CELL_FLAGS, CELL_QUANTITIES
 
-STATE_STEP_S = 0.1
+STATE_STEP_S = 0.2
 """States closer together than this are left out; the page interpolates."""
 RULED_OUT_SHOWN = 4
 MOST_SEEN = 400_000
@@ -72,7 +72,7 @@ def _millimetres(points: Any) -> list[int]:
 
 
 def _pack_states(recording: Recording, blocks: dict[str, Array]) -> None:
-    """States about every 0.1 s, the first and last among them."""
+    """States about every 0.2 s, the first and last among them."""
     time_s = np.array([one["time_s"] for one in recording.states])
     step = np.floor((time_s - time_s[0]) / STATE_STEP_S + 1e-6)
     keep = np.append(np.flatnonzero(np.diff(step, prepend=-1.0)), len(time_s) - 1)

@@ -63,10 +63,10 @@ class _Writer:
         # Imported here, for the module needs the extra.
         from foxglove import Channel, channels
 
-        from clearway.replay import entities
+        from clearway.replay import decision_entities, entities
 
         self.run, self.setup = run, setup
-        self.fox = entities
+        self.fox, self.scene_of = entities, decision_entities
         self.settings = setup.planner.settings
         self.mission = mission_message(run, setup, planner)
         self.own = {
@@ -89,8 +89,8 @@ class _Writer:
             topic: channels.PointCloudChannel(topic, context=context)
             for topic in (schemas.POINTS, schemas.WORLD_POINTS)
         }
-        self.cells = entities.CellScene(setup.planner.grid)
-        self.trajectories = entities.ReachScene()
+        self.cells = decision_entities.CellScene(setup.planner.grid)
+        self.trajectories = decision_entities.ReachScene()
         self.reach_sets: set[float] = set()
 
     def write(self) -> None:
@@ -138,7 +138,7 @@ class _Writer:
         points = seen_points(decision, self.mission["voxel_m"])
         cloud = self.fox.point_cloud(time_s, points)
         self.clouds[schemas.POINTS].log(cloud, log_time=log_time)
-        self.scenes[schemas.PLAN_SCENE].log(self.fox.plan(decision), log_time=log_time)
+        self.scenes[schemas.PLAN_SCENE].log(self.scene_of.plan(decision), log_time=log_time)
         self.scenes[schemas.CELL_SCENE].log(self.cells.update(decision), log_time=log_time)
         self.scenes[schemas.REACH_SCENE].log(self.trajectories.update(decision), log_time=log_time)
 

@@ -6,7 +6,7 @@ const SWITCHES = [["reach", "reach set"], ["plan", "plan"], ["points", "points"]
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20];
 const VIEWS = { behind: "Behind", side: "Side", top: "Top", all: "All" };
 
-class Replay {
+class Player {
   constructor(run) {
     this.run = run;
     this.canvas = document.getElementById("view");
@@ -257,6 +257,6 @@ window.addEventListener("unhandledrejection", (event) => failed(event.reason));
 unpackedRun(document.getElementById("run").textContent)
   .then((run) => {
     document.getElementById("message").textContent = "";
-    return new Replay(run);
+    window.player = new Player(run);
   })
   .catch(failed);

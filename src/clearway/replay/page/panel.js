@@ -95,7 +95,7 @@ class Panel {
     const clear = made.limited_by === "nothing" ? "nothing in reach"
       : `${figure(made.clearance_m)} of ${figure(made.margin_asked_m, "m")}, ${made.limited_by}`;
     const parts = [list([
-      ["passes", `${made.side} of the way`],
+      ["passes", made.side === "straight" ? "straight ahead" : `${made.side} of the way`],
       ["clearance", clear],
       ["margin kept", figure(made.margin_kept_m, "m")],
       ["rating P_R", figure(made.rating, "", 3)],
@@ -108,6 +108,9 @@ class Panel {
     const counts = Object.entries(made.ruled_out_by).map(([cause, n]) => `${n} by ${cause}`);
     parts.push(element("p", `${made.candidates} candidates, ${made.below_threshold} below the `
       + `rating's threshold${counts.length ? `; ruled out: ${counts.join(", ")}` : ""}.`, "soft"));
+    for (const rule of (made.rules ?? []).filter(({ broken, decided }) => broken || decided)) {
+      parts.push(element("p", `Rule ${rule.name} ${rule.broken ? "broken" : "decided"}: ${rule.reason}`));
+    }
     if (made.ruled_out.length) parts.push(this.ruledOut(made.ruled_out));
     return parts;
   }

@@ -39,6 +39,14 @@ void main() {
   vec2 across = vec2(-along.y, along.x) * corner.y + along * (corner.x - 0.5);
   gl_Position = end + vec4(across * width / viewport * end.w, -1e-4 * end.w, 0.0);
 }`;
+const THIN_VERTEX = `#version 300 es
+in vec3 position; in vec4 colour;
+uniform mat4 projection, model; uniform vec4 tint;
+out vec4 v_colour;
+void main() {
+  v_colour = colour * tint;
+  gl_Position = projection * model * vec4(position, 1.0);
+}`;
 const LINE_FRAGMENT = `#version 300 es
 precision mediump float;
 in vec4 v_colour; out vec4 fragment;
@@ -73,6 +81,7 @@ class Renderer {
     this.gl = gl;
     this.surface = this.program(SURFACE_VERTEX, SURFACE_FRAGMENT);
     this.line = this.program(LINE_VERTEX, LINE_FRAGMENT);
+    this.thin = this.program(THIN_VERTEX, LINE_FRAGMENT);
     this.point = this.program(POINT_VERTEX, POINT_FRAGMENT);
     this.corners = this.buffer(new Float32Array([0, -1, 0, 1, 1, -1, 1, 1]));
     gl.enable(gl.DEPTH_TEST);
@@ -198,6 +207,10 @@ class Renderer {
     const { model = IDENTITY, tint = [1, 1, 1, 1], first = 0, solid = false } = options;
     const count = (options.count ?? lines.count) - first;
     if (count <= 0) return;
+    if (width * this.scale < 1.75) {
+      this.drawThin(lines, first, count, model, tint);
+      return;
+    }
     const gl = this.gl, shader = this.line;
     this.use(shader, { projection: this.projection, model, tint, width: width * this.scale,
       viewport: [this.canvas.width, this.canvas.height] });
@@ -214,6 +227,18 @@ class Renderer {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
     gl.depthMask(true);
     for (const place of Object.values(shader.attributes)) gl.vertexAttribDivisor(place, 0);
+  }
+
+  // Lines of one pixel, which cost little: the buffers hold both ends of one after the other.
+  drawThin(lines, first, count, model, tint) {
+    const gl = this.gl;
+    this.use(this.thin, { projection: this.projection, model, tint });
+    this.attribute(this.thin, "position", lines.ends, 3, { offset: 24 * first });
+    this.attribute(this.thin, "colour", lines.colours, 4,
+      { type: gl.UNSIGNED_BYTE, normalized: true, offset: 8 * first });
+    gl.depthMask(false);
+    gl.drawArrays(gl.LINES, 0, 2 * count);
+    gl.depthMask(true);
   }
 
   // --- points -----------------------------------------------------------------------------

@@ -5,7 +5,7 @@ class Scenery {
     Object.assign(this, { run, renderer });
     this.extent = extentOf(run);
     this.floor = run.mission.ground_m ?? this.extent.floor;
-    this.ball = renderer.mesh(roundedBox([0, 0, 0], 1, 8));
+    this.ball = renderer.mesh(roundedBox([0, 0, 0], 1, 6));
     this.cone = renderer.mesh(coneAlongX(16));
     this.craft = renderer.mesh(aircraft());
     this.spacing = niceBelow(Math.max(run.mission.grid.range_edges_m.at(-1) / 2, 1));
@@ -41,7 +41,8 @@ class Scenery {
   }
 
   obstacles(wanted) {
-    const shown = this.run.mission.obstacles.filter(wanted), detail = shown.length > 300 ? 2 : 8;
+    const shown = this.run.mission.obstacles.filter(wanted);
+    const detail = [8, 5, 3].find((_, at) => shown.length <= [20, 80, 300][at]) ?? 2;
     return this.renderer.mesh(merged(shown.map((one) => {
       const half = [0, 1, 2].map((axis) => (one.size_m[axis] ?? 0) / 2);
       const wide = Math.min(half[0], half[1]) > 2 * this.extent.range;
