@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-WINDOW = (1000, 700)
+WINDOW = (900, 600)
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -31,7 +31,6 @@ FLAGS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--remote-debugging-pipe",
-    f"--window-size={WINDOW[0]},{WINDOW[1]}",
 )
 PATIENCE_S = 60.0
 
@@ -76,6 +75,11 @@ class Browser:
         self._session = attached["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.send(f"{domain}.enable")
+        width, height = WINDOW
+        self.send(
+            "Emulation.setDeviceMetricsOverride",
+            width=width, height=height, deviceScaleFactor=1, mobile=False,
+        )  # fmt: skip
 
     def close(self) -> None:
         self._session = None
