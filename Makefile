@@ -37,7 +37,7 @@ $(VENV)/.core: pyproject.toml constraints.txt
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.core
-	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,replay,ulog,dev]'
+	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,ulog,dev]'
 	touch $@
 
 clean:
