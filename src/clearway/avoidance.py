@@ -51,7 +51,7 @@ from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Shapes
 from clearway.reach.store import ReachLibrary
 from clearway.rules import MOST_RULES, Rule, RuleView, rule_on
-from clearway.sensors import Detection, combine_detections, thin_points
+from clearway.sensors import Detection, combine_detections, combine_rule_named, thin_points
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.state import IntArray, State
 
@@ -85,10 +85,13 @@ class AvoidanceSettings:
     point_sigmas: float = 2.0
     """Standard deviations of the range by which a hit point grows."""
     intruder_models: tuple[str, ...] = ("line", "spread")
+    sensor_fusion: str = "conjunction"
+    """How several sensors become one: (5.38), or weighted by precision and trust."""
     prices: Prices = field(default_factory=Prices)
 
     def __post_init__(self) -> None:
         rating_named(self.rating)
+        combine_rule_named(self.sensor_fusion)
         for name in ("unknown", "unknown_unseen", "threshold"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
@@ -338,7 +341,7 @@ def gather_evidence(
     free = Evidence.free(grid)
     changes: dict[str, object] = {}
     if detections:
-        sensed = combine_detections(detections)
+        sensed = combine_detections(detections, settings.sensor_fusion)
         changes |= {
             "detected": sensed.detected,
             "visibility": sensed.visibility,

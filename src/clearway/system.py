@@ -19,7 +19,7 @@ from clearway.detour import known_way
 from clearway.errors import ClearwayError
 from clearway.explain import explanation
 from clearway.frames import FloatArray, world_from_body, wrap_angle
-from clearway.hazards import PointHazards
+from clearway.hazards import PointHazards, no_points
 from clearway.intruders import Intruder, Ownship, Report, TrackerSettings, Tracks, track_reports
 from clearway.mission import Detour, Mission, Mode, Progress, advanced, detoured, stuck
 from clearway.movement_buffer import MovementBuffer
@@ -27,14 +27,18 @@ from clearway.movers import Following, MoverSettings, follow, forget_movers, unr
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 from clearway.sensors import (
+    AnySensor,
+    Court,
     Detection,
     Ground,
     Lidar,
+    LidarSensor,
     PointMemory,
     Scan,
-    detect,
+    heard,
+    range_sensors,
+    remembered_after,
     unseen,
-    update_memory,
 )
 from clearway.sensors.detection import Rule
 from clearway.state import State
@@ -100,13 +104,15 @@ class AvoidanceSystem:
     own, repeated, late and stale ones.
     address: the own transponder's, by which the tracker knows own echoes; by place where empty.
     follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
+    lidars: LiDARs, and whatever else is a `sensors.RangeSensor`; with several of them, those that
+    the others contradict are no longer believed (see `sensors.trust`).
     """
 
     def __init__(
         self,
         planner: Planner,
         mission: Mission,
-        lidars: Sequence[Lidar] = (),
+        lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
         limits: DataLimits | None = None,
         detour: Detour | None = None,
@@ -122,7 +128,7 @@ class AvoidanceSystem:
         self.limits = limits or DataLimits()
         self.progress = Progress()
         self.counts: Counter[str] = Counter()
-        self._lidars = {lidar.name: lidar for lidar in lidars}
+        self._sensors = range_sensors(lidars)
         self._detour = detour
         self._detection_rule = detection_rule
         self._ground_m = ground_m
@@ -135,11 +141,17 @@ class AvoidanceSystem:
         self._address = address
         settings = MoverSettings.of(planner.settings.safety_margin_m, planner.speed_mps)
         self._following = Following(settings) if follow_movers else None
-        self._memory = PointMemory.empty(
+        empty = PointMemory.empty(
             MEMORY_VOXEL * planner.settings.safety_margin_m,
             self.limits.memory_s,
             reach_m=MEMORY_REACH * planner.grid.range_m,
         )
+        # One each: no sensor wipes out what another has seen.
+        self._memories = dict.fromkeys(self._sensors, empty)
+        # Alone, a sensor has nobody to contradict it.
+        margin = planner.settings.safety_margin_m
+        court = Court.of(self._sensors, margin, planner.grid.range_m)
+        self._court = court if len(self._sensors) > 1 else None
         self._buffer = MovementBuffer()
         self._side = Side.STRAIGHT
         self._decide_by_s = -np.inf
@@ -171,7 +183,7 @@ class AvoidanceSystem:
         self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
 
     def _take_scan(self, scan: Scan) -> None:
-        if scan.sensor not in self._lidars:
+        if scan.sensor not in self._sensors:
             self.counts["scan: unknown sensor"] += 1
         elif scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
             self.counts["scan: late or repeated"] += 1
@@ -180,20 +192,46 @@ class AvoidanceSystem:
         else:
             self._scans[scan.sensor] = scan
             state = self._state_at(scan.time_s)
-            self._memory = update_memory(
-                self._memory,
-                self._lidars[scan.sensor],
+            sensor, sigmas = self._sensors[scan.sensor], self.planner.settings.sigmas
+            self._memories[scan.sensor] = remembered_after(
+                self._memories[scan.sensor],
+                sensor,
                 scan,
                 state,
-                tolerance_m=self.planner.settings.sigmas * state.position_std_m,
+                tolerance_m=sigmas * state.position_std_m,
                 ground_m=self._ground_m,
             )
-            self._follow(self._lidars[scan.sensor], scan, state)
+            if self._court is not None:
+                self._court = heard(
+                    self._court,
+                    self._sensors,
+                    scan,
+                    state,
+                    sigmas=sigmas,
+                    ground_m=self._ground_m,
+                )
+            if not self._believes(scan.sensor):
+                self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
+            elif isinstance(sensor, LidarSensor):
+                self._follow(sensor.lidar, scan, state)
+
+    def _believes(self, name: str) -> bool:
+        return self._court is None or self._court.believes(name)
+
+    @property
+    def trust(self) -> dict[str, float]:
+        """Present trust by sensor; what is not believed at all is at 0."""
+        if self._court is None:
+            return {name: sensor.standing.trust for name, sensor in self._sensors.items()}
+        return {
+            name: record.trust if record.believed else 0.0
+            for name, record in self._court.records.items()
+        }
 
     def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
         """Find what moves, and leave no ghost of it behind."""
         if self._following is not None:
-            self._following = follow(
+            following = follow(
                 self._following,
                 lidar,
                 scan,
@@ -201,7 +239,10 @@ class AvoidanceSystem:
                 sigmas=self.planner.settings.sigmas,
                 ground_m=self._ground_m,
             )
-            self._memory = forget_movers(self._memory, self._following)
+            self._following = following
+            self._memories = {
+                name: forget_movers(memory, following) for name, memory in self._memories.items()
+            }
 
     def _take_intruder(self, intruder: Intruder) -> None:
         if self._tracks is not None:
@@ -246,7 +287,7 @@ class AvoidanceSystem:
         trial = AvoidanceSystem(
             self.planner,
             self.mission,
-            tuple(self._lidars.values()),
+            tuple(self._sensors.values()),
             self._map_with_something_near(),
             self.limits,
             follow_movers=self._following is not None,
@@ -258,10 +299,8 @@ class AvoidanceSystem:
         for step, ahead in enumerate((None, 0.5, 0.0)):
             time_s = start.time_s + step
             trial.update(replace(start, time_s=time_s))
-            for lidar in self._lidars.values():
-                beams = lidar.pattern.directions[:: max(1, lidar.pattern.beams // 50)]
-                distance = 0.4 * self.planner.grid.range_m
-                trial.update(Scan(distance * beams, time_s, lidar.name))
+            for name in self._sensors:
+                trial.update(Scan(0.4 * self.planner.grid.range_m * _fan(), time_s, name))
             if ahead is not None:
                 passing = Intruder(
                     start.position_m + ahead * self.planner.grid.range_m,
@@ -303,7 +342,7 @@ class AvoidanceSystem:
         state = self._expected_state(now_s)
         self._leave_dead_end(state, now_s)
         detections, scan_age = self._detections(state, now_s)
-        sigma = max((lidar.sigma_m for lidar in self._lidars.values()), default=0.0)
+        sigma = min((sensor.sigma_m for sensor in self._sensors.values()), default=0.0)
         situation = Situation(
             state=state,
             target_m=self.progress.target(self.mission),
@@ -391,36 +430,50 @@ class AvoidanceSystem:
         )
 
     def _detections(self, state: State, now_s: float) -> tuple[list[Detection], float]:
-        """Latest scan of every LiDAR in the grid frame of the decision, and the greatest age."""
+        """Latest scan of every sensor in the grid frame of the decision, and the greatest age."""
         position, world_from_grid = grid_frame(state)
         detections, ages = [], []
-        for name, lidar in self._lidars.items():
+        for name, sensor in self._sensors.items():
             scan = self._scans.get(name)
-            if scan is None or now_s - scan.time_s > self.limits.scan_s:
+            fresh = scan is not None and now_s - scan.time_s <= self.limits.scan_s
+            if not fresh:
                 self.counts[f"scan: none fresh of {name}"] += 1
-                detections.append(unseen(self.planner.grid, lidar))
+            if scan is None or not fresh or not self._believes(name):
+                detections.append(unseen(self.planner.grid, sensor))
                 continue
             ages.append(now_s - scan.time_s)
             pose = self._state_at(scan.time_s)
             rotation = world_from_grid.T @ pose.world_from_body
             offset = world_from_grid.T @ (pose.position_m - position)
             still = pose.time_s == state.time_s and pose.attitude_rad[0] == 0.0
-            detections.append(
-                detect(
-                    self.planner.grid,
-                    lidar,
-                    scan,
-                    grid_from_body=None if still else (rotation, offset),
-                    rule=self._detection_rule,
-                    ground=self._ground(state),
-                )
+            detection = sensor.detect(
+                self.planner.grid,
+                scan,
+                grid_from_body=None if still else (rotation, offset),
+                rule=self._detection_rule,
+                ground=self._ground(state),
             )
+            if self._court is not None:
+                detection = replace(detection, weight=self._court.records[name].weight)
+            detections.append(detection)
         return detections, max(ages, default=float("nan"))
 
     def _remembered_near(self, state: State) -> PointHazards:
-        """Points of this and earlier scans that a trajectory could come near to."""
-        reach = self.planner.grid.range_m + 2.0 * self.planner.settings.safety_margin_m
-        return PointHazards(*self._memory.near(state.position_m, reach))
+        """Points of this and earlier scans that a trajectory could come near to.
+
+        Those of sensors that measure worse than the best are grown by the difference here, since a
+        decision grows all alike.
+        """
+        settings = self.planner.settings
+        reach = self.planner.grid.range_m + 2.0 * settings.safety_margin_m
+        best = min((sensor.sigma_m for sensor in self._sensors.values()), default=0.0)
+        near = []
+        for name, memory in self._memories.items():
+            if self._believes(name):
+                place, radius = memory.near(state.position_m, reach)
+                worse = self._sensors[name].sigma_m - best
+                near.append((place, radius + settings.point_sigmas * worse if worse else radius))
+        return _together(near)
 
     def _ground(self, state: State) -> Ground | None:
         """Ground that is no obstacle, as the grid of a decision sees it."""
@@ -477,7 +530,13 @@ class AvoidanceSystem:
         """Round what the map and the memory show, with room to turn if there is any."""
         margin = self.planner.settings.safety_margin_m
         wide = margin + 0.5 * self.planner.automaton.turning_radius_m
-        remembered = PointHazards(self._memory.position_m, self._memory.radius_m)
+        remembered = _together(
+            [
+                (memory.position_m, memory.radius_m)
+                for name, memory in self._memories.items()
+                if self._believes(name)
+            ]
+        )
         return known_way(self.obstacle_map, remembered, position_m, target_m, (wide, margin))
 
 
@@ -487,3 +546,23 @@ def _same_report(one: Intruder, other: Intruder) -> bool:
         np.array_equal(one.position_m, other.position_m)
         and np.array_equal(one.velocity_mps, other.velocity_mps)
     )
+
+
+def _together(balls: Sequence[tuple[FloatArray, FloatArray]]) -> PointHazards:
+    """Balls of several sensors as one."""
+    if len(balls) == 1:
+        return PointHazards(*balls[0])
+    if not balls:
+        return no_points()
+    return PointHazards(
+        np.concatenate([place for place, _ in balls]),
+        np.concatenate([radius for _, radius in balls]),
+    )
+
+
+def _fan() -> FloatArray:
+    """[49, 3] directions ahead."""
+    steps = np.linspace(-0.5, 0.5, 7)
+    y, z = np.meshgrid(steps, steps, indexing="ij")
+    ahead = np.stack([np.ones(49), y.ravel(), z.ravel()], axis=1)
+    return np.asarray(ahead / np.linalg.norm(ahead, axis=1)[:, None])

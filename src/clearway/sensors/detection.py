@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from clearway.grid import AvoidanceGrid
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.returns import REASONS, Filters, bin_returns
+from clearway.sensors.standing import combine_rule_named
 from clearway.sensors.visibility import surface_probability, visible_behind
 from clearway.state import BoolArray, IntArray, State, frozen_array
 
@@ -69,6 +70,8 @@ class Detection:
     """[kept] half the beam spacing at the return's distance from the sensor."""
     counts: Mapping[str, int]
     """Returns kept, outside the grid, and dropped, by reason."""
+    weight: float = 1.0
+    """Precision times present trust of the sensor, in (0, 1]; the rule "weighted" uses it."""
 
     @property
     def seen(self) -> BoolArray:
@@ -118,15 +121,23 @@ def detect(
         found.points_m,
         found.radius_m,
         MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
+        lidar.standing.weight,
     )
 
 
-def unseen(grid: AvoidanceGrid, lidar: Lidar, time_s: float = -np.inf) -> Detection:
-    """What a LiDAR that gave no scan says: no beam looks anywhere, so nothing is visible."""
+class Named(Protocol):
+    """Anything with a name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+def unseen(grid: AvoidanceGrid, sensor: Named, time_s: float = -np.inf) -> Detection:
+    """What a sensor that gave no reading says: no beam looks anywhere, so nothing is visible."""
     zeros = np.zeros(grid.cells)
     return Detection(
         grid,
-        lidar.name,
+        sensor.name,
         time_s,
         hits=np.zeros(grid.cells, dtype=np.int64),
         beams=np.zeros(grid.columns * grid.rows, dtype=np.int64),
@@ -224,16 +235,23 @@ class SensedCells:
     """[cells] over all sensors."""
 
 
-def combine_detections(detections: Sequence[Detection]) -> SensedCells:
-    """Detected obstacle probability of several sensors (5.38), and the best view of each cell."""
+def combine_detections(detections: Sequence[Detection], rule: str = "conjunction") -> SensedCells:
+    """Several sensors as one: P_OD by (5.38), or by another rule by name; see `COMBINE_RULES`.
+
+    Raises ClearwayError without any detection, and for a rule that does not exist.
+    """
+    combine = combine_rule_named(rule)
     if not detections:
         raise ClearwayError("combine_detections: at least one detection is needed")
-    first, *others = detections
-    free = 1.0 - first.probability
-    visibility, seen, hits = first.visibility, first.seen, first.hits
-    for other in others:
-        free = free * (1.0 - other.probability)
-        visibility = np.maximum(visibility, other.visibility)
-        seen = seen | other.seen
-        hits = hits + other.hits
-    return SensedCells(1.0 - free, visibility, seen, hits)
+    if len(detections) == 1:
+        (only,) = detections
+        return SensedCells(only.probability, only.visibility, only.seen, only.hits)
+    looks = np.stack([each.seen for each in detections])
+    detected, visibility = combine(
+        np.stack([each.probability for each in detections]),
+        np.stack([each.visibility for each in detections]),
+        looks,
+        np.array([each.weight for each in detections]),
+    )
+    hits = np.sum([each.hits for each in detections], axis=0)
+    return SensedCells(detected, visibility, np.any(looks, axis=0), np.asarray(hits))

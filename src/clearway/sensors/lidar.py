@@ -10,6 +10,7 @@ from clearway.compiled import read_only
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray, world_from_body
 from clearway.sensors.beams import BeamPattern
+from clearway.sensors.standing import FULL, Standing
 from clearway.state import frozen_array
 
 
@@ -50,6 +51,8 @@ class Lidar:
     """Share of returns that get lost, in [0, 1)."""
     airframe_radius_m: float = 0.0
     """Returns within this distance of the body's origin come from the own airframe."""
+    standing: Standing = FULL
+    """Precision and trust, where there are several sensors."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.dropout < 1.0:

@@ -101,8 +101,6 @@ def update_memory(
     tolerance_m += 0.5 * memory.voxel_m + 3.0 * lidar.sigma_m
     sensor = sensor_at(lidar, state, tolerance_m)
     points, radii = returns_in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
-    voxel_of, voxels = number_voxels(points, memory.voxel_m)
-    seen, seen_radii = merge_balls(points, radii, voxel_of, voxels)
     raster = beam_raster(lidar.pattern)
     passes = count_passes(
         memory.position_m,
@@ -113,12 +111,24 @@ def update_memory(
         sensor,
         raster,
     )
+    return remember(memory, points, radii, passes, scan.time_s)
+
+
+def remember(
+    memory: PointMemory, points: FloatArray, radii: FloatArray, passes: IntArray, time_s: float
+) -> PointMemory:
+    """Memory after returns [m, 3] of the world frame with radii [m] at a time.
+
+    passes: [n] of what is remembered, this reading included.
+    """
+    voxel_of, voxels = number_voxels(points, memory.voxel_m)
+    seen, seen_radii = merge_balls(points, radii, voxel_of, voxels)
     again = _in_voxels_of(memory.position_m, seen, memory.voxel_m)
     position, radius, last_seen, passes = _joined(
         Balls(memory.position_m, memory.radius_m, memory.last_seen_s, passes),
         ~again & (passes < memory.passes_to_clear),
-        scan.time_s - memory.horizon_s,
-        Balls(seen, seen_radii, np.full(voxels, scan.time_s), np.zeros(voxels, dtype=np.int64)),
+        time_s - memory.horizon_s,
+        Balls(seen, seen_radii, np.full(voxels, time_s), np.zeros(voxels, dtype=np.int64)),
     )
     room = slice(-memory.capacity, None)
     return PointMemory(

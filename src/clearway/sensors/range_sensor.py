@@ -1,0 +1,190 @@
+"""The interface of range sensors: whatever answers these questions takes part in decisions.
+
+A reading is a `Scan`: points in the sensor frame, a time, the sensor's name. Of a reading clearway
+wants to know what it says of the cells, where its returns are and how far each may be off, and
+which places it shows to be empty. `LidarSensor` answers for a `Lidar`; docs/sensors.md has a radar.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from clearway.frames import FloatArray
+from clearway.grid import AvoidanceGrid
+from clearway.sensors.detection import Detection, Ground, Rule, detect
+from clearway.sensors.lidar import Lidar, Scan
+from clearway.sensors.memory import PointMemory, remember, update_memory
+from clearway.sensors.passing import (
+    beam_raster,
+    count_passes,
+    nearest_returns,
+    returns_in_world,
+    sensor_at,
+)
+from clearway.sensors.standing import Standing
+from clearway.state import BoolArray, State
+
+Pose = tuple[FloatArray, FloatArray]
+"""Rotation [3, 3] and translation [3]."""
+
+
+@runtime_checkable
+class RangeSensor(Protocol):
+    """What clearway asks of a sensor that measures where things are."""
+
+    @property
+    def name(self) -> str:
+        """Readings carry it; differs from sensor to sensor."""
+        ...
+
+    @property
+    def standing(self) -> Standing:
+        """Precision, and trust at the start."""
+        ...
+
+    @property
+    def sigma_m(self) -> float:
+        """Standard deviation of the range."""
+        ...
+
+    def detect(
+        self,
+        grid: AvoidanceGrid,
+        scan: Scan,
+        *,
+        grid_from_body: Pose | None = None,
+        rule: Rule = "ratio",
+        ground: Ground | None = None,
+    ) -> Detection:
+        """What a reading says of every cell: P_OD, P_V, and how many beams look.
+
+        grid_from_body: where the body has moved since the reading.
+        """
+        ...
+
+    def returns(
+        self, scan: Scan, state: State, reach_m: float, ground_m: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Returns [n, 3] in the world frame, and radii [n] of the balls that they stand for.
+
+        state: of the vehicle at the time of the reading. Returns from farther away than `reach_m`,
+        at or below the height `ground_m`, and those from the own airframe are left out. A radius
+        covers what lies between the beams, and what is not sure about the direction; what is not
+        sure about the range is added from `sigma_m`.
+        """
+        ...
+
+    def passes(
+        self,
+        scan: Scan,
+        state: State,
+        position_m: FloatArray,
+        radius_m: FloatArray,
+        tolerance_m: float,
+    ) -> BoolArray:
+        """[n] whether the reading shows that nothing is at balls in the world frame.
+
+        Only where all that looks into the direction goes on for `tolerance_m` behind the centre,
+        densely enough to meet a ball of that size. Of a scan without returns: wherever it looks so.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class LidarSensor:
+    """A `Lidar` as a range sensor."""
+
+    lidar: Lidar
+
+    @property
+    def name(self) -> str:
+        return self.lidar.name
+
+    @property
+    def standing(self) -> Standing:
+        return self.lidar.standing
+
+    @property
+    def sigma_m(self) -> float:
+        return self.lidar.sigma_m
+
+    def detect(
+        self,
+        grid: AvoidanceGrid,
+        scan: Scan,
+        *,
+        grid_from_body: Pose | None = None,
+        rule: Rule = "ratio",
+        ground: Ground | None = None,
+    ) -> Detection:
+        return detect(
+            grid, self.lidar, scan, grid_from_body=grid_from_body, rule=rule, ground=ground
+        )
+
+    def returns(
+        self, scan: Scan, state: State, reach_m: float, ground_m: float
+    ) -> tuple[FloatArray, FloatArray]:
+        sensor = sensor_at(self.lidar, state, 0.0)
+        return returns_in_world(scan.points_m, sensor, float(reach_m), float(ground_m))
+
+    def passes(
+        self,
+        scan: Scan,
+        state: State,
+        position_m: FloatArray,
+        radius_m: FloatArray,
+        tolerance_m: float,
+    ) -> BoolArray:
+        raster = beam_raster(self.lidar.pattern)
+        counted = count_passes(
+            position_m,
+            radius_m,
+            0.0,
+            np.zeros(len(position_m), dtype=np.int64),
+            nearest_returns(scan.points_m, raster),
+            sensor_at(self.lidar, state, tolerance_m),
+            raster,
+        )
+        return np.asarray(counted > 0)
+
+
+AnySensor = Lidar | RangeSensor
+
+
+def range_sensors(sensors: Sequence[AnySensor]) -> dict[str, RangeSensor]:
+    """Sensors by name, in their order."""
+    return {
+        sensor.name: LidarSensor(sensor) if isinstance(sensor, Lidar) else sensor
+        for sensor in sensors
+    }
+
+
+def remembered_after(
+    memory: PointMemory,
+    sensor: RangeSensor,
+    scan: Scan,
+    state: State,
+    *,
+    tolerance_m: float = 0.0,
+    ground_m: float = -np.inf,
+) -> PointMemory:
+    """Memory of one sensor after a reading; see `update_memory`, which does it for a `Lidar`."""
+    if isinstance(sensor, LidarSensor):
+        return update_memory(
+            memory, sensor.lidar, scan, state, tolerance_m=tolerance_m, ground_m=ground_m
+        )
+    tolerance_m += 0.5 * memory.voxel_m + 3.0 * sensor.sigma_m
+    points, radii = sensor.returns(scan, state, memory.reach_m, ground_m)
+    passed = sensor.passes(scan, state, memory.position_m, memory.radius_m, tolerance_m)
+    passes = memory.passes + np.asarray(passed, dtype=np.int64)
+    return remember(
+        memory,
+        np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3),
+        np.ascontiguousarray(radii, dtype=np.float64),
+        np.ascontiguousarray(passes),
+        scan.time_s,
+    )

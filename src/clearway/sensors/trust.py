@@ -1,0 +1,207 @@
+"""Who is believed when sensors contradict each other where their fields overlap.
+
+A return is *refuted* by another sensor whose beams go on beyond it. That alone does not tell a
+ghost from a sensor that is blind, so two more things count. Whoever is *steady* has seen its own
+earlier returns again from another place: real things stay where they are, and a fault that travels
+with the vehicle does not. And weights: precision times trust of all that are steady.
+
+- Refuted, not steady, and confirmed by nobody: the sensor itself loses trust.
+- Refuted by steady sensors that outweigh it and those that confirm it: it loses trust.
+- Refuted, but steady: whoever refuted it without being steady is taken as blind, and loses trust.
+- Otherwise nothing is decided, and its returns count: what one believed sensor sees is there.
+
+One verdict is taken each time the vehicle has moved on by a margin, so each rests on a new view.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.frames import FloatArray
+from clearway.sensors.lidar import Scan
+from clearway.sensors.range_sensor import RangeSensor
+from clearway.sensors.standing import Standing
+from clearway.state import State
+
+LEAST = 8
+"""Returns that must be open to refutation, or nothing is judged."""
+REFUTED_SHARE = 0.5
+"""Of those, more than this must be refuted."""
+MOST = 200
+"""Returns of a reading that are judged, evenly picked."""
+TOGETHER_S = 1.0
+"""Readings further apart in time are not held against each other."""
+STEADY_S = 10.0
+"""For so long after it was found steady a sensor counts as such."""
+LOWERED, RAISED = 0.7, 1.2
+"""Factors of trust by a verdict against a sensor, and for it."""
+DOUBTED, BELIEVED = 0.3, 0.6
+"""Shares of the trust at the start: below the first nobody believes, above the second again."""
+SLACK = 0.3
+"""Share of the margin by which places may be off, and by which a thing is wide."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """A reading in the world frame: a few of its returns, and the pose."""
+
+    scan: Scan
+    state: State
+    points_m: FloatArray
+    """[n, 3] world frame."""
+    radius_m: FloatArray
+    """[n]"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What is held of one sensor."""
+
+    standing: Standing
+    trust: float
+    """Now."""
+    believed: bool = True
+    latest: Reading | None = None
+    judged: Reading | None = None
+    """The one that the last verdict was about."""
+    steady: bool = False
+    """Whether its returns of then were seen again."""
+    steady_s: float = -np.inf
+    """When that was last so."""
+    verdicts_against: int = 0
+
+    @property
+    def weight(self) -> float:
+        return self.standing.precision * self.trust
+
+    def is_steady(self, time_s: float) -> bool:
+        return time_s - self.steady_s <= STEADY_S
+
+    def lowered(self) -> Record:
+        trust = LOWERED * self.trust
+        believed = self.believed and trust >= DOUBTED * self.standing.trust
+        against = self.verdicts_against + 1
+        return replace(self, trust=trust, believed=believed, verdicts_against=against)
+
+    def raised(self) -> Record:
+        trust = min(self.standing.trust, RAISED * self.trust)
+        believed = self.believed or trust > BELIEVED * self.standing.trust
+        return replace(self, trust=trust, believed=believed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Court:
+    """Records of all sensors, and the lengths by which readings are compared."""
+
+    margin_m: float
+    reach_m: float
+    """Returns from farther away are not judged."""
+    records: Mapping[str, Record]
+
+    @classmethod
+    def of(cls, sensors: Mapping[str, RangeSensor], margin_m: float, reach_m: float) -> Court:
+        """Everybody is believed as far as stated."""
+        return cls(
+            margin_m,
+            reach_m,
+            {name: Record(each.standing, each.standing.trust) for name, each in sensors.items()},
+        )
+
+    def believes(self, name: str) -> bool:
+        return self.records[name].believed
+
+
+def heard(
+    court: Court,
+    sensors: Mapping[str, RangeSensor],
+    scan: Scan,
+    state: State,
+    *,
+    sigmas: float = 3.0,
+    ground_m: float = -np.inf,
+) -> Court:
+    """The court after a reading; a verdict is taken if the vehicle has moved on since the last."""
+    sensor = sensors[scan.sensor]
+    points, radii = sensor.returns(scan, state, court.reach_m, ground_m)
+    pick = slice(None, None, 1 + len(points) // MOST)
+    now = Reading(
+        scan, state, np.ascontiguousarray(points[pick]), np.ascontiguousarray(radii[pick])
+    )
+    records = dict(court.records)
+    record = replace(records[sensor.name], latest=now)
+    slack_m = SLACK * court.margin_m + sigmas * (state.position_std_m + 2.0 * sensor.sigma_m)
+    if record.judged is None:
+        record = replace(record, judged=now)
+    elif _moved_m(record.judged, now) >= max(court.margin_m, 2.0 * slack_m):
+        records[sensor.name] = _tested(record, sensor, now, slack_m)
+        return replace(court, records=_after_verdict(court, sensors, records, now, sigmas))
+    records[sensor.name] = record
+    return replace(court, records=records)
+
+
+def _moved_m(before: Reading, now: Reading) -> float:
+    return float(np.linalg.norm(now.state.position_m - before.state.position_m))
+
+
+def _tested(record: Record, sensor: RangeSensor, now: Reading, slack_m: float) -> Record:
+    """The record after its sensor has looked again at what it saw at the last verdict."""
+    before = record.judged
+    assert before is not None
+    refuted = _refuted(sensor, now, before, slack_m)
+    if refuted is None:
+        return replace(record, judged=now, steady=False)
+    steady_s = record.steady_s if refuted else now.scan.time_s
+    return replace(record, judged=now, steady=not refuted, steady_s=steady_s)
+
+
+def _refuted(witness: RangeSensor, view: Reading, accused: Reading, slack_m: float) -> bool | None:
+    """Whether a view passes most of another reading's returns; None where it looks at too few."""
+    wide = accused.radius_m + slack_m
+    nothing = replace(view.scan, points_m=np.zeros((0, 3)))
+    looks = witness.passes(nothing, view.state, accused.points_m, wide, slack_m)
+    count = int(np.count_nonzero(looks))
+    if count < LEAST:
+        return None
+    passed = witness.passes(view.scan, view.state, accused.points_m, wide, slack_m)
+    return int(np.count_nonzero(passed & looks)) > REFUTED_SHARE * count
+
+
+def _after_verdict(
+    court: Court,
+    sensors: Mapping[str, RangeSensor],
+    records: dict[str, Record],
+    now: Reading,
+    sigmas: float,
+) -> Mapping[str, Record]:
+    """Records after the others have been held against a reading."""
+    name, time_s = now.scan.sensor, now.scan.time_s
+    against: list[str] = []
+    confirming: list[str] = []
+    for other, record in records.items():
+        view = record.latest
+        if other == name or view is None or time_s - view.scan.time_s > TOGETHER_S + 1e-6:
+            continue
+        sigma = sensors[name].sigma_m + sensors[other].sigma_m
+        slack_m = SLACK * court.margin_m + sigmas * (now.state.position_std_m + sigma)
+        refuted = _refuted(sensors[other], view, now, slack_m)
+        if refuted is not None:
+            (against if refuted else confirming).append(other)
+    accusers = [other for other in against if records[other].believed]
+    backers = [other for other in confirming if records[other].believed]
+    if not accusers:
+        for other in [*confirming, *([name] if backers else [])]:
+            records[other] = records[other].raised()
+        return records
+    steady = [other for other in accusers if records[other].is_steady(time_s)]
+    own = sum(records[other].weight for other in [name, *backers])
+    outvoted = sum(records[other].weight for other in steady) > own
+    if outvoted or not (backers or records[name].steady):
+        records[name] = records[name].lowered()
+    elif records[name].steady:
+        for other in accusers:
+            if other not in steady:
+                records[other] = records[other].lowered()
+    return records
