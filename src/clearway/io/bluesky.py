@@ -50,6 +50,8 @@ def read_bluesky(source: str, content: bytes) -> TrafficRecording:
             raise InputError(source, f"truncated: line {place}, the last one: {line[:60]!r}")
         else:
             time_s = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
+            if last and not whole:
+                sieve.notes.append(f"line {place}, the last one, has no line end: cut off?")
             _take(place, words[1:], time_s, sieve)
     return sieve.recording(FORM, clock="relative")
 

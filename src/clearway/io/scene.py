@@ -185,7 +185,8 @@ def lidar_of(
         raise InputError(
             cloud.source,
             f"the nearest point is {nearest:,.0f} m from the origin: map coordinates, not the scan "
-            "of a sensor; valid: points in the sensor's frame",
+            "of a sensor; valid: points in the sensor's frame (a survey is a world to fly in: "
+            "[point_cloud] of a mission)",
         )
     pattern, pattern_from = cloud.pattern, "file"
     try:
