@@ -77,6 +77,13 @@ def test_text_and_picture(tmp_path):
         (["--start-pitch-deg", "45"], "beyond the pitch limit"),
         (["--movements", "7"], "neither 5 nor 9"),
         (["--method", "full"], "outgrows"),
+        (["--range", "10", "--speed", "0.01"], "takes 1000 movements of 0.01 m, more than 100"),
+        (["--layers", "200"], "takes 200 movements"),
+        (["--columns", "0"], "grid columns: 0 cells"),
+        (["--columns", "100000000"], "more than 100000 cells"),
+        (["--speed", "nan"], "--speed: nan"),
+        (["--range", "nan"], "range_edges_m"),
+        (["--speed", "20", "--range", "5"], "one movement of 20 m leads out of a grid of 5 m"),
         (["--layers", "x"], "--layers"),
         (["--colour"], "No such option"),
     ],
@@ -141,6 +148,7 @@ def test_compare_as_json(tmp_path):
     assert result["full_footprints_stderr"] > 0
     assert result["pitch_limit_deg"] is None
     assert result["cells_reachable"] == 243
+    assert result["cells_reachable_proven"] is True
     assert len(result["methods"]) == 10
     for row in result["methods"]:
         assert row["nodes_with_side_exits"] <= row["bound_6_5"]

@@ -99,7 +99,7 @@ def test_comparison_on_a_small_grid():
     assert result.full.standard_error == 0.0
     built = measure(build_reach_set(FIVE, SMALL, "full", side_exits=0))
     assert result.full.number == built.footprints
-    assert result.cells_reachable == built.cells_covered
+    assert result.reachable.number == built.cells_covered
     assert [row.contender for row in result.rows] == list(TABLE_6_1)
     for row in result.rows:
         assert row.reach_set.nodes <= row.bound

@@ -8,7 +8,9 @@ import pytest
 from clearway.grid import AvoidanceGrid
 from clearway.movements import MovementAutomaton
 from clearway.reach.coverage import measure
-from clearway.reach.footprints import FootprintTree, count_full, estimate_footprints
+from clearway.reach.estimate import estimate_footprints
+from clearway.reach.footprints import FootprintTree, count_full
+from clearway.reach.reachable import reachable_cells
 from clearway.reach.sets import build_reach_set
 
 NINE = MovementAutomaton.plane(pitch_limit_deg=None)
@@ -42,12 +44,37 @@ def test_counting_agrees_with_building():
         assert np.count_nonzero(full.cells) == built.cells_covered
 
 
-@pytest.mark.parametrize(("automaton", "layers", "footprints"), [(NINE, 6, 3227), (FIVE, 8, None)])
-def test_estimate_is_unbiased_within_its_error(automaton, layers, footprints):
-    truth = footprints or count_full(tree(automaton, layers)).footprints
-    estimate = estimate_footprints(tree(automaton, layers), branches=12, repetitions=150, seed=3)
-    assert estimate.thinned == 0
-    assert 0.0 < estimate.standard_error < 0.05 * truth
+@pytest.mark.parametrize(("automaton", "layers", "footprints"), [(NINE, 6, 3227), (FIVE, 8, 5841)])
+@pytest.mark.parametrize("seed", [3, 4])
+def test_estimate_is_unbiased_within_its_error(automaton, layers, footprints, seed):
+    estimate = estimate_footprints(tree(automaton, layers), branches=12, repetitions=150, seed=seed)
+    assert estimate.walked == 0
+    assert 0.0 < estimate.standard_error < 0.05 * footprints
+    assert abs(estimate.footprints - footprints) < 3.5 * estimate.standard_error
+
+
+@pytest.mark.parametrize(("automaton", "layers", "footprints"), [(NINE, 6, 3227), (FIVE, 8, 5841)])
+@pytest.mark.parametrize("seed", [3, 5])
+def test_so_it_is_where_footprints_are_followed_by_walks(automaton, layers, footprints, seed):
+    """Also with so few walks that many cells are missed."""
+    estimate = estimate_footprints(
+        *(tree(automaton, layers), 12, 150, seed), held_states=100, walks=30
+    )
+    assert estimate.walked > 300
+    assert 0.0 < estimate.standard_error < 0.1 * footprints
+    assert abs(estimate.footprints - footprints) < 3.5 * estimate.standard_error
+
+
+def test_walks_along_more_than_one_movement_a_cell():
+    """Two movements a layer, so that walks stay in cells; inner range above 0."""
+    slow = MovementAutomaton.plane(0.6, turn_step_deg=30.0, pitch_limit_deg=None, diagonals=False)
+    grid = AvoidanceGrid.uniform((0.4, 4.0), 4, 50.0, 5, 30.0, 3)
+    truth = count_full(FootprintTree(slow, grid)).footprints
+    estimate = estimate_footprints(
+        *(FootprintTree(slow, grid), 12, 100, 1), held_states=20, walks=60
+    )
+    assert estimate.walked > 100
+    assert 0.0 < estimate.standard_error < 0.1 * truth
     assert abs(estimate.footprints - truth) < 3.5 * estimate.standard_error
 
 
@@ -62,3 +89,28 @@ def test_same_seed_same_estimate():
     again = estimate_footprints(tree(NINE, 6), branches=5, repetitions=3, seed=8)
     assert first == again
     assert first != estimate_footprints(tree(NINE, 6), branches=5, repetitions=3, seed=9)
+
+
+@pytest.mark.parametrize(("automaton", "layers", "cells"), [(NINE, 10, 278), (NINE, 15, 453)])
+def test_cells_that_can_be_reached_are_known_for_certain(automaton, layers, cells):
+    """SPEC 4; found without any reach set."""
+    found = reachable_cells(automaton, AvoidanceGrid.uniform(float(layers), layers))
+    assert found.proven
+    assert found.number == cells
+
+
+def test_reachable_cells_are_those_counted():
+    for automaton, layers in ((NINE, 6), (FIVE, 8)):
+        grid = AvoidanceGrid.uniform(float(layers), layers)
+        found = reachable_cells(automaton, grid)
+        assert found.proven
+        assert np.array_equal(found.reached, count_full(tree(automaton, layers)).cells)
+
+
+def test_what_is_not_followed_is_not_claimed():
+    grid = AvoidanceGrid.uniform(8.0, 8)
+    every = reachable_cells(FIVE, grid)
+    some = reachable_cells(FIVE, grid, held_states=300)
+    assert every.proven
+    assert not some.proven
+    assert not np.any(some.reached & ~every.reached)

@@ -7,7 +7,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli.reach_set import GRID, OUTPUT, VEHICLE, automaton_of, grid_of
+from clearway.cli.reach_options import (
+    AsJson,
+    AzimuthDeg,
+    Columns,
+    Duration,
+    ElevationDeg,
+    Layers,
+    Movements,
+    Out,
+    PitchLimitDeg,
+    Plots,
+    RangeM,
+    Rows,
+    Speed,
+    TurnStepDeg,
+    automaton_of,
+    grid_of,
+)
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -17,62 +34,33 @@ ESTIMATE = "Full reach set"
 
 
 def compare(
-    layers: Annotated[int, typer.Option(help="Layers of the grid.", rich_help_panel=GRID)] = 15,
-    range_m: Annotated[
-        float | None,
-        typer.Option(
-            "--range",
-            help="Range of the grid in metres; by default one movement's length per layer.",
-            rich_help_panel=GRID,
-        ),
-    ] = None,
-    columns: Annotated[int, typer.Option(help="Columns.", rich_help_panel=GRID)] = 7,
-    rows: Annotated[int, typer.Option(help="Rows.", rich_help_panel=GRID)] = 5,
-    azimuth_deg: Annotated[
-        str, typer.Option(help="Half width, or right,left.", rich_help_panel=GRID)
-    ] = "45",
-    elevation_deg: Annotated[
-        str, typer.Option(help="Half height, or bottom,top.", rich_help_panel=GRID)
-    ] = "30",
-    speed: Annotated[float, typer.Option(help="Speed in m/s.", rich_help_panel=VEHICLE)] = 1.0,
-    turn_step_deg: Annotated[
-        float, typer.Option(help="Turn by one movement.", rich_help_panel=VEHICLE)
-    ] = 15.0,
-    duration: Annotated[
-        float, typer.Option(help="Seconds of one movement.", rich_help_panel=VEHICLE)
-    ] = 1.0,
-    pitch_limit_deg: Annotated[
-        str,
-        typer.Option(help="Steepest pitch, or none as in table 6.1.", rich_help_panel=VEHICLE),
-    ] = "none",
-    movements: Annotated[
-        int, typer.Option(help="9, or 5 without diagonals.", rich_help_panel=VEHICLE)
-    ] = 9,
+    layers: Layers = 15,
+    range_m: RangeM = None,
+    columns: Columns = 7,
+    rows: Rows = 5,
+    azimuth_deg: AzimuthDeg = "45",
+    elevation_deg: ElevationDeg = "30",
+    speed: Speed = 1.0,
+    turn_step_deg: TurnStepDeg = 15.0,
+    duration: Duration = 1.0,
+    pitch_limit_deg: PitchLimitDeg = "none",
+    movements: Movements = 9,
     branches: Annotated[
         int, typer.Option(min=1, help="Branches followed by an estimate.", rich_help_panel=ESTIMATE)
     ] = 16,
     repetitions: Annotated[
         int, typer.Option(min=2, help="Independent estimates.", rich_help_panel=ESTIMATE)
-    ] = 12,
+    ] = 24,
     seed: Annotated[int, typer.Option(min=0, help="Seed.", rich_help_panel=ESTIMATE)] = 0,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder of the pictures; clearway-out/reach-set-compare by default.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    plots: Annotated[bool, typer.Option(help="Draw pictures.", rich_help_panel=OUTPUT)] = True,
+    as_json: AsJson = False,
+    out: Out = None,
+    plots: Plots = True,
 ) -> None:
     """Measure every method on one grid, beside the paper's table 6.1."""
     from clearway.reach.comparison import compare as compared
 
     automaton = automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
-    far = layers * speed * duration if range_m is None else range_m
-    grid = grid_of(far, layers, azimuth_deg, columns, elevation_deg, rows)
+    grid = grid_of(range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows)
     result = compared(
         automaton, grid, branches=branches, repetitions=repetitions, seed=seed, progress=say
     )
@@ -114,7 +102,8 @@ def _as_json(result: Comparison) -> dict[str, Any]:
         "full_footprints": result.full.number,
         "full_footprints_stderr": result.full.standard_error,
         "full_footprints_counted": result.full.counted,
-        "cells_reachable": result.cells_reachable,
+        "cells_reachable": result.reachable.number,
+        "cells_reachable_proven": result.reachable.proven,
         "equations": {name: value for name, value, _ in _equations(result)},
         "methods": [_row_as_json(row, result) for row in result.rows],
     }
@@ -133,7 +122,7 @@ def _row_as_json(row: Row, result: Comparison) -> dict[str, Any]:
         "nodes_with_side_exits": row.coverage.nodes_with_side_exits,
         "footprints": row.coverage.footprints,
         "cells_covered": row.coverage.cells_covered,
-        "cells_reachable": result.cells_reachable,
+        "cells_reachable": result.reachable.number,
         "coverage_ratio": ratio,
         "coverage_ratio_stderr": error,
         "smoothness": row.coverage.smoothness,
@@ -179,7 +168,7 @@ def _as_text(result: Comparison) -> str:
     lines = [
         f"{layers} x {columns} x {rows} cells to {result.grid.range_m:g} m, "
         f"{len(result.automaton.movements)} movements, level start, pitch limit {bound}",
-        f"full reach set: {number} footprints ({error}), {result.cells_reachable} cells reached",
+        f"full reach set: {number} footprints ({error}), {_reachable(result)}",
         "",
         head,
         *(_row_as_text(row, result) for row in result.rows),
@@ -193,6 +182,11 @@ def _as_text(result: Comparison) -> str:
         + ("all." if all(r.reach_set.nodes <= r.bound for r in result.rows) else "NOT ALL."),
     ]
     return "\n".join(lines)
+
+
+def _reachable(result: Comparison) -> str:
+    cells = f"{result.reachable.number} of {result.grid.cells} cells can be reached"
+    return cells if result.reachable.proven else f"at least {cells}"
 
 
 def _row_as_text(row: Row, result: Comparison) -> str:

@@ -22,7 +22,7 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
     """Share of reachable cells, and distinct footprints, over nodes; lines join the spreads."""
     figure = Figure(figsize=(13.0, 5.4), dpi=130)
     left, right = figure.subplots(1, 2)
-    reachable = comparison.cells_reachable
+    reachable = comparison.reachable.number
     for method, points in spreads.items():
         nodes = [point.coverage.nodes for point in points]
         cells = [point.coverage.cells_covered / reachable for point in points]

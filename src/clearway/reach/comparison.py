@@ -7,15 +7,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from clearway.grid import AvoidanceGrid
 from clearway.movements import MovementAutomaton
-from clearway.reach.coverage import Coverage, leading_to, measure
+from clearway.reach.coverage import Coverage, measure
 from clearway.reach.dispersal import Dispersion, ReachableSample, dispersion, sample_reachable
-from clearway.reach.footprints import FootprintTree, count_full, estimate_footprints
+from clearway.reach.estimate import estimate_footprints
+from clearway.reach.footprints import FootprintTree, count_full
+from clearway.reach.reachable import ReachableCells, reachable_cells
 from clearway.reach.sets import build_reach_set
-from clearway.reach.tree import LAST_LAYER, ReachSet
+from clearway.reach.tree import ReachSet
 
 MOST_COUNTED = 5.0e7
 """Nodes of a full reach set up to which footprints are counted rather than estimated."""
@@ -83,8 +84,8 @@ class Comparison:
     automaton: MovementAutomaton
     grid: AvoidanceGrid
     full: FullFootprints
-    cells_reachable: int
-    """Cells that any of the sets reaches: none is known to be reachable beyond them."""
+    reachable: ReachableCells
+    """Cells that any trajectory reaches, found apart from the sets compared."""
     rows: tuple[Row, ...]
 
 
@@ -94,7 +95,7 @@ def compare(
     contenders: tuple[Contender, ...] = TABLE_6_1,
     *,
     branches: int = 16,
-    repetitions: int = 12,
+    repetitions: int = 24,
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> Comparison:
@@ -105,11 +106,10 @@ def compare(
     for contender in contenders:
         tell(f"building {contender.name}")
         rows.append(_row(automaton, grid, contender, sample))
-    reached: set[int] = set()
-    for row in rows:
-        reached |= set(cells_reached(row.reach_set).tolist())
+    tell("following the full reach set to the cells that it reaches")
+    reachable = reachable_cells(automaton, grid)
     full = full_footprints(automaton, grid, branches, repetitions, seed, tell)
-    return Comparison(automaton, grid, full, len(reached), tuple(rows))
+    return Comparison(automaton, grid, full, reachable, tuple(rows))
 
 
 def full_footprints(
@@ -128,13 +128,6 @@ def full_footprints(
     tell("estimating the footprints of the full reach set")
     estimate = estimate_footprints(tree, branches, repetitions, seed)
     return FullFootprints(estimate.footprints, estimate.standard_error, False)
-
-
-def cells_reached(reach_set: ReachSet) -> npt.NDArray[np.int32]:
-    """Cells in which movements of trajectories to the last layer end."""
-    leaves = np.flatnonzero(reach_set.exit_kind == LAST_LAYER)
-    cells = reach_set.end_cell[leading_to(reach_set, leaves)]
-    return np.unique(cells[cells >= 0])
 
 
 def bound_6_5(movements: int, spread: int, grid: AvoidanceGrid) -> int:

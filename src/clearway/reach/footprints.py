@@ -1,8 +1,8 @@
-"""How many footprints the full reach set has: counted where feasible, else estimated (4.27).
+"""The tree of all footprints of the full reach set, and their number by counting (4.27).
 
 Footprints (def. 22) form a tree of their own: below a footprint hang those that are longer by
 one cell. Each of its nodes stands for all trajectory ends that have this footprint, and those
-are carried along. Counting visits the whole tree; estimating follows a few branches.
+are carried along. Counting visits the whole tree; `estimate` follows a few branches.
 """
 
 from __future__ import annotations
@@ -18,14 +18,11 @@ from clearway.grid import AvoidanceGrid
 from clearway.movements import MovementAutomaton
 from clearway.reach.lattice import build_lattice, grid_from_level, movements_deep
 from clearway.reach.offspring import START_CELL, offspring_of
+from clearway.reach.walks import Along, outcomes_of_walks, walks_until
 from clearway.state import BoolArray, IntArray
 
 MOST_STATES = 30_000_000
 """States that one footprint may stand for when counting: about 2 GB."""
-THIN_STATES = 1_000_000
-"""States that one footprint may stand for when estimating; more are represented by as many."""
-SIZE_EXPONENT = 0.1
-"""Footprints of many states have more below them, but not in proportion."""
 
 
 @dataclass(frozen=True)
@@ -40,20 +37,8 @@ class FullCount:
     """[cells] which ones a trajectory reaches."""
 
 
-@dataclass(frozen=True)
-class FootprintEstimate:
-    """Unbiased estimate of the number of footprints, from independent repetitions."""
-
-    footprints: float
-    standard_error: float
-    repetitions: int
-    thinned: int
-    """Footprints followed that stood for more than THIN_STATES states, of which as many were
-    drawn. Each can only lower the estimate, by longer footprints that none of those leads to."""
-
-
 @dataclass(frozen=True, eq=False)
-class _Footprint:
+class Footprint:
     """One footprint: its last cell, and every trajectory end that has it."""
 
     cell: int
@@ -75,9 +60,9 @@ class FootprintTree:
         self._pieces = lattice.pieces
         self._rotation = grid_from_level(start_pitch_rad)
         start = np.array([[lattice.start[start_pitch_rad], 0]], dtype=np.int32)
-        self.root = _Footprint(START_CELL, np.zeros((1, 4)), start)
+        self.root = Footprint(START_CELL, np.zeros((1, 4)), start)
 
-    def offspring(self, footprint: _Footprint) -> _Offspring:
+    def offspring(self, footprint: Footprint) -> Offspring:
         """What hangs below a footprint; raises ClearwayError when it outgrows memory."""
         grid = self.grid
         found = offspring_of(
@@ -92,11 +77,40 @@ class FootprintTree:
         )
         if found[0] < 0:
             raise ClearwayError(f"a footprint stands for more than {MOST_STATES} states")
-        return _Offspring(*found)
+        return Offspring(*found)
+
+    @property
+    def inner_cells(self) -> int:
+        """Cells before the last layer, in which no footprint ends."""
+        return self.grid.cells - self.grid.columns * self.grid.rows
+
+    def outcomes(
+        self, footprint: Footprint, way: tuple[int, ...], walks: int, seed: int
+    ) -> IntArray:
+        """[cells + 1] where random walks end behind a way that starts in a footprint's cell."""
+        return outcomes_of_walks(self._along(footprint, way), walks, seed)
+
+    def walks_until(
+        self, footprint: Footprint, way: tuple[int, ...], wanted: int, times: int, seed: int
+    ) -> int:
+        """How many such walks it takes until `times` of them have ended in a wanted cell."""
+        return walks_until(self._along(footprint, way), wanted, times, seed)
+
+    def _along(self, footprint: Footprint, way: tuple[int, ...]) -> Along:
+        cells = np.array(way, dtype=np.int64)
+        return Along(
+            footprint.state,
+            footprint.place,
+            cells,
+            self.deep,
+            self._pieces,
+            self._rotation,
+            self.grid.edges,
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class _Offspring:
+class Offspring:
     """Children of a footprint, their states sorted by cell."""
 
     nodes: int
@@ -110,9 +124,9 @@ class _Offspring:
     state: FloatArray
     place: npt.NDArray[np.int32]
 
-    def child(self, index: int) -> _Footprint:
+    def child(self, index: int) -> Footprint:
         rows = slice(self.start[index], self.start[index + 1])
-        return _Footprint(int(self.cells[index]), self.state[rows], self.place[rows])
+        return Footprint(int(self.cells[index]), self.state[rows], self.place[rows])
 
 
 def count_full(tree: FootprintTree) -> FullCount:
@@ -120,8 +134,8 @@ def count_full(tree: FootprintTree) -> FullCount:
     grid = tree.grid
     nodes = trajectories = footprints = 0
     reached = np.zeros(grid.cells, dtype=np.bool_)
-    last = grid.cells - grid.columns * grid.rows
-    waiting: list[tuple[_Footprint, tuple[int, ...]]] = [(tree.root, ())]
+    last = tree.inner_cells
+    waiting: list[tuple[Footprint, tuple[int, ...]]] = [(tree.root, ())]
     while waiting:
         footprint, way = waiting.pop()
         below = tree.offspring(footprint)
@@ -137,73 +151,3 @@ def count_full(tree: FootprintTree) -> FullCount:
             for index, cell in enumerate(below.cells)
         ]
     return FullCount(nodes, trajectories, footprints, reached)
-
-
-def estimate_footprints(
-    tree: FootprintTree, branches: int = 16, repetitions: int = 8, seed: int = 0
-) -> FootprintEstimate:
-    """Number of footprints by following `branches` at a time, `repetitions` times over.
-
-    Where more branches open than are followed, some are drawn with chances in proportion to
-    weight x states^0.1, and each counts for the inverse of its chance (stochastic enumeration
-    with Horvitz-Thompson weights), which makes each repetition unbiased.
-    """
-    rng = np.random.default_rng(seed)
-    results = [_one_estimate(tree, branches, rng) for _ in range(repetitions)]
-    totals = np.array([total for total, _ in results])
-    error = float(np.std(totals, ddof=1) / np.sqrt(repetitions)) if repetitions > 1 else np.inf
-    return FootprintEstimate(
-        float(np.mean(totals)), error, repetitions, sum(thinned for _, thinned in results)
-    )
-
-
-def _one_estimate(
-    tree: FootprintTree, branches: int, rng: np.random.Generator
-) -> tuple[float, int]:
-    """The estimate, and how many footprints stood for too many states."""
-    total, thinned = 0.0, 0
-    followed = [(1.0, tree.root)]
-    while followed:
-        opened: list[tuple[float, _Footprint]] = []
-        for weight, footprint in followed:
-            below = tree.offspring(footprint)
-            total += weight * np.count_nonzero(below.ended)
-            opened += [(weight, below.child(index)) for index in range(len(below.cells))]
-        followed = _drawn(opened, branches, rng)
-        thinned += sum(len(each.place) > THIN_STATES for _, each in followed)
-        followed = [(weight, _thinned(each, rng)) for weight, each in followed]
-    return total, thinned
-
-
-def _thinned(footprint: _Footprint, rng: np.random.Generator) -> _Footprint:
-    """The footprint with at most THIN_STATES of its states, in memory of its own."""
-    rows = np.arange(len(footprint.place))
-    if len(rows) > THIN_STATES:
-        rows = rng.choice(rows, THIN_STATES, replace=False)
-    return _Footprint(footprint.cell, footprint.state[rows], footprint.place[rows])
-
-
-def _drawn(
-    opened: list[tuple[float, _Footprint]], count: int, rng: np.random.Generator
-) -> list[tuple[float, _Footprint]]:
-    """A systematic sample with unequal chances, each with its weight over its chance."""
-    if len(opened) <= count:
-        return opened
-    size = np.array([weight * len(each.place) ** SIZE_EXPONENT for weight, each in opened])
-    chance = _chances(size, count)
-    order = rng.permutation(len(opened))
-    ends = np.cumsum(chance[order]) - rng.random()
-    hit = np.diff(np.ceil(np.concatenate([[ends[0] - chance[order[0]]], ends]))) > 0
-    return [(opened[n][0] / chance[n], opened[n][1]) for n in order[hit]]
-
-
-def _chances(size: FloatArray, count: int) -> FloatArray:
-    """Chances of being drawn in proportion to size, none above 1, that add up to `count`."""
-    certain = np.zeros(len(size), dtype=np.bool_)
-    while True:
-        rest = count - np.count_nonzero(certain)
-        chance = np.where(certain, 1.0, rest * size / max(size[~certain].sum(), 1e-300))
-        above = (chance > 1.0) & ~certain
-        if not np.any(above):
-            return chance
-        certain |= above

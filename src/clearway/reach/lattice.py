@@ -20,6 +20,8 @@ from clearway.movements import Movement, MovementAutomaton
 SAMPLES = 4
 """Samples kept per movement; paths are traced through cells at a multiple of them."""
 MOST_ATTITUDES = 5000
+MOST_MOVEMENTS = 100
+"""Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
 
 
 class Pieces(NamedTuple):
@@ -56,11 +58,21 @@ class Lattice:
 
 
 def movements_deep(automaton: MovementAutomaton, grid: AvoidanceGrid) -> int:
-    """How many movements a trajectory may have: as many as layers, or as straight flight needs."""
+    """How many movements a trajectory may have: as many as layers, or as straight flight needs.
+
+    Raises ClearwayError where that is none or absurdly many.
+    """
     step = automaton.step_m
     if step <= 0.0:
         raise ClearwayError("no movement of the automaton leads anywhere")
-    return max(grid.layers, int(np.ceil(grid.range_m / step - 1e-6)))
+    deep = max(float(grid.layers), float(np.ceil(grid.range_m / step - 1e-6)))
+    if deep > MOST_MOVEMENTS:
+        raise ClearwayError(
+            f"a trajectory through {grid.layers} layers to {grid.range_m:g} m takes {deep:.4g} "
+            f"movements of {step:g} m, more than {MOST_MOVEMENTS}; take fewer layers, less range, "
+            "or longer or faster movements"
+        )
+    return int(deep)
 
 
 def build_lattice(

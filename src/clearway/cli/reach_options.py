@@ -1,0 +1,123 @@
+"""What `clearway reach-set` and `clearway reach-set compare` share: grid and vehicle as options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from clearway.errors import ClearwayError
+
+if TYPE_CHECKING:
+    from clearway.grid import AvoidanceGrid
+    from clearway.movements import MovementAutomaton
+
+GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
+MOST_CELLS = 100_000
+
+Layers = Annotated[int, typer.Option(help="Layers of the grid.", rich_help_panel=GRID)]
+RangeM = Annotated[
+    float | None,
+    typer.Option(
+        "--range",
+        help="Range of the grid in metres; by default one movement's length per layer.",
+        rich_help_panel=GRID,
+    ),
+]
+Columns = Annotated[int, typer.Option(help="Columns.", rich_help_panel=GRID)]
+Rows = Annotated[int, typer.Option(help="Rows.", rich_help_panel=GRID)]
+AzimuthDeg = Annotated[str, typer.Option(help="Half width, or right,left.", rich_help_panel=GRID)]
+ElevationDeg = Annotated[
+    str, typer.Option(help="Half height, or bottom,top.", rich_help_panel=GRID)
+]
+Speed = Annotated[float, typer.Option(help="Speed in m/s.", rich_help_panel=VEHICLE)]
+TurnStepDeg = Annotated[float, typer.Option(help="Turn by one movement.", rich_help_panel=VEHICLE)]
+Duration = Annotated[float, typer.Option(help="Seconds of one movement.", rich_help_panel=VEHICLE)]
+PitchLimitDeg = Annotated[
+    str,
+    typer.Option(help="Steepest pitch, or none as in table 6.1.", rich_help_panel=VEHICLE),
+]
+Movements = Annotated[int, typer.Option(help="9, or 5 without diagonals.", rich_help_panel=VEHICLE)]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of the pictures; one in clearway-out by default.", rich_help_panel=OUTPUT
+    ),
+]
+Plots = Annotated[
+    bool, typer.Option("--plots/--no-plots", help="Draw pictures.", rich_help_panel=OUTPUT)
+]
+
+
+def automaton_of(
+    speed_mps: float, turn_step_deg: float, duration_s: float, pitch_limit_deg: str, movements: int
+) -> MovementAutomaton:
+    """The plane's automaton of command-line values; raises ClearwayError naming the option."""
+    from clearway.movements import MovementAutomaton
+
+    if movements not in (5, 9):
+        raise ClearwayError(f"--movements: {movements} is neither 5 nor 9")
+    if not (0.0 < speed_mps < 1e6):
+        raise ClearwayError(f"--speed: {speed_mps} is not a speed in m/s above 0")
+    if not (0.0 < duration_s < 1e6):
+        raise ClearwayError(f"--duration: {duration_s} is not a time in s above 0")
+    if not (0.0 <= abs(turn_step_deg) <= 180.0):
+        raise ClearwayError(f"--turn-step-deg: {turn_step_deg} is not within [-180, 180]")
+    limit = None
+    if pitch_limit_deg != "none":
+        (limit,) = _numbers("--pitch-limit-deg", pitch_limit_deg, (1,), "or none")
+        if not 0.0 <= limit < 90.0:
+            raise ClearwayError(f"--pitch-limit-deg: {limit:g} is not within [0, 90)")
+    return MovementAutomaton.plane(
+        speed_mps, turn_step_deg, duration_s, limit, diagonals=movements == 9
+    )
+
+
+def grid_of(
+    range_m: float | None,
+    step_m: float,
+    layers: int,
+    azimuth_deg: str,
+    columns: int,
+    elevation_deg: str,
+    rows: int,
+) -> AvoidanceGrid:
+    """The grid of command-line values, by default with layers of one movement's length.
+
+    Raises ClearwayError naming the option.
+    """
+    from clearway.grid import AvoidanceGrid
+
+    if max(layers, 1) * max(columns, 1) * max(rows, 1) > MOST_CELLS:
+        raise ClearwayError(
+            f"--layers, --columns, --rows: {layers} x {columns} x {rows} are more than "
+            f"{MOST_CELLS} cells"
+        )
+    if range_m is None:
+        range_m = max(layers, 1) * step_m
+    if range_m < step_m:
+        raise ClearwayError(
+            f"--range: one movement of {step_m:g} m leads out of a grid of {range_m:g} m"
+        )
+
+    spans = {}
+    for option, value in (("--azimuth-deg", azimuth_deg), ("--elevation-deg", elevation_deg)):
+        numbers = _numbers(option, value, (1, 2), "or two with a comma")
+        spans[option] = numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1])
+    return AvoidanceGrid.uniform(
+        range_m, layers, spans["--azimuth-deg"], columns, spans["--elevation-deg"], rows
+    )
+
+
+def _numbers(option: str, value: str, counts: tuple[int, ...], others: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in value.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in counts:
+        raise ClearwayError(f"{option}: {value!r} is not a number, {others}")
+    return numbers
