@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -113,8 +114,8 @@ def test_nothing_is_decided_before_all_is_there() -> None:
 def test_a_free_way_is_flown_straight_towards_the_goal() -> None:
     outcome = Bench().all_well(1.0)
     (point,) = sent(outcome, SET_POINT)
-    # East along x; the plan 0.1 s ahead at 1 m/s.
-    assert (point.x, point.y, point.z) == pytest.approx((0.0, 0.1, 0.0), abs=1e-6)
+    # East along x; the plan half a tick ahead at 1 m/s.
+    assert (point.x, point.y, point.z) == pytest.approx((0.0, 0.05, 0.0), abs=1e-6)
     assert (point.vx, point.vy, point.vz) == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)
     assert point.yaw == pytest.approx(math.pi / 2)
     assert point.time_boot_ms == 1000
@@ -293,7 +294,7 @@ def test_stray_times_are_left_out() -> None:
     outcome = bench.all_well(100.2, ned=(0, 0.2, 0))
     assert outcome.state is LinkState.FLYING
     (point,) = sent(outcome, SET_POINT)
-    assert (point.x, point.y) == pytest.approx((0.0, 0.3), abs=1e-6)
+    assert (point.x, point.y) == pytest.approx((0.0, 0.25), abs=1e-6)
     assert bench.counts == {"clock: from another time": 1}
 
 
@@ -406,3 +407,25 @@ def test_traffic_while_nothing_is_decided_does_not_pile_up() -> None:
     assert isinstance(bench.system, AvoidanceSystem)
     assert len(bench.session._reports) <= 64
     assert len(bench.session._intruders) <= 64
+
+
+def test_the_table_in_the_documentation_lists_every_state_in_the_order_that_counts() -> None:
+    page = (Path(__file__).resolve().parent.parent / "docs/mavlink.md").read_text()
+    table = page.split("| state | when |")[1].split("\n\n")[0]
+    names = [line.split("|")[1].strip() for line in table.splitlines()[2:]]
+    assert sorted(names) == sorted(LinkState)
+    worst = {
+        "restarted": True, "heartbeat_age_s": math.inf, "position_age_s": 9.0,
+        "distances_age_s": 9.0, "arrived": True,
+    }  # fmt: skip
+    steps = [
+        {}, {"restarted": False}, {"heartbeat_age_s": 9.0}, {"heartbeat_age_s": 0.0},
+        {"position_age_s": 2.0, "arrived": False}, {"arrived": True},
+        {"arrived": False, "distances_age_s": 4.0}, {"position_age_s": 1.0},
+        {"distances_age_s": 0.0}, {"position_age_s": 0.0},
+    ]  # fmt: skip
+    found = []
+    for step in steps:
+        worst |= step
+        found.append(str(link_state(LinkFacts(**worst), LinkLimits())))
+    assert found == names

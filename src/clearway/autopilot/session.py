@@ -47,8 +47,8 @@ class SessionSettings:
     system: int = 1
     component: int = 1
     """The autopilot's."""
-    lead_s: float = 0.1
-    """How far ahead on the plan set-points are: one tick."""
+    lead_s: float = 0.05
+    """How far ahead on the plan set-points are: half a tick, since each counts for one."""
     position_std_m: float = 0.0
     limits: LinkLimits = field(default_factory=LinkLimits)
     speedup: float | None = 1.0

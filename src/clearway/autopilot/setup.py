@@ -7,6 +7,8 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from clearway.autopilot.adsb import AdsbSettings
 from clearway.autopilot.dialect import dialect
 from clearway.autopilot.distances import sector_lidar
@@ -17,9 +19,11 @@ from clearway.autopilot.loop import Loop
 from clearway.autopilot.outbox import Outbox, Packer
 from clearway.autopilot.session import Session, SessionSettings
 from clearway.autopilot.signing import SignatureCheck, read_key
+from clearway.detour import known_way
 from clearway.errors import InputError
 from clearway.flight import FlightSetup, Notice, prepare
 from clearway.frames import enu_from_geodetic
+from clearway.hazards import PointHazards
 from clearway.io.mission_file import MissionFile
 from clearway.sensors import Lidar
 
@@ -58,12 +62,12 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         system = replace(setup, lidars=() if sensor is None else (sensor,)).system()
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
-        enu_from_geodetic([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+        _warm_up_more(setup)
         settings = SessionSettings(
             act=options.act,
             system=options.system,
             component=options.component,
-            lead_s=1.0 / options.rate_hz,
+            lead_s=0.5 / options.rate_hz,
             position_std_m=file.simulation.position_sigma_m,
             limits=LinkLimits(
                 options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
@@ -81,6 +85,15 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
     except BaseException:
         link.close()
         raise
+
+
+def _warm_up_more(setup: FlightSetup) -> None:
+    """Load what is needed now and then only: geodesy, and the way out of a dead end."""
+    enu_from_geodetic([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    range_m, margin = setup.planner.grid.range_m, setup.planner.settings.safety_margin_m
+    in_the_way = PointHazards(np.array([[0.5 * range_m, 0.0, 0.0]]), np.array([margin]))
+    ahead = np.array([range_m, 0.0, 0.0])
+    known_way(setup.obstacle_map, in_the_way, np.zeros(3), ahead, (margin,))
 
 
 def _clear(link: Link, counts: Counter[str]) -> None:
