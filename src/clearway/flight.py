@@ -31,8 +31,9 @@ from clearway.point_world import PointWorld
 from clearway.reach import ReachLibrary
 from clearway.recordings.aircraft import LONGEST_GAP_S
 from clearway.route import check_mission
-from clearway.sensors import BeamPattern, Lidar, Mounting, named_pattern
+from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, named_pattern
 from clearway.sensors.detection import Rule
+from clearway.sensors.lies import LyingLidar
 from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem, DataLimits
@@ -71,6 +72,8 @@ class FlightSetup:
     tracker: TrackerSettings | None
     recorded: RecordedAir | None = None
     """Real traffic that plays around the flight."""
+    lies: tuple[LyingLidar, ...] = ()
+    """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
@@ -135,7 +138,9 @@ class FlightSetup:
         self.refuse_impossible()
         pilot.warm_up()
         traffic = self._traffic(deaf)
-        return simulate(pilot, self.world, self.lidars, self.simulation, on_decision, traffic)
+        lies = {lie.name: lie for lie in self.lies}
+        scanners = [lies.get(lidar.name, lidar) for lidar in self.lidars]
+        return simulate(pilot, self.world, scanners, self.simulation, on_decision, traffic)
 
     def _traffic(self, deaf: bool) -> AirTraffic | None:
         """Fresh traffic for one flight."""
@@ -209,6 +214,11 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         follow_movers=file.traffic.follow_movers,
         tracker=_tracker(file),
         recorded=recorded,
+        lies=tuple(
+            LyingLidar(lidar_of(part, grid), part.lie, part.lies_from_s)
+            for part in file.lidar
+            if part.lie != "none"
+        ),
         notes=notes,
     )
 
@@ -268,6 +278,7 @@ def avoidance_settings(file: MissionFile) -> AvoidanceSettings:
         intruder_models=file.traffic.models,
         point_sigmas=safety.point_sigmas,
         prices=Prices(**file.prices.model_dump()),
+        sensor_fusion=rating.sensors,
     )
 
 
@@ -297,6 +308,7 @@ def lidar_of(section: LidarSection, grid: AvoidanceGrid) -> Lidar:
         section.sigma_m,
         section.dropout,
         section.airframe_radius_m,
+        Standing(section.precision, section.trust),
     )
 
 

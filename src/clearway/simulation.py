@@ -23,7 +23,7 @@ from clearway.movements import Movement
 from clearway.obstacle_map import ObstacleMap
 from clearway.pilot import D, Pilot, Steering
 from clearway.prediction import corrected_movement, needs_correction, prediction_error
-from clearway.sensors import Lidar, simulate_scan
+from clearway.sensors import Lidar, Scanner, scanned
 from clearway.state import State
 from clearway.system import FlightDecision, Reading
 from clearway.traffic import AirTraffic
@@ -140,7 +140,7 @@ def decided_by_clearway(run: Run[Steering]) -> TypeGuard[Run]:
 def simulate(
     system: Pilot[D],
     world: World,
-    lidars: Sequence[Lidar],
+    lidars: Sequence[Lidar | Scanner],
     settings: SimulationSettings | None = None,
     on_decision: OnDecision[D] | None = None,
     traffic: AirTraffic | None = None,
@@ -161,7 +161,7 @@ class _Flight(Generic[D]):
         self,
         system: Pilot[D],
         world: World,
-        lidars: Sequence[Lidar],
+        lidars: Sequence[Lidar | Scanner],
         settings: SimulationSettings,
         traffic: AirTraffic | None,
     ) -> None:
@@ -218,7 +218,7 @@ class _Flight(Generic[D]):
         ]
         seen_from = self._true_state(max(self.times[0], now - settings.scan_latency_s))
         world = self._world_at(seen_from.time_s)
-        scans = [simulate_scan(lidar, world, seen_from, self.scan_rng) for lidar in self.lidars]
+        scans = [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
         reports = self.traffic.reports(now) if self.traffic is not None else []
         if settings.faults != NO_FAULTS:
             faulty = [settings.faults.scan(scan, now) for scan in scans]

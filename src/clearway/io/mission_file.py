@@ -108,6 +108,9 @@ class RatingSection(Section):
     """P_R that a trajectory must have."""
     detection: Literal["ratio", "surface"] = "ratio"
     """Hits by beams of the column (5.41), or by those that a reference surface returns."""
+    sensors: Literal["conjunction", "weighted"] = "conjunction"
+    """How several sensors become one: (5.38), or weighted by precision and trust; see
+    [sensors.md](sensors.md)."""
 
 
 class VerifySection(Section):
@@ -167,6 +170,15 @@ class LidarSection(Section):
     """Share of returns that get lost."""
     airframe_radius_m: NotNegative = 0.0
     """Returns within this distance of the body's origin come from the own airframe."""
+    precision: float = Field(default=1.0, gt=0.0, le=1.0)
+    """Among several sensors: share of its hits that lie in the cell that they are told for."""
+    trust: float = Field(default=1.0, gt=0.0, le=1.0)
+    """Among several sensors: how far its word counts; contradiction by others lowers it."""
+    lie: Literal["none", "blind", "ghost-wall"] = "none"
+    """What it tells in place of the truth: nothing at all, or a wall at half its range that travels
+    along."""
+    lies_from_s: NotNegative = 0.0
+    """Time from which it lies."""
 
     @model_validator(mode="after")
     def _is_one_of_three(self) -> Self:

@@ -21,7 +21,7 @@ from clearway.sensors.range_sensor import (
     range_sensors,
     remembered_after,
 )
-from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.simulate import Scanner, scanned, simulate_scan
 from clearway.sensors.space import SpaceCells, SpaceClass, classify_space
 from clearway.sensors.standing import COMBINE_RULES, Standing, combine_rule_named
 from clearway.sensors.trust import Court, heard
@@ -41,6 +41,7 @@ __all__ = [
     "PointMemory",
     "RangeSensor",
     "Scan",
+    "Scanner",
     "SensedCells",
     "SpaceCells",
     "SpaceClass",
@@ -56,6 +57,7 @@ __all__ = [
     "named_pattern",
     "range_sensors",
     "remembered_after",
+    "scanned",
     "simulate_scan",
     "swipe_area_m2",
     "thin_points",

@@ -28,6 +28,8 @@ MATCH_SHARE = 0.6
 """Share of a known sensor's lasers that must be seen."""
 OPEN_GAP_RAD = np.pi / 2
 """A wider sector without any return counts as outside the field of view."""
+ROUNDED_UP = 1.0 + 1e-9
+"""So that the farthest return is not beyond its own range by a rounding."""
 NEIGHBOURS = 8
 MAX_BEAMS = 500_000
 
@@ -44,7 +46,7 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
     spherical = spherical[spherical[:, 0] > 0.0]
     if not len(spherical):
         raise ClearwayError("beam pattern: cannot be estimated, no point is finite and not at zero")
-    farthest = float(spherical[:, 0].max())
+    farthest = ROUNDED_UP * float(spherical[:, 0].max())
     azimuth, elevation = spherical[:, 1], spherical[:, 2]
     rings = _rings(elevation)
     if rings is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from clearway.frames import FloatArray
@@ -15,6 +17,24 @@ def sensor_pose(lidar: Lidar, state: State) -> tuple[FloatArray, FloatArray]:
     world_from_body = state.world_from_body
     origin = state.position_m + world_from_body @ lidar.mounting.position_m
     return world_from_body @ lidar.mounting.body_from_sensor, origin
+
+
+class Scanner(Protocol):
+    """What the simulator asks of a sensor that is no `Lidar`: the reading that it would give."""
+
+    @property
+    def name(self) -> str: ...
+
+    def scan(self, world: World, state: State, rng: np.random.Generator) -> Scan:
+        """One reading of the true world from a true state, in the sensor frame."""
+        ...
+
+
+def scanned(sensor: Lidar | Scanner, world: World, state: State, rng: np.random.Generator) -> Scan:
+    """What a sensor returns from a state."""
+    if isinstance(sensor, Lidar):
+        return simulate_scan(sensor, world, state, rng)
+    return sensor.scan(world, state, rng)
 
 
 def simulate_scan(
