@@ -182,25 +182,46 @@ def test_only_one_campaign_at_a_time_writes_a_journal(tmp_path: Path) -> None:
 
 
 def test_changed_settings_are_told_from_the_same_in_other_words(
-    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+    uninterrupted: list[FlightRow], tmp_path: Path
 ) -> None:
-    write_results(
-        tmp_path / "results.parquet",
-        uninterrupted,
-        {
-            "campaign": "small",
-            "settings_id": read_campaign(str(small)).settings_id,
-            "version": uninterrupted[0].version,
-        },
-    )
+    settings = {"campaign": "small", "version": uninterrupted[0].version}
+    write_results(tmp_path / "results.parquet", uninterrupted, settings)
     same_file, other_file = tmp_path / "same.toml", tmp_path / "other.toml"
     same_file.write_text("# Another comment.\n" + SMALL.replace("seeds = 6", "seeds   =  6"))
     other_file.write_text(SMALL.replace("dropout = 0.5", "dropout = 0.4"))
     flown = run_campaign(read_campaign(str(same_file)), tmp_path, in_processes(1))
     assert flown.flown_now == 0
     assert same(list(flown.rows), uninterrupted)
-    with pytest.raises(InputError, match="settings_id"):
+    with pytest.raises(InputError, match="other settings of balls-60"):
         run_campaign(read_campaign(str(other_file)), tmp_path, in_processes(1))
+    other_file.write_text(SMALL.replace('name = "small"', 'name = "large"'))
+    with pytest.raises(InputError, match="campaign 'small' there, 'large' now"):
+        run_campaign(read_campaign(str(other_file)), tmp_path, in_processes(1))
+
+
+def test_more_seeds_and_planners_leave_what_was_flown(
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+) -> None:
+    planners = '"clearway", "straight", "potential-field"'
+    assert planners in SMALL
+    fewer = SMALL.replace(planners, '"potential-field", "straight"').replace(
+        "seeds = 6", "seeds = 1"
+    )
+    (tmp_path / "fewer.toml").write_text(fewer)
+    flown = run_campaign(read_campaign(str(tmp_path / "fewer.toml")), tmp_path, in_processes(1))
+    assert flown.flown_now == 2 * 2 + 2
+    flown = run_campaign(read_campaign(str(small)), tmp_path, in_processes(1))
+    assert flown.flown_now == FLIGHTS - 6
+    differs = {"replay"}
+    assert [
+        {name: value for name, value in without_timings(row).items() if name not in differs}
+        for row in flown.rows
+    ] == [
+        {name: value for name, value in without_timings(row).items() if name not in differs}
+        for row in uninterrupted
+    ]
+    again = run_campaign(read_campaign(str(tmp_path / "fewer.toml")), tmp_path, in_processes(1))
+    assert (again.flown_now, len(again.rows)) == (0, FLIGHTS)
 
 
 def test_part_of_a_campaign_can_be_flown_first(small: Path, tmp_path: Path) -> None:

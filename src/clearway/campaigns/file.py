@@ -44,6 +44,12 @@ class FamilySection(Section):
         """Label, or family."""
         return self.label or self.family
 
+    @property
+    def settings_id(self) -> str:
+        """The same for the same cases, however the file is written and however many it asks for."""
+        settings = [self.family, self.parameters, self.changes]
+        return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
+
     @model_validator(mode="after")
     def _is_known(self) -> Self:
         if self.family not in FAMILIES:
@@ -94,12 +100,6 @@ class Campaign:
     folder: str
     """What paths in it are relative to."""
     file: CampaignFile
-
-    @property
-    def settings_id(self) -> str:
-        """The same for the same settings, whatever the file looks like."""
-        values = json.dumps(self.file.model_dump(), sort_keys=True)
-        return hashlib.sha256(values.encode()).hexdigest()[:16]
 
 
 def read_campaign(name_or_path: str) -> Campaign:

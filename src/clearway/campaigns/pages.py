@@ -133,7 +133,7 @@ def _below(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[st
     """What was flown, and what not."""
     said = (
         f"\n{len(rows)} flights of the campaign `{settings['campaign']}`, clearway "
-        f"{settings['version']}, settings {settings['settings_id']}."
+        f"{settings['version']}."
     )
     for label, why in skipped.items():
         said += f" Skipped: {label} ({why})."

@@ -29,7 +29,7 @@ class FlightRow:
     """JSON object of what was changed in the mission, by table."""
     campaign: str
     settings_id: str
-    """Of the campaign's settings."""
+    """Of family, parameters and changes."""
     version: str
     """Of clearway."""
     replay: str

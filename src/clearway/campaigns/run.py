@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,22 +39,19 @@ def run_campaign(
 ) -> Flown:
     """Fly what is not yet flown, and write results.parquet into the folder.
 
-    only: pattern of keys, to fly some of it. Raises InputError where the folder holds flights of
-    other settings, or no key fits the pattern; ClearwayError where workers are lost: then, as
-    whenever it is killed, the same call goes on.
+    only: pattern of keys, to fly some of it. Flights of earlier sittings stay.
+    Raises InputError where the folder holds flights of other settings, or no key fits the pattern;
+    ClearwayError where workers are lost: then, as whenever it is killed, the same call goes on.
     """
     need_parquet()
     tasks = tasks_of(campaign)
     skipped = absent(tasks)
     wanted = [task for task in chosen(tasks, only) if task.label not in skipped]
-    settings = {
-        "campaign": campaign.file.name,
-        "settings_id": campaign.settings_id,
-        "version": __version__,
-    }
+    settings = {"campaign": campaign.file.name, "version": __version__}
     results = folder / RESULTS
     with open_journal(folder / JOURNAL, settings) as journal:
         rows = _before(results, settings) | {row.key: row for row in journal.rows}
+        _check_cases(str(folder), rows.values(), tasks)
         left = [task for task in wanted if task.key not in rows]
         if watch is not None:
             watch(None, len(wanted) - len(left), len(wanted))
@@ -63,7 +60,7 @@ def run_campaign(
             rows[row.key] = row
             if watch is not None:
                 watch(row, len(wanted) - len(left) + number, len(wanted))
-        ordered = tuple(rows[task.key] for task in by_family(tasks) if task.key in rows)
+        ordered = tuple(by_family(rows.values(), tasks))
         write_results(results, ordered, {**settings, "skipped": json.dumps(skipped)})
         (folder / JOURNAL).unlink()
     return Flown(ordered, len(left), skipped)
@@ -78,14 +75,16 @@ def chosen(tasks: Sequence[Task], only: str) -> list[Task]:
     return found
 
 
-def by_family(tasks: Sequence[Task]) -> list[Task]:
-    """In the order of tables: families, then planners, then seeds."""
-    labels = list(dict.fromkeys(task.label for task in tasks))
-    planners = list(dict.fromkeys(task.planner for task in tasks))
-    return sorted(
-        tasks,
-        key=lambda task: (labels.index(task.label), planners.index(task.planner), task.seed),
-    )
+def by_family(rows: Iterable[FlightRow], tasks: Sequence[Task]) -> list[FlightRow]:
+    """In the order of tables: families and planners as in the campaign, then seeds.
+
+    Flights that the campaign no longer asks for come last in theirs.
+    """
+    rows = list(rows)
+    labels = dict.fromkeys([*(task.label for task in tasks), *(row.label for row in rows)])
+    planners = dict.fromkeys([*(task.planner for task in tasks), *(row.planner for row in rows)])
+    places = [{name: at for at, name in enumerate(names)} for names in (labels, planners)]
+    return sorted(rows, key=lambda row: (places[0][row.label], places[1][row.planner], row.seed))
 
 
 def absent(tasks: Sequence[Task]) -> dict[str, str]:
@@ -97,6 +96,23 @@ def absent(tasks: Sequence[Task]) -> dict[str, str]:
         except AbsentDataError as error:
             reasons[task.label] = str(error)
     return dict(sorted(reasons.items()))
+
+
+def _check_cases(source: str, rows: Iterable[FlightRow], tasks: Sequence[Task]) -> None:
+    """Raise InputError where a family's cases are others than those flown before.
+
+    More seeds, planners and families are no other settings: what is flown stays as it is.
+    """
+    now = {task.label: task.settings_id for task in tasks}
+    changed = sorted(
+        {row.label for row in rows if now.get(row.label, "") not in ("", row.settings_id)}
+    )
+    if changed:
+        raise InputError(
+            source,
+            f"holds flights of other settings of {', '.join(changed)}: give a label of its own "
+            "to what is new, choose another --out, or remove it",
+        )
 
 
 def _before(results: Path, settings: dict[str, str]) -> dict[str, FlightRow]:

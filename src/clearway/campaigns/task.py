@@ -73,7 +73,7 @@ def tasks_of(campaign: Campaign) -> list[Task]:
             tasks += [
                 Task(
                     file.name,
-                    campaign.settings_id,
+                    section.settings_id,
                     campaign.source,
                     campaign.folder,
                     section.name,

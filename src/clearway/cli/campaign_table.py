@@ -29,7 +29,6 @@ def as_values(
     table = standings(rows)
     return {
         "campaign": settings["campaign"],
-        "settings_id": settings["settings_id"],
         "version": settings["version"],
         "flights": len(rows),
         "skipped": skipped,
