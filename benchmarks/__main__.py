@@ -74,6 +74,7 @@ def _chosen(patterns: list[str]) -> list[Benchmark]:
         intruders,
         maps,
         reach,
+        replay,
         scans,
         sensors,
         traffic,
@@ -90,6 +91,7 @@ def _chosen(patterns: list[str]) -> list[Benchmark]:
         campaign,
         flights,
         encounters,
+        replay,
     )
     everything = [benchmark for room in rooms for benchmark in room.BENCHMARKS]
     if not patterns:

@@ -9,6 +9,8 @@ from tempfile import TemporaryDirectory
 
 from PIL import Image
 
+from tools.browser import Browser
+
 REPOSITORY = Path(__file__).resolve().parent.parent
 IMAGES = REPOSITORY / "docs" / "images"
 STREET = REPOSITORY / "examples" / "scenes" / "street.toml"
@@ -20,6 +22,9 @@ PICTURES = {
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
 COLOURS = 192
+REPLAY = ("replay.png", "mixed", "t=18")
+"""Name, mission and moment of the picture of the replay page."""
+WINDOW = (1240, 780)
 
 
 def draw(command: tuple[str, ...], drawn: str, target: Path) -> None:
@@ -28,17 +33,41 @@ def draw(command: tuple[str, ...], drawn: str, target: Path) -> None:
     with TemporaryDirectory() as folder:
         arguments = [sys.executable, "-c", code, *command, "--out", folder]
         subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL)
-        with Image.open(Path(folder) / drawn) as picture:
-            picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
-                target, optimize=True
-            )
+        keep(Path(folder) / drawn, target)
+
+
+def keep(drawn: Path, target: Path) -> None:
+    with Image.open(drawn) as picture:
+        picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
+            target, optimize=True
+        )
+
+
+def show_page(mission: str, moment: str, target: Path) -> None:
+    """Fly a mission and look at its page in a browser."""
+    code = "from clearway.cli.app import main; main()"
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        page, picture = Path(folder) / "page.html", Path(folder) / "page.png"
+        for command in (
+            ("fly", mission, "--no-plots", "--out", folder),
+            ("replay", folder, "--html", str(page)),
+        ):
+            arguments = [sys.executable, "-c", code, *command]
+            subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL)
+        with Browser(Path(folder) / "profile", WINDOW) as browser:
+            browser.open(f"{page.as_uri()}#{moment}")
+            browser.screenshot(picture)
+        keep(picture, target)
 
 
 def main() -> None:
     IMAGES.mkdir(exist_ok=True)
     for name, (command, drawn) in PICTURES.items():
         draw(command, drawn, IMAGES / name)
-        print(f"{IMAGES / name}: {(IMAGES / name).stat().st_size / 1e3:.0f} kB")
+    name, mission, moment = REPLAY
+    show_page(mission, moment, IMAGES / name)
+    for path in sorted(IMAGES.glob("*.png")):
+        print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
 
 
 if __name__ == "__main__":
