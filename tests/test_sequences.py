@@ -297,9 +297,9 @@ def way(*places: tuple[float, float]) -> list[State]:
 
 def test_waypoints_on_the_recorded_way() -> None:
     mission = mission_along(way((0, 0), (4, 0), (9, 0), (14, 0), (14, 6), (14, 13)), 10.0, 1.5)
-    np.testing.assert_allclose(mission.waypoints_m, [[14, 0, 5], [14, 13, 5]])
+    np.testing.assert_allclose(mission.waypoints_m, [[14, 0, 5], [14, 13, 5], [114, 13, 5]])
     still = mission_along(way((3, 3), (3.2, 3)), 10.0, 1.5)
-    np.testing.assert_allclose(still.waypoints_m, [[103, 3, 5]])
+    np.testing.assert_allclose(still.waypoints_m, [[103.2, 3, 5]])
     with pytest.raises(ClearwayError, match="at least one"):
         mission_along([], 10.0, 1.5)
 

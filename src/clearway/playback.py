@@ -18,7 +18,7 @@ from clearway.state import State
 from clearway.system import AvoidanceSystem, FlightDecision
 
 AHEAD = 10.0
-"""How far ahead the goal of a vehicle without a recorded way is, in ranges of the grid."""
+"""How far ahead of the last pose the last goal is, in ranges of the grid: nothing ends there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,22 +42,18 @@ class PlayedScan:
 
 
 def mission_along(states: Sequence[State], range_m: float, reach_radius_m: float) -> Mission:
-    """Waypoints on the way that was flown, a range apart; straight ahead where it stood still.
+    """Waypoints on the way that was flown, a range apart, and on straight ahead from its end.
 
     Raises ClearwayError without any state.
     """
     if not states:
         raise ClearwayError("a mission along recorded poses needs at least one")
-    way = [states[0].position_m]
+    way, last = [states[0].position_m], states[-1]
     for state in states:
         if np.linalg.norm(state.position_m - way[-1]) >= range_m:
             way.append(state.position_m)
-    last = states[-1].position_m
-    if np.linalg.norm(last - way[-1]) > reach_radius_m:
-        way.append(last)
-    if len(way) == 1:
-        heading = world_from_body([0.0, 0.0, float(states[0].attitude_rad[2])])
-        way.append(way[0] + heading @ np.array([AHEAD * range_m, 0.0, 0.0]))
+    heading = world_from_body([0.0, 0.0, float(last.attitude_rad[2])])
+    way.append(last.position_m + heading @ np.array([AHEAD * range_m, 0.0, 0.0]))
     return Mission(
         "recorded way",
         states[0],

@@ -17,6 +17,7 @@ from clearway.io.foreign_errors import damage_told
 from clearway.io.pointcloud import PointCloud, cleaned
 from clearway.io.timed_scans import ScanSequence, TimedScan
 from clearway.sensors import BeamPattern
+from clearway.sensors.estimate import ROUNDED_UP
 from clearway.state import BoolArray
 
 RANGES_M = {"OS-0": (0.3, 75.0), "OS-1": (0.5, 200.0), "OS-2": (1.0, 400.0), "OS-D": (0.3, 75.0)}
@@ -101,7 +102,7 @@ def _pattern(sensor: Ouster, came: BoolArray, farthest_m: float) -> BeamPattern:
         sensor.azimuth_rad[:, came].ravel(),
         sensor.elevation_rad[:, came].ravel(),
         min_range_m=nearest,
-        max_range_m=max(farthest, farthest_m),
+        max_range_m=max(farthest, ROUNDED_UP * farthest_m),
         spacing_rad=max(2.0 * np.pi / columns, float(np.median(steps))),
     )
 
