@@ -170,13 +170,6 @@ def run(*arguments: str | Path) -> Any:
     return CliRunner().invoke(app, ["mavlink", *map(str, arguments)])
 
 
-def test_nobody_there_is_no_good_end() -> None:
-    done = run(EXAMPLE, "--connect", "udpin:127.0.0.1:0", "--duration", "0.3", "--act")
-    assert done.exit_code == 1
-    assert "the link at the end: waiting" in done.stdout
-    assert "Traceback" not in done.output
-
-
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
@@ -198,6 +191,22 @@ def test_bad_input_is_told_in_a_line(arguments: list[str], problem: str, tmp_pat
     assert problem in done.output
     assert "Traceback" not in done.output
     assert not list(tmp_path.iterdir())
+
+
+def test_what_lets_others_steer_is_said(tmp_path: Path) -> None:
+    key = tmp_path / "key"
+    key.write_bytes(KEY)
+    key.chmod(0o644)
+    at_hand = ("--connect", "udpin:127.0.0.1:0", "--duration", "0.1", "--act")
+    done = run(EXAMPLE, *at_hand, "--signing-key", key)
+    assert "key: others than its owner can read the key" in done.output
+    assert "can mislead the vehicle" not in done.output
+    everywhere = ("--connect", "udpin:0.0.0.0:0", "--duration", "0.1", "--act")
+    open_to_all = run(EXAMPLE, *everywhere)
+    assert "can mislead the vehicle" in open_to_all.output
+    # Nobody is there, which is no good end.
+    assert open_to_all.exit_code == 1
+    assert "the link at the end: waiting" in open_to_all.output
 
 
 def test_a_mission_that_is_none_is_refused_before_anything_is_opened() -> None:

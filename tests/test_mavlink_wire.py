@@ -205,6 +205,15 @@ def test_what_we_sign_is_accepted_by_pymavlink_and_counts_up() -> None:
     assert receiver.signing.goodsig_count == 3
 
 
+def test_our_signatures_are_never_older_than_those_heard() -> None:
+    ahead = signing_time() + 10**10
+    check = SignatureCheck(KEY)
+    box = Inbox(1, 1, check, stream=False)
+    assert types(box, signed_at(ahead)) == ["HEARTBEAT"]
+    frame = Packer(1, key=KEY, check=check).pack(heartbeat())
+    assert int.from_bytes(frame[-12:-6], "little") >= ahead
+
+
 def test_keys_are_32_bytes_or_their_digits(tmp_path: Path) -> None:
     file = tmp_path / "key"
     file.write_bytes(KEY)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from clearway.autopilot.dialect import OBSTACLE_AVOIDANCE, Message, dialect
-from clearway.autopilot.signing import signing_time
+from clearway.autopilot.signing import SignatureCheck, signing_time
 
 ONBOARD_CONTROLLER, NO_AUTOPILOT = 18, 8
 """MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID."""
@@ -15,11 +15,19 @@ STANDBY, ACTIVE, CRITICAL = 3, 4, 5
 
 
 class Packer:
-    """Numbers, signs and packs the messages of one component."""
+    """Numbers, signs and packs the messages of one component.
+
+    check: of what is heard with the same key; signatures are never older than those.
+    """
 
     def __init__(
-        self, system: int, component: int = OBSTACLE_AVOIDANCE, key: bytes | None = None
+        self,
+        system: int,
+        component: int = OBSTACLE_AVOIDANCE,
+        key: bytes | None = None,
+        check: SignatureCheck | None = None,
     ) -> None:
+        self._check = check
         self._codec = dialect().MAVLink(None, srcSystem=system, srcComponent=component)
         if key is not None:
             self._codec.signing.secret_key = key
@@ -30,7 +38,9 @@ class Packer:
         """The frame of a message."""
         signing = self._codec.signing
         if signing.sign_outgoing:
-            signing.timestamp = max(signing.timestamp, signing_time())
+            # A computer without a clock keeps up with the others by what it hears of them.
+            heard = 0 if self._check is None else self._check.newest
+            signing.timestamp = max(signing.timestamp, signing_time(), heard)
         frame = bytes(message.pack(self._codec))
         self._codec.seq = (self._codec.seq + 1) % 256
         return frame

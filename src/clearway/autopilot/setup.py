@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from clearway.autopilot.adsb import AdsbSettings
-from clearway.autopilot.dialect import dialect
 from clearway.autopilot.distances import sector_lidar
 from clearway.autopilot.health import LinkLimits
 from clearway.autopilot.inbox import Inbox
@@ -18,7 +17,7 @@ from clearway.autopilot.links import Link, open_link
 from clearway.autopilot.loop import Loop
 from clearway.autopilot.outbox import Outbox, Packer
 from clearway.autopilot.session import Session, SessionSettings
-from clearway.autopilot.signing import SignatureCheck, read_key
+from clearway.autopilot.signing import SignatureCheck, is_open, read_key
 from clearway.detour import known_way
 from clearway.errors import InputError
 from clearway.flight import FlightSetup, Notice, prepare
@@ -47,13 +46,13 @@ class SessionOptions:
 
 def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
     """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
-    dialect()
     key = None if options.signing_key is None else read_key(options.signing_key)
     address = _address(options.icao)
     counts: Counter[str] = Counter()
     link = open_link(options.connect, counts)
     what = "acting" if options.act else "read-only: only our heartbeat is sent, --act sends more"
     notice(f"listening on {link.name}, {what}")
+    _warn(options, key, notice)
     try:
         setup = prepare(file, notice)
         for note in setup.notes:
@@ -79,12 +78,21 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         session = Session(system, sensor, settings, counts)
         check = None if key is None else SignatureCheck(key)
         inbox = Inbox(options.system, options.component, check, stream=link.stream)
-        outbox = Outbox(Packer(options.system, key=key), link.send)
+        outbox = Outbox(Packer(options.system, key=key, check=check), link.send)
         _clear(link, counts)
         return Loop(link, inbox, session, outbox, 1.0 / options.rate_hz)
     except BaseException:
         link.close()
         raise
+
+
+def _warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
+    """Say what makes it easy to steer the vehicle for those who should not."""
+    if options.signing_key is not None and is_open(options.signing_key):
+        notice(f"{options.signing_key}: others than its owner can read the key")
+    outside = options.connect.startswith("udp") and ":127." not in options.connect
+    if options.act and key is None and outside:
+        notice("no --signing-key: whoever reaches this link can mislead the vehicle")
 
 
 def _warm_up_more(setup: FlightSetup) -> None:

@@ -46,6 +46,11 @@ def read_key(path: Path) -> bytes:
     return key
 
 
+def is_open(path: Path) -> bool:
+    """Whether others than its owner may read a file."""
+    return bool(path.stat().st_mode & 0o077)
+
+
 def signing_time(unix_s: float | None = None) -> int:
     """Time in the unit of signatures; of now where none is given."""
     now = time.time() if unix_s is None else unix_s
@@ -57,7 +62,8 @@ class SignatureCheck:
 
     def __init__(self, key: bytes, now: int | None = None) -> None:
         self._key = key
-        self._newest = signing_time() if now is None else now
+        self.newest = signing_time() if now is None else now
+        """Newest time known, in the unit of signatures."""
         self._streams: dict[tuple[int, int, int], int] = {}
 
     def flaw(self, frame: Frame) -> str | None:
@@ -70,9 +76,9 @@ class SignatureCheck:
             return WRONG_SIGNATURE
         stream = (block[0], frame.system, frame.component)
         told = int.from_bytes(block[1:7], "little")
-        last = self._streams.get(stream, self._newest - OLDEST_S * TICKS_PER_S - 1)
+        last = self._streams.get(stream, self.newest - OLDEST_S * TICKS_PER_S - 1)
         if told <= last:
             return REPLAYED
         self._streams[stream] = told
-        self._newest = max(self._newest, told)
+        self.newest = max(self.newest, told)
         return None

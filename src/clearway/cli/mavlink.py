@@ -75,6 +75,9 @@ def mavlink(
     ] = False,
 ) -> None:
     """Decide live for an autopilot: listens and tells what it would do; with --act, does it."""
+    from clearway.autopilot.dialect import dialect
+
+    dialect()
     from clearway.autopilot.setup import SessionOptions, set_up
     from clearway.io.mission_file import read_mission
 
