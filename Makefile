@@ -2,9 +2,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test lint types imports unit bench format clean
+.PHONY: demo test lint types imports unit bench bench-peers format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -27,6 +28,9 @@ unit: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
 
+bench-peers: $(VENV)/.dev $(PEERS)/.ready
+	$(BIN)/python -m benchmarks.peers --python $(PEERS)/bin/python
+
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
@@ -36,9 +40,16 @@ $(VENV)/.core: pyproject.toml constraints.txt
 	$(PIP) --editable '.[adsb,foxglove,lidar,map]'
 	touch $@
 
+# Other people's programs, never installed beside ours.
+$(PEERS)/.ready: benchmarks/peers/constraints.txt
+	test -x $(PEERS)/bin/python || $(PYTHON) -m venv $(PEERS)
+	PIP_CONSTRAINT=benchmarks/peers/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 \
+		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator pyrvo
+	touch $@
+
 $(VENV)/.dev: $(VENV)/.core
 	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,ulog,dev]'
 	touch $@
 
 clean:
-	rm -rf $(VENV) clearway-out dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(PEERS) clearway-out dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
