@@ -38,9 +38,8 @@ def draw(command: tuple[str, ...], drawn: str, target: Path) -> None:
 
 def keep(drawn: Path, target: Path) -> None:
     with Image.open(drawn) as picture:
-        picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
-            target, optimize=True
-        )
+        few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE, kmeans=4)
+        few.save(target, optimize=True)
 
 
 def show_page(mission: str, moment: str, target: Path) -> None:

@@ -148,9 +148,9 @@ function drawLegend(show, run) {
     ["seen before", "before", false, show.points && run.seen],
     ["intruder, 2 s", "intruder", false, run.intruders.length],
     ["as reckoned", "known", false, run.decisions.some(({ movers }) => movers?.length)],
-    ["not in the map", "world", false, known.has("world")],
-    ["there and in map", "both", false, known.has("both")],
-    ["only in the map", "map", false, known.has("map")],
+    ["world alone", "world", false, known.has("world")],
+    ["world and map", "both", false, known.has("both")],
+    ["map alone", "map", false, known.has("map")],
   ].filter((thing) => thing[3]);
   parts.push(element("ul", "", "", things.map(([text, colour, thin]) => {
     const patch = element("i", "", thin ? "thin" : "");
