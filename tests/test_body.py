@@ -16,6 +16,7 @@ from clearway.intruders import Intruder, body_cells, line_cells
 from clearway.intruders.ball_cell import cell_distance, cell_parts, filled_share
 from clearway.intruders.borders import borders_of
 from clearway.intruders.tube import tube_cells
+from intruders_for_tests import KINDS, random_intruder
 
 GRID = AvoidanceGrid.uniform()
 ROUND = AvoidanceGrid.uniform((0.5, 10.0), 4, 180.0, 5, 85.0, 3)
@@ -81,6 +82,18 @@ def test_fast_holds_to_the_reference(case: str, grid: AvoidanceGrid) -> None:
     assert error.max() < 0.02
     assert error.mean() < 0.003
     np.testing.assert_array_equal(fast.indicator, slow.indicator)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("grid", [GRID, ROUND], ids=["usual", "round"])
+def test_fast_holds_to_the_reference_for_random_bodies(kind: str, grid: AvoidanceGrid) -> None:
+    intruders = [random_intruder(kind, seed) for seed in (2, 3)]
+    fast = body_cells(grid, intruders)
+    slow = body_cells(grid, intruders, "reference")
+    error = np.abs(fast.probability - slow.probability)
+    assert error.max() <= 0.02
+    assert error.mean(axis=1).max() <= 0.003
+    assert not np.any((fast.indicator != slow.indicator) & (slow.probability >= 1e-6))
 
 
 @given(st.lists(st.floats(-11, 11), min_size=3, max_size=3), st.integers(0, 10**6))

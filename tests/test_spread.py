@@ -15,6 +15,7 @@ from clearway.grid import AvoidanceGrid
 from clearway.intruders import Intruder, ModelCells, line_cells, radial_vehicle_times, spread_cells
 from clearway.intruders.lattice import lattice_cells
 from clearway.intruders.timing import share_of_vehicle_time
+from intruders_for_tests import KINDS, random_intruder
 
 GRID = AvoidanceGrid.uniform()
 COARSE = AvoidanceGrid.uniform(10.0, 3, 60.0, 3, 40.0, 2)
@@ -81,6 +82,18 @@ def test_fast_holds_to_the_reference(case: str, grid: AvoidanceGrid) -> None:
     assert error.mean() <= 0.004
     depth_m = float(np.diff(grid.range_edges_m).max())
     check_times(fast, slow, depth_m / intruder.speed_mps, 0.3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(2))
+def test_fast_holds_to_the_reference_for_random_cones(kind: str, seed: int) -> None:
+    intruder = random_intruder(kind, seed)
+    fast = spread_cells(GRID, [intruder], UP).of(0)
+    slow = spread_cells(GRID, [intruder], UP, "reference").of(0)
+    error = np.abs(fast.probability - slow.probability)
+    assert error.max() <= 0.015
+    assert error.mean() <= 0.004
+    check_times(fast, slow, 1.0 / intruder.speed_mps, 0.3)
 
 
 @pytest.mark.parametrize("case", ["flank", "apex inside", "oblique"])

@@ -38,6 +38,9 @@ POINT_M = 1e-6
 GRAZED = 0.1
 """Cells filled less than this are looked at more than once along the way."""
 
+LARGE = 1.5
+"""So are cells whose corners lie farther from their centre than so many radii."""
+
 
 class Search(NamedTuple):
     """How to look for the moment at which a cell is filled most."""
@@ -147,8 +150,10 @@ def _largest_share(
     if np.sqrt(x * x + y * y + z * z) + parts.sizes[BOUND_M, place[0], place[2]] <= ball.radius:
         return 1.0
     best, rate = _share(ball, s, place, parts)
-    # A ball that only grazes the cell may fill most of it far from the cell's centre, or twice.
-    starts = search.starts if best > GRAZED else max(search.starts, 4)
+    # A ball that only grazes the cell, or is small beside it, may fill most of it far from the
+    # cell's centre, or twice.
+    large = parts.sizes[BOUND_M, place[0], place[2]] > LARGE * ball.radius
+    starts = max(search.starts, 4) if large or best <= GRAZED else search.starts
     for q in range(starts):
         middle = entry + (q + 0.5) / starts * (leave - entry)
         share, change = _share(ball, middle, place, parts)
