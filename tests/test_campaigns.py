@@ -30,8 +30,11 @@ from clearway.campaigns.task import fly_task, tasks_of
 from clearway.cli.campaign_replay import replay_flight
 from clearway.cli.campaign_table import print_tables
 from clearway.confidence import bootstrap_mean
+from clearway.encounter_model import made_up_model
 from clearway.encounters import RADIUS_M
 from clearway.errors import InputError
+from clearway.risk.encounter import draw_encounter
+from clearway.risk.settings import NEAR_COLLISION, RiskSettings
 
 CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -332,6 +335,18 @@ def test_a_case_is_the_mission_with_its_changes_and_seed() -> None:
     assert (case.setup.simulation.seed, case.setup.simulation.scan_latency_s) == (7, 0.5)
     plain = make_case("mission", 7, {"mission": "static-obstacles"}, {}, Path())
     assert plain.file.lidar[0].dropout == 0.05
+
+
+def test_a_sampled_intruder_flies_the_track_that_the_model_gives() -> None:
+    case = make_case("sampled", 5, {}, {}, Path())
+    run = case.setup.fly_with("straight")
+    drawn = draw_encounter(made_up_model(), 5, RiskSettings())
+    time_s, *place = run.intruder_tracks["intruder"].T
+    true = drawn.at_all(time_s) * [1.0, 1.0, RiskSettings().stretch]
+    assert pytest.approx(true, abs=1.0) == np.array(place).T
+    keep_m = np.hypot(NEAR_COLLISION.radius_m, 4.0 * NEAR_COLLISION.half_height_m)
+    assert run.metrics.intruders is not None
+    assert run.metrics.intruders.margin_m == pytest.approx([keep_m])
 
 
 def test_absent_data_are_skipped_with_a_reason(

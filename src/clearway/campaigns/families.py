@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from clearway.campaigns.conflicts import KINDS, ConflictParameters, conflict
+from clearway.campaigns.sampled import sampled_mission, with_intruder
 from clearway.errors import ClearwayError, InputError
 from clearway.flight import FlightSetup, prepare
 from clearway.io.mission_file import MissionFile, built_in_missions, read_mission
@@ -48,6 +49,13 @@ class PlaceParameters(Section):
 
     mission: str
     """A mission file, relative to the campaign's: the seed is that of noise and drop-outs."""
+
+
+class SampledParameters(Section):
+    """Of `sampled`."""
+
+    model: str | None = None
+    """File of an encounter model, relative to the campaign's; default: a small made-up one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +126,22 @@ def _conflict(kind: str) -> Callable[[CaseOf], MissionFile]:
     return lambda case: conflict(kind, case.seed, case.parameters)
 
 
+def _model(case: CaseOf) -> Path | None:
+    name = case.parameters.model
+    path = None if name is None else case.folder / name
+    if path is not None and not path.exists():
+        raise AbsentDataError(f"no file {name}")
+    return path
+
+
+def _sampled(case: CaseOf) -> MissionFile:
+    return sampled_mission(case.seed, _model(case))
+
+
+def _with_intruder(setup: FlightSetup, case: CaseOf) -> FlightSetup:
+    return with_intruder(setup, case.seed, _model(case))
+
+
 def _about(function: Callable[..., Any]) -> str:
     return (function.__doc__ or "").strip().splitlines()[0]
 
@@ -143,6 +167,12 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
             kind: Family(_about(make), ConflictParameters, _conflict(kind))
             for kind, make in KINDS.items()
         },
+        "sampled": Family(
+            "Traffic drawn from an encounter model; the margin keeps near mid-air collisions off.",
+            SampledParameters,
+            _sampled,
+            _with_intruder,
+        ),
     }
 )
 """Add a family here to fly it in campaigns."""
