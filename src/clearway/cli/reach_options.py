@@ -99,7 +99,7 @@ def grid_of(
         )
     if range_m is None:
         range_m = max(layers, 1) * step_m
-    if range_m < step_m:
+    if 0.0 < range_m < step_m:
         raise ClearwayError(
             f"--range: one movement of {step_m:g} m leads out of a grid of {range_m:g} m"
         )
