@@ -31,10 +31,11 @@ SOONEST_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class VoltageTuning:
-    """As BlueSky has them."""
+    """Found by `tools/tune_traffic.py` in encounters that no comparison flies."""
 
-    zone: float = 1.05
-    """Protected zone in margins (`resofach`)."""
+    zone: float = 2.0
+    """Protected zone in margins, BlueSky's `resofach`: 1.05 there, where courses may be of any
+    degree and are renewed all the time; a vehicle that turns in steps of 15 needs more."""
     horizon: float = 1.0
     """Look-ahead in times that straight flight takes to the end of the grid."""
 

@@ -1,9 +1,9 @@
 """Velocity obstacles in three dimensions (Fiorini and Shiller 1998), for vehicles that must turn.
 
 A velocity is admissible if, flown on, it keeps clear of every ball within the horizon, each ball
-flying on with its own velocity. Of the admissible ones the nearest to the wished one is flown. All
-have the vehicle's speed; turning into one takes its time, so a velocity obstacle starts where the
-turn will have ended, as for a vehicle that is no point (Wilkie, van den Berg and Manocha 2009).
+flying on with its own velocity. Of those that whole movements lead to, the admissible one nearest
+to the wished one is flown. All have the vehicle's speed; turning into one takes its time, so its
+obstacle starts where the turn will have ended (Wilkie, van den Berg and Manocha 2009).
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ import numpy as np
 
 from clearway.avoidance import Situation
 from clearway.baselines.headings import carrot, movement_towards
-from clearway.baselines.histogram import bin_directions
 from clearway.baselines.known import MovingBalls, moving_balls_around
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import routes
 from clearway.compiled import compiled
-from clearway.frames import FloatArray, world_from_body
+from clearway.frames import FloatArray, cartesian_from_spherical, world_from_body
 from clearway.mission import Mode
+from clearway.movements import MovementAutomaton
 
 
 @dataclass(frozen=True, slots=True)
 class VelocityTuning:
-    """Set by hand."""
+    """Found by `tools/tune_traffic.py` in encounters that no comparison flies."""
 
-    spare: float = 0.3
+    spare: float = 0.1
     """Widening beyond the margin, in margins: movements turn in steps."""
     horizon: float = 1.0
     """Look-ahead in times that straight flight takes to the end of the grid."""
@@ -36,8 +36,8 @@ class VelocityTuning:
 def velocity_obstacle(craft: Craft, tuning: VelocityTuning | None = None) -> Rule:
     """The admissible velocity nearest to the wished one."""
     planner, tuning = craft.planner, tuning or VelocityTuning()
-    limit, speed = planner.automaton.pitch_limit_rad, planner.speed_mps
-    bins = bin_directions(0.25 * np.pi if limit is None else limit)
+    speed = planner.speed_mps
+    reachable = reachable_directions(planner.automaton)
     spare_m = (1.0 + tuning.spare) * planner.settings.safety_margin_m
     horizon_s = tuning.horizon * planner.grid.range_m / speed
     turn_rps = speed / planner.automaton.turning_radius_m
@@ -49,13 +49,14 @@ def velocity_obstacle(craft: Craft, tuning: VelocityTuning | None = None) -> Rul
         yaw = float(situation.state.attitude_rad[2])
         nose = world_from_body([0.0, 0.0, yaw]).T @ situation.state.world_from_body[:, 0]
         balls = moving_balls_around(planner, situation)
-        directions = np.concatenate([goal[None], nose[None], bins])
+        directions = np.concatenate([nose[None], reachable])
         free_s = free_times(directions, nose, speed, turn_rps, balls, spare_m, horizon_s)
         off = np.round(directions @ goal, 9)
         admissible = free_s >= horizon_s
         if admissible.any():
             best = int(np.argmax(np.where(admissible, off, -2.0)))
-            mode = Mode.NAVIGATION if best == 0 else Mode.AVOIDANCE
+            nearest = bool(off[best] >= off.max() - 1e-9)
+            mode = Mode.NAVIGATION if nearest else Mode.AVOIDANCE
             angle = np.degrees(np.arccos(np.clip(off[best], -1.0, 1.0)))
             reason = f"admissible velocity {angle:.0f} degrees off the wished one"
             return Manoeuvre((movement_towards(ways, directions[best]),), reason, mode)
@@ -64,6 +65,17 @@ def velocity_obstacle(craft: Craft, tuning: VelocityTuning | None = None) -> Rul
         return Manoeuvre((movement_towards(ways, directions[best]),), reason, Mode.EMERGENCY)
 
     return rule
+
+
+def reachable_directions(automaton: MovementAutomaton) -> FloatArray:
+    """[n, 3] unit vectors that whole movements turn the nose to, in the level frame."""
+    turns = [abs(movement.yaw_rate_rps) * movement.duration_s for movement in automaton.movements]
+    step = min((turn for turn in turns if turn > 0.0), default=2.0 * np.pi)
+    azimuth = step * np.arange(-int(np.pi / step + 1e-9), int(np.pi / step + 1e-9) + 1)
+    elevation = -np.array(automaton.start_pitches_rad)
+    mesh = np.meshgrid(azimuth, elevation, indexing="ij")
+    angles = np.stack([np.ones_like(mesh[0]), *mesh], axis=-1).reshape(-1, 3)
+    return np.ascontiguousarray(cartesian_from_spherical(angles))
 
 
 def free_times(

@@ -60,7 +60,7 @@ def craft_of(settings: RiskSettings) -> Craft:
     range_m = settings.range_movements * settings.own_mps * settings.movement_s
     grid = AvoidanceGrid.uniform(range_m, settings.range_movements)
     library = ReachLibrary.load_or_build(automaton, grid)
-    planner = Planner.of(library, AvoidanceSettings(safety_margin_m=settings.margin_m))
+    planner = Planner.of(library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m))
     return Craft(planner, BODY_SHARE * settings.margin_m, automaton.turning_radius_m)
 
 
@@ -91,6 +91,7 @@ class EncounterTraffic:
             Intruder(
                 position * self._upwards + settings.position_std_m * noise[0],
                 velocity * self._upwards + settings.velocity_std_mps * noise[1],
+                np.full(2, np.radians(settings.spread_deg)),
                 name=INTRUDER,
                 time_s=time_s,
                 position_std_m=settings.position_std_m,

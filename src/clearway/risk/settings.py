@@ -48,6 +48,10 @@ class RiskSettings:
     """Likewise."""
     report_s: float = 1.0
     """Time between reports."""
+    spread_deg: float = 0.0
+    """How far off its course an intruder is said to turn, in reports."""
+    spare: float = 1.0
+    """Margin that planners are told to keep, in margins: intruders turn."""
     radius_nmi: float = 3.0
     """Of the encounter cylinder about the ownship, at whose border an encounter begins."""
     half_height_ft: float = 1500.0
@@ -68,7 +72,7 @@ class RiskSettings:
         ]  # fmt: skip
         problems += [
             f"{name}: must be a number >= 0, got {getattr(self, name)}"
-            for name in ("position_std_m", "velocity_std_mps", "afterwards_s")
+            for name in ("position_std_m", "velocity_std_mps", "afterwards_s", "spread_deg")
             if not 0.0 <= getattr(self, name) < math.inf
         ]
         if self.range_movements < 3:
