@@ -23,11 +23,15 @@ from typer.testing import CliRunner
 
 from clearway.autopilot.inbox import Inbox
 from clearway.autopilot.links import Address, open_link
+from clearway.autopilot.loop import Loop
+from clearway.autopilot.outbox import Outbox, Packer
+from clearway.autopilot.session import Outcome
 from clearway.cli.app import app
 from clearway.errors import InputError
 from mavlink_for_tests import (
     KEY,
     OTHER_KEY,
+    Bench,
     aircraft,
     attitude,
     distances,
@@ -122,6 +126,7 @@ class Telemetry(threading.Thread):
     def run(self) -> None:
         began = time.monotonic()
         codec = mavlink.MAVLink(None)
+        flood = [framed(aircraft(number)) for number in range(100)]
         while not self.done.wait(0.05):
             t = 5.0 + time.monotonic() - began
             where = position(t, (0, min(t - 5.0, 20.0), -5))
@@ -132,6 +137,7 @@ class Telemetry(threading.Thread):
                 framed(heartbeat(), system=9, key=KEY),
                 framed(aircraft(), key=KEY)[:-4],
                 b"nothing of the kind",
+                *flood,
             ]
             for piece in (good, *others):
                 self.socket.sendto(piece, ("127.0.0.1", self.port))
@@ -207,6 +213,7 @@ def test_what_lets_others_steer_is_said(tmp_path: Path) -> None:
     # Nobody is there, which is no good end.
     assert open_to_all.exit_code == 1
     assert "the link at the end: waiting" in open_to_all.output
+    assert "sent       nothing" in open_to_all.output
 
 
 def test_a_mission_that_is_none_is_refused_before_anything_is_opened() -> None:
@@ -227,6 +234,38 @@ def test_without_pymavlink_the_extra_is_named() -> None:
     assert done.stderr == (
         "a MAVLink link needs an optional package: pip install 'clearway[mavlink]'\n"
     )
+
+
+# --- the loop -----------------------------------------------------------------------------------
+
+
+def test_ticks_that_come_late_are_counted_and_left_out() -> None:
+    counts: Counter[str] = Counter()
+    bench, link = Bench(), open_link("udpin:127.0.0.1:0", counts)
+    loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.01)
+    outcomes: list[Outcome] = []
+
+    def slow(outcome: Outcome) -> None:
+        outcomes.append(outcome)
+        time.sleep(0.035)
+
+    report = loop.run(lambda _elapsed, _outcome: len(outcomes) == 4, slow)
+    link.close()
+    assert report.ticks == report.late == len(report.tick_s) == 4
+    # Three later ticks follow late ones, each at least two periods after it was due.
+    assert report.skipped >= 6
+
+
+def test_the_loop_ends_when_the_autopilot_restarts() -> None:
+    bench, link = Bench(), open_link("udpin:127.0.0.1:0", Counter())
+    bench.all_well(100.0)
+    now = time.monotonic()
+    for n in range(5):
+        bench.tell(now, position(0.1 * n))
+    loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.01)
+    report = loop.run(lambda _elapsed, _outcome: False, lambda _outcome: None)
+    link.close()
+    assert report.ticks == 1
 
 
 # --- links --------------------------------------------------------------------------------------

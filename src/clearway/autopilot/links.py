@@ -39,8 +39,8 @@ class Link(Protocol):
         """Send to whoever sent that from now on."""
         ...
 
-    def send(self, data: bytes) -> None:
-        """Send one frame; failures are counted, not raised."""
+    def send(self, data: bytes) -> bool:
+        """Send one frame, and say whether it went; failures are counted, not raised."""
         ...
 
     def wait(self, seconds: float) -> None:
@@ -132,14 +132,16 @@ class UdpLink:
         if self._listens:
             self._peer = peer
 
-    def send(self, data: bytes) -> None:
+    def send(self, data: bytes) -> bool:
         if self._peer is None:
             self._counts["link: nobody to send to"] += 1
-            return
+            return False
         try:
             self._socket.sendto(data, self._peer)
         except OSError:
             self._counts["link: not sent"] += 1
+            return False
+        return True
 
     def wait(self, seconds: float) -> None:
         select.select([self._socket], [], [], max(0.0, seconds))
@@ -178,12 +180,13 @@ class SerialLink:
     def answer_to(self, peer: Peer) -> None:
         """A line has one end only."""
 
-    def send(self, data: bytes) -> None:
+    def send(self, data: bytes) -> bool:
         sent = 0
         with contextlib.suppress(OSError):
             sent = os.write(self._line, data)
         if sent < len(data):
             self._counts["link: not sent"] += 1
+        return sent == len(data)
 
     def wait(self, seconds: float) -> None:
         select.select([self._line], [], [], max(0.0, seconds))

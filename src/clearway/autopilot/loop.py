@@ -43,7 +43,12 @@ class Loop:
     session: Session
     outbox: Outbox
     period_s: float
-    """Between ticks: by our clock, or by the vehicle's in lock-step."""
+    """Between ticks, by the vehicle's clock."""
+
+    @property
+    def wall_period_s(self) -> float:
+        """The same by our clock."""
+        return self.period_s / (self.session.settings.speedup or 1.0)
 
     def run(self, stop: Stop, on_outcome: OnOutcome) -> LoopReport:
         report, outcome = LoopReport(), None
@@ -56,8 +61,8 @@ class Loop:
                 due = self._until(due, report)
             outcome = self._tick(report)
             on_outcome(outcome)
-            report.late += not in_lock_step and time.monotonic() > due + self.period_s
-            due += self.period_s
+            report.late += not in_lock_step and time.monotonic() > due + self.wall_period_s
+            due += self.wall_period_s
             if outcome.state is LinkState.RESTARTED:
                 break
         return report
@@ -85,10 +90,10 @@ class Loop:
     def _until(self, due: float, report: LoopReport) -> float:
         """Sleep until a tick is due; those whose time has passed are left out."""
         now = time.monotonic()
-        if now > due + self.period_s:
-            missed = int((now - due) / self.period_s)
+        if now > due + self.wall_period_s:
+            missed = int((now - due) / self.wall_period_s)
             report.skipped += missed
-            due += missed * self.period_s
+            due += missed * self.wall_period_s
         time.sleep(max(0.0, due - now))
         return due
 

@@ -47,16 +47,16 @@ class Packer:
 
 
 class Outbox:
-    """Sends messages and counts them by type."""
+    """Sends messages and counts those that went, by type."""
 
-    def __init__(self, packer: Packer, send: Callable[[bytes], None]) -> None:
+    def __init__(self, packer: Packer, send: Callable[[bytes], bool]) -> None:
         self.sent: Counter[str] = Counter()
         self._packer, self._send = packer, send
 
     def send(self, messages: Iterable[Message]) -> None:
         for message in messages:
-            self._send(self._packer.pack(message))
-            self.sent[message.get_type()] += 1
+            if self._send(self._packer.pack(message)):
+                self.sent[message.get_type()] += 1
 
 
 def heartbeat(status: int) -> Message:

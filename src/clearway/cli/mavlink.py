@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,8 +17,7 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.autopilot.loop import Loop, Stop
-    from clearway.autopilot.record import SessionRecord
-    from clearway.autopilot.session import Outcome
+    from clearway.autopilot.session import Outcome, Session
     from clearway.io.mission_file import MissionFile
 
 
@@ -31,7 +31,9 @@ def mavlink(
             help="udpin:HOST:PORT, udpout:HOST:PORT, serial:DEVICE[:BAUD]; port 0 takes a free one."
         ),
     ],
-    rate: Annotated[float, typer.Option(min=1.0, max=100.0, help="Ticks a second.")] = 10.0,
+    rate: Annotated[
+        float, typer.Option(min=1.0, max=100.0, help="Ticks a second, by the vehicle's clock.")
+    ] = 10.0,
     act: Annotated[
         bool,
         typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
@@ -142,7 +144,7 @@ def _run(
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
     record = SessionRecord(loop.session, log)
-    show = _status_line(record) if sys.stderr.isatty() else None
+    show = _status_line(loop.session) if sys.stderr.isatty() else None
 
     def take(outcome: Outcome) -> None:
         record.take(outcome)
@@ -150,6 +152,8 @@ def _run(
             show(outcome)
 
     report = loop.run(stop, take)
+    if show is not None:
+        say("")
     loop.end()
     result = record.summary(report, loop.inbox, loop.outbox, rate)
     if folder is not None:
@@ -157,21 +161,23 @@ def _run(
     return result
 
 
-def _status_line(record: SessionRecord) -> Any:
+def _status_line(session: Session) -> Callable[[Outcome], None]:
     """Rewrites one line, a few times a second."""
     import time
 
-    shown = [0.0]
+    shown, doing = [0.0], [""]
 
     def show(outcome: Outcome) -> None:
+        if outcome.flight is not None:
+            doing[0] = outcome.flight.explanation
         now = time.monotonic()
         if now - shown[0] < 0.25:
             return
         shown[0] = now
-        flight = outcome.flight
-        doing = "" if flight is None else f", {flight.explanation}"
-        text = f"{outcome.time_s:8.1f} s  {outcome.state}, {record.decisions} decisions{doing}"
-        print(f"\r\x1b[K{text[:118]}", end="", file=sys.stderr, flush=True)
+        mode = session.mode or "no autopilot heard"
+        text = f"{outcome.time_s:.1f} s  {outcome.state}; {mode}; {doing[0]}"
+        width = shutil.get_terminal_size().columns - 1
+        print(f"\r\x1b[K{text[:width]}", end="", file=sys.stderr, flush=True)
 
     return show
 
