@@ -6,7 +6,6 @@ how far it went; never a traceback.
 
 from __future__ import annotations
 
-import contextlib
 import re
 import shutil
 from collections.abc import Callable
@@ -15,9 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from clearway.cli.app import app
 from clearway.io.cityjson import read_cityjson
 from clearway.io.faa_obstacles import read_faa_obstacles
 from clearway.io.foreign import read_json
@@ -29,6 +26,7 @@ from clearway.io.terrain import read_terrain
 from clearway.io.traffic import read_traffic
 from clearway.io.ulog import read_ulog
 from clearway.io.waypoint_file import read_waypoints
+from in_process import clearway
 
 TRAFFIC, MAP = ("traffic", "--json"), ("map", "--no-plots", "--json")
 SCAN, FLY = ("assess", "--no-plots", "--json", "--scan"), ("fly", "--no-plots", "--json")
@@ -97,9 +95,9 @@ def log(path: Path) -> tuple[int, int, float]:
 
 def refused(path: Path) -> str:
     """The reason of a refusal."""
-    run = CliRunner().invoke(app, ["traffic", str(path)])
-    assert run.exit_code == 2
-    return str(run.stderr).split("; it looks like ")[1].split(":")[0].split(",")[0].strip()
+    done = clearway("traffic", path, cwd=path.parent)
+    assert done.exit_code == 2
+    return done.stderr.split("; it looks like ")[1].split(":")[0].split(",")[0].strip()
 
 
 OS0, OS1 = "OS-0-128-U1_v2.3.0_1024x10", "OS-1-128_v2.3.0_1024x10"
@@ -210,13 +208,6 @@ def test_each_is_read_as_the_index_says_or_refused(data_dir: Path, name: str) ->
     assert known.figures(data_dir / name) == known.expected
 
 
-def run(known: Known, file: Path) -> Any:
-    """The command that takes a file, within this process."""
-    given = file.parent / known.given if known.given else file
-    with contextlib.chdir(file.parent):
-        return CliRunner().invoke(app, [*known.command, str(given)])
-
-
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_copy_cut_off_is_refused_or_says_how_far_it_goes(
     data_dir: Path, tmp_path: Path, name: str
@@ -227,8 +218,8 @@ def test_a_copy_cut_off_is_refused_or_says_how_far_it_goes(
     content, file = whole.read_bytes(), tmp_path / whole.name
     for kept in (6 * len(content) // 10, 10, 0):
         file.write_bytes(content[:kept])
-        done = run(known, file)
-        assert isinstance(done.exception, SystemExit | None), done.exception
+        given = tmp_path / known.given if known.given else file
+        done = clearway(*known.command, given, cwd=tmp_path)
         if known.cut and kept > 10:
             assert done.exit_code == 0, done.stderr
             assert known.cut in done.stderr + done.stdout

@@ -1,0 +1,42 @@
+"""The command line within the test's own process, built once: quick, and otherwise the same."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from typer.main import get_command
+
+from clearway.cli.app import app
+
+
+class Done(NamedTuple):
+    """What a command left."""
+
+    exit_code: int
+    stdout: str
+    stderr: str
+
+
+@cache
+def _command() -> Any:
+    return get_command(app)
+
+
+def clearway(*arguments: str | Path, cwd: Path) -> Done:
+    """Run `clearway` in a folder; what is no exit of the command comes up as it is."""
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        contextlib.chdir(cwd),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            _command()([str(argument) for argument in arguments], prog_name="clearway")
+            code = 0
+        except SystemExit as end:
+            code = int(end.code or 0)
+    return Done(code, out.getvalue(), err.getvalue())
