@@ -12,7 +12,7 @@ import pytest
 import clearway
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
-OWN = ("own_planner", "own_rating", "own_vehicle")
+OWN = ("own_planner", "own_rating", "own_sensor", "own_vehicle")
 MODULES = {
     "clearway.baselines",
     "clearway.fusion",
@@ -84,3 +84,16 @@ def test_own_planner(tmp_path: Path) -> None:
     assert ours[3:5] == ["0", "no"]
     assert float(swerve[5]) > float(ours[5])
     assert any("towards the waypoint" in line for line in lines)
+
+
+def test_own_sensor(tmp_path: Path) -> None:
+    lines = printed("own_sensor", tmp_path)
+    assert "answers all questions of a range sensor: True" in lines
+    alone, both = row(lines, "lidar alone"), row(lines, "lidar and radar")
+    # 15 m of sight are less than a turning radius of 19 m; the radar sees the tower at 60 m.
+    assert alone[0] == "NO"
+    assert float(alone[4]) <= 15.0
+    assert both[0] == "yes"
+    assert float(both[1]) >= 3.0
+    assert both[3] == "0"
+    assert float(both[4]) > 40.0

@@ -8,6 +8,7 @@ from clearway.sensors.detection import (
     SensedCells,
     combine_detections,
     detect,
+    detection_of_cells,
     unseen,
 )
 from clearway.sensors.estimate import estimate_pattern
@@ -51,6 +52,7 @@ __all__ = [
     "combine_detections",
     "combine_rule_named",
     "detect",
+    "detection_of_cells",
     "estimate_pattern",
     "expected_hits",
     "heard",

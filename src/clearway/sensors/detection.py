@@ -125,6 +125,45 @@ def detect(
     )
 
 
+def detection_of_cells(
+    grid: AvoidanceGrid,
+    sensor: str,
+    time_s: float,
+    probability: FloatArray,
+    looks: BoolArray,
+    points_m: FloatArray,
+    radius_m: FloatArray,
+    max_range_m: float = np.inf,
+) -> Detection:
+    """What a sensor of any kind says of the cells, without beams that could be counted.
+
+    probability: [cells] P_OD. looks: [columns * rows] whether it looks into a column; what it finds
+    in a cell hinders the view of those behind, (5.46). points_m, radius_m: returns [n, 3] in the
+    grid frame and the balls [n] that they stand for. Cells beyond `max_range_m` are not seen.
+    """
+    blocked = np.ascontiguousarray(np.clip(probability, 0.0, 1.0), dtype=np.float64)
+    layers = int(np.searchsorted(grid.range_edges_m[:-1], max_range_m - 1e-9))
+    return Detection(
+        grid,
+        sensor,
+        float(time_s),
+        hits=np.bincount(_inside(grid, points_m), minlength=grid.cells).astype(np.int64),
+        beams=np.asarray(looks, dtype=np.int64).ravel(),
+        probability=blocked,
+        hindrance=blocked,
+        visibility=visible_behind(blocked, np.asarray(looks, dtype=np.float64).ravel(), layers),
+        points_m=np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3),
+        radius_m=np.ascontiguousarray(radius_m, dtype=np.float64).ravel(),
+        counts=MappingProxyType(dict.fromkeys(REASONS, 0) | {"kept": len(points_m)}),
+    )
+
+
+def _inside(grid: AvoidanceGrid, points_m: FloatArray) -> IntArray:
+    """Cells of the points that lie in the grid."""
+    cells = grid.cell_of(np.reshape(points_m, (-1, 3)))
+    return cells[cells >= 0]
+
+
 class Named(Protocol):
     """Anything with a name."""
 

@@ -8,6 +8,7 @@ with the vehicle does not. And weights: precision times trust of all that are st
 - Refuted, not steady, and confirmed by nobody: the sensor itself loses trust.
 - Refuted by steady sensors that outweigh it and those that confirm it: it loses trust.
 - Refuted, but steady: whoever refuted it without being steady is taken as blind, and loses trust.
+- Refuted by nobody, looked at by others, and steady: it regains trust, up to that of the start.
 - Otherwise nothing is decided, and its returns count: what one believed sensor sees is there.
 
 One verdict is taken each time the vehicle has moved on by a margin, so each rests on a new view.
@@ -67,8 +68,8 @@ class Record:
     latest: Reading | None = None
     judged: Reading | None = None
     """The one that the last verdict was about."""
-    steady: bool = False
-    """Whether its returns of then were seen again."""
+    steady: bool | None = None
+    """Whether it saw again what it had seen at the verdict before; None where it could not."""
     steady_s: float = -np.inf
     """When that was last so."""
     verdicts_against: int = 0
@@ -152,7 +153,7 @@ def _tested(record: Record, sensor: RangeSensor, now: Reading, slack_m: float) -
     assert before is not None
     refuted = _refuted(sensor, now, before, slack_m)
     if refuted is None:
-        return replace(record, judged=now, steady=False)
+        return replace(record, judged=now, steady=None)
     steady_s = record.steady_s if refuted else now.scan.time_s
     return replace(record, judged=now, steady=not refuted, steady_s=steady_s)
 
@@ -192,13 +193,13 @@ def _after_verdict(
     accusers = [other for other in against if records[other].believed]
     backers = [other for other in confirming if records[other].believed]
     if not accusers:
-        for other in [*confirming, *([name] if backers else [])]:
-            records[other] = records[other].raised()
+        if backers and records[name].steady:
+            records[name] = records[name].raised()
         return records
     steady = [other for other in accusers if records[other].is_steady(time_s)]
     own = sum(records[other].weight for other in [name, *backers])
     outvoted = sum(records[other].weight for other in steady) > own
-    if outvoted or not (backers or records[name].steady):
+    if outvoted or (records[name].steady is False and not backers):
         records[name] = records[name].lowered()
     elif records[name].steady:
         for other in accusers:
