@@ -132,6 +132,21 @@ def test_what_the_sectors_show_is_flown_round() -> None:
     assert "avoidance: " in words(outcome)
 
 
+def test_late_distances_are_placed_where_the_vehicle_was() -> None:
+    bench = Bench(act=False)
+    # It flies east until 2.0 s, then turns north within 0.2 s; what was 5 m ahead stays east.
+    bench.all_well(1.0)
+    path = [(1.9, (0, 0.9, 0), 90.0, (0, 1, 0)), (2.1, (0.1, 1.0, 0), 0.0, (1, 0, 0))]
+    for t, place, heading, velocity in path:
+        bench.tell(1000.0 + t, attitude(t, heading), position(t, place, velocity))
+    outcome = bench.tick(2.1, heartbeat(), distances(1.9, {0: 500}))
+    assert outcome.flight is not None
+    points = outcome.flight.decision.hazards.points.position_m
+    world = points @ outcome.flight.state.world_from_body.T + outcome.flight.state.position_m
+    assert np.median(world[:, 0]) == pytest.approx(5.9, abs=0.15)
+    assert np.abs(world[:, 1]).max() < 0.35
+
+
 def test_unknown_ahead_is_not_rated_free() -> None:
     bench = Bench()
     outcome = bench.all_well(1.0, sectors=dict.fromkeys(range(-9, 10), 65_535))

@@ -21,6 +21,7 @@ from clearway.autopilot.inbox import Arrival
 from clearway.autopilot.mode import AutopilotMode
 from clearway.autopilot.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
 from clearway.autopilot.own_state import Motion, OwnPlace
+from clearway.autopilot.past import PastStates
 from clearway.autopilot.plan import FlownPlan
 from clearway.autopilot.reasons import Approach, Sayings, approaches
 from clearway.autopilot.setpoints import SetPoint
@@ -103,6 +104,7 @@ class Session:
         self._news = ""
         self._motion: Motion | None = None
         self._own: State | None = None
+        self._past = PastStates()
         self._scan_s = -math.inf
         self._heartbeat_s = -math.inf
         self._said_s = -math.inf
@@ -164,6 +166,7 @@ class Session:
             state = self._plan.turned_onto(state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self._motion, self._own = motion, state
+            self._past.add(state, motion.heading_rad)
         self.system.update(state)
 
     def _take_traffic(self, message: Message, wall_s: float) -> None:
@@ -179,18 +182,15 @@ class Session:
             self.counts["distances: the mission has no sensor"] += 1
             return
         sectors = Sectors.of(message, self.counts)
-        own = self._own
         if sectors is None:
             return
-        now = self._clock.now(wall_s)
-        time_s = _measured_at(message.time_usec, now)
-        heading = self._place.heading_at(time_s, OLD_SCAN_S)
-        if own is None or heading is None or abs(time_s - own.time_s) > OLD_SCAN_S:
+        time_s = _measured_at(message.time_usec, self._clock.now(wall_s))
+        there = self._past.at(time_s, OLD_SCAN_S)
+        if there is None:
             self.counts["distances: no own position of their time"] += 1
             return
-        there = replace(own, time_s=time_s)
         self._scan_s = max(self._scan_s, time_s)
-        self.system.update(scan_of(sectors, self._sensor, there, heading, self.counts))
+        self.system.update(scan_of(sectors, self._sensor, *there, self.counts))
         if sectors.shows_anything:
             self._news = "new returns"
 
