@@ -18,6 +18,8 @@ RULES = REPOSITORY / "examples" / "missions" / "rules.toml"
 PICTURES = {
     "snapshot.png": (("fly", "static-obstacles"), "snapshot-2.png"),
     "assessment.png": (("assess", str(STREET)), "reachability.png"),
+    "collision-distance.png": (("fly", "intruders-collision"), "collision-distance.png"),
+    "win-map.png": (("pursuit",), "win-map.png"),
     "rules.png": (("fly", str(RULES)), "traffic.png"),
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
