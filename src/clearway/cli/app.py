@@ -25,6 +25,7 @@ from clearway.cli.reach_set import reach_set
 from clearway.cli.replay import replay
 from clearway.cli.report import run_guarded
 from clearway.cli.reproduce import reproduce
+from clearway.cli.risk import risk
 from clearway.cli.traffic import traffic
 
 app = typer.Typer(
@@ -50,6 +51,7 @@ app.command("map")(run_guarded(show_map))
 app.command("mavlink")(run_guarded(mavlink))
 app.command("replay")(run_guarded(replay))
 app.command("reproduce")(run_guarded(reproduce))
+app.command("risk")(run_guarded(risk))
 app.command("traffic")(run_guarded(traffic))
 
 
