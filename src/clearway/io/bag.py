@@ -19,6 +19,15 @@ from clearway.io.foreign_errors import damage_told
 METADATA = "metadata.yaml"
 VELODYNE_PACKET = "builtin_interfaces/Time stamp\nuint8[1206] data"
 VELODYNE_SCAN = "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets"
+READ = (
+    "builtin_interfaces/",
+    "std_msgs/msg/Header",
+    "geometry_msgs/",
+    "nav_msgs/msg/Odometry",
+    "sensor_msgs/msg/Point",
+    "tf2_msgs/",
+)
+"""Beginnings of the names of the messages that are read, and of those within them."""
 NANOSECOND_S = 1e-9
 
 
@@ -122,10 +131,14 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
 
 @cache
 def ros2_types() -> Any:
-    """For bags without definitions: ROS 2's own messages, and Velodyne's."""
+    """For bags without definitions: those messages of ROS 2 that are read, and Velodyne's.
+
+    Only those: rosbags registers them anew for every bag, and all of them take 50 ms.
+    """
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    types = get_typestore(Stores.ROS2_HUMBLE)
+    every, types = get_typestore(Stores.ROS2_HUMBLE).FIELDDEFS, get_typestore(Stores.EMPTY)
+    types.register({name: every[name] for name in every if name.startswith(READ)})
     types.register(get_types_from_msg(VELODYNE_PACKET, "velodyne_msgs/msg/VelodynePacket"))
     types.register(get_types_from_msg(VELODYNE_SCAN, "velodyne_msgs/msg/VelodyneScan"))
     return types
