@@ -200,7 +200,8 @@ def test_a_mission_with_a_place_is_flown_there_whatever_the_local_origin_is() ->
         (0, 2, 1, 0, False),
         (3, 2, 89, 4, True),  # ArduCopter GUIDED, and AUTO, which sets the flag as well
         (3, 2, 89, 3, False),
-        (3, 1, 89, 15, True),  # ArduPlane
+        (3, 13, 89, 4, True),
+        (3, 1, 89, 15, False),  # ArduPlane GUIDED takes no set-points in the local frame
         (3, 1, 89, 4, False),
         (12, 2, 157, 6 << 16, True),  # PX4 OFFBOARD and AUTO
         (12, 2, 157, 4 << 16 | 4 << 24, False),

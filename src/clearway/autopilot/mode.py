@@ -12,10 +12,11 @@ ARMED, GUIDED_ENABLED = 128, 8
 """MAV_MODE_FLAG."""
 PX4_OFFBOARD = 6
 """Main mode, in bits 16 to 23 of the custom mode."""
-PLANES, ROVERS = (1, 19, 20, 21, 22, 23, 24, 25), (10, 11)
-"""MAV_TYPE of what ArduPilot flies as a plane (quadplanes too) or drives as a rover."""
-COPTER_GUIDED, PLANE_GUIDED = 4, 15
-"""Custom modes of ArduPilot; a rover's is the plane's, a submarine's the copter's."""
+COPTERS = (2, 3, 4, 13, 14, 15, 29, 35)
+"""MAV_TYPE of what ArduPilot flies as a copter. Its planes take no set-points in the local frame,
+and its rovers leave out the velocity in them."""
+COPTER_GUIDED = 4
+"""Custom mode of ArduCopter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,7 @@ class AutopilotMode:
 
     armed: bool
     follows: bool
-    """Whether set-points are followed: GUIDED of ArduPilot, OFFBOARD of PX4."""
+    """Whether set-points are followed: GUIDED of ArduCopter, OFFBOARD of PX4."""
 
     @classmethod
     def of(cls, heartbeat: Message) -> AutopilotMode:
@@ -32,8 +33,7 @@ class AutopilotMode:
         if heartbeat.autopilot == PX4:
             follows = (custom >> 16) & 0xFF == PX4_OFFBOARD
         elif heartbeat.autopilot == ARDUPILOT:
-            is_plane = heartbeat.type in (*PLANES, *ROVERS)
-            follows = custom == (PLANE_GUIDED if is_plane else COPTER_GUIDED)
+            follows = heartbeat.type in COPTERS and custom == COPTER_GUIDED
         else:
             follows = bool(base & GUIDED_ENABLED)
         return cls(bool(base & ARMED), follows)
