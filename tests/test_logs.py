@@ -15,6 +15,7 @@ from clearway.io.traffic import read_traffic
 from clearway.io.ulog import read_ulog
 from clearway.io.what_file import what_content
 from clearway.units import FOOT_M, KNOT_MPS
+from in_process import clearway
 
 LOG = "logs/px4_sitl_sample_px4_events.ulg"
 
@@ -231,6 +232,32 @@ def test_what_a_file_is_when_it_went_to_the_wrong_command(
     data_dir: Path, name: str, meaning: str
 ) -> None:
     assert f"; it looks like {meaning}" in what_content((data_dir / name).read_bytes())
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "meaning"),
+    [
+        ("map", "daa/daidalus/gold/DaidalusqAlerting-no_sum.csv", "output of DAIDALUS"),
+        ("map", "daa/daidalus/Configurations/DO_365A_no_SUM.conf", "parameters of DAIDALUS"),
+        ("map", "daa/em-models/uncor_1200only_fwse_v1p2.txt", "an encounter model"),
+        ("map", "lidar/ouster/OS-0-128-U1_v2.3.0_1024x10.json", "metadata of an Ouster"),
+        ("map", "maps/missions/qgc_MissionPlanner.waypoints", "waypoints"),
+        ("assess --scan", "daa/daidalus/gold/DaidalusqAlerting-no_sum.csv", "output of DAIDALUS"),
+        ("assess --scan", "daa/em-models/uncor_1200only_fwse_v1p2.txt", "an encounter model"),
+        ("assess --scan", "maps/cityjson/delft.city.json", "a map: `clearway map` takes it"),
+        ("assess --scan", LOG, "a ULog"),
+        ("traffic", "maps/obstacles/Cologne_DEM_merged_from_LAS_25x25.tif", "a raster"),
+        ("traffic", "lidar/pcd/vlp16_1673400472138016708.pcd", "a point cloud"),
+    ],
+)
+def test_a_file_for_another_command(
+    data_dir: Path, tmp_path: Path, command: str, name: str, meaning: str
+) -> None:
+    done = clearway(*command.split(), data_dir / name, cwd=tmp_path)
+    assert done.exit_code == 2
+    assert f"; it looks like {meaning}" in done.stderr
+    assert done.stderr.startswith(str(data_dir / name))
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_nobody_knows_is_not_guessed_at() -> None:

@@ -24,6 +24,7 @@ from clearway.io.map_features import (
     ZoneFeature,
 )
 from clearway.io.placing import Bounds, Place, Tally, place_features, place_floor
+from clearway.io.what_file import refuse_others, what_file
 from clearway.obstacles import Obstacle
 from clearway.rules import GroundHeights
 
@@ -112,7 +113,7 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
         raise InputError(
             str(path),
             f"suffix {path.suffix or '(none)'!r} is no known map format; "
-            f"valid suffixes: {', '.join(READERS)}",
+            f"valid suffixes: {', '.join(READERS)}" + what_file(path),
         )
     try:
         empty = path.stat().st_size == 0
@@ -120,6 +121,7 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
         raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
     if empty or path.is_dir():
         raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
+    refuse_others(path, "map")
     return reader(path, radius_m)
 
 

@@ -10,7 +10,7 @@ from clearway.errors import InputError
 from clearway.io.bag import METADATA
 from clearway.io.pointcloud import READERS, PointCloud, check_start, read_points
 from clearway.io.timed_scans import ScanSequence, TimedScan
-from clearway.io.what_file import what_file
+from clearway.io.what_file import refuse_others, what_file
 
 BAGS = (".bag", ".db3", ".mcap")
 
@@ -66,6 +66,7 @@ def _single(path: Path) -> ScanSequence:
             f"{', '.join(READERS)}, or a folder" + what_file(path),
         )
     check_start(path)
+    refuse_others(path, "assess")
 
     def scans() -> Iterator[TimedScan]:
         yield TimedScan(0, 0.0, None, lambda: read_points(path))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from clearway.errors import InputError
+
 HEAD = 4096
 KNOWN = (
     (rb"# labels_initial\b", "an encounter model (Bayesian network of aircraft tracks): no map, "
@@ -50,3 +52,10 @@ def what_content(head: bytes) -> str:
         if re.search(sign, head):
             return f"; it looks like {meaning}"
     return ""
+
+
+def refuse_others(path: str | Path, command: str) -> None:
+    """Raise InputError for a file that is known to be of no use to a command."""
+    hint = what_file(path)
+    if hint and f"`clearway {command}" not in hint:
+        raise InputError(str(path), f"nothing for `clearway {command}`{hint}")
