@@ -53,6 +53,12 @@ orientation_deg = [0, 90, 20]
 size_m = [4, 3]
 radius_m = 0.1
 
+[[keep_out]]
+name = "school"
+shape = "cuboid"
+position_m = [4, 14, 0]
+size_m = [4, 4, 8]
+
 [[intruder]]
 name = "crossing"
 appears_s = 3

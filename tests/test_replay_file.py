@@ -4,6 +4,7 @@ import json
 import struct
 from collections import defaultdict
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from clearway.io.toml import dump_toml
 from clearway.replay import schemas
 from clearway.replay.about import surveyed_points
 from clearway.replay.entities import quaternion
-from clearway.replay.messages import voxel_centers
+from clearway.replay.messages import intruders_message, voxel_centers
 from clearway.replay.reading import cloud_points, read_run
 from clearway.replay.writing import write_mcap
 from flown_missions import SHORT, flown
@@ -187,6 +188,7 @@ def test_points_are_the_voxels_that_hold_what_was_reckoned_with(path):
 
 def test_obstacles_tell_where_they_are_known(path):
     known = {one["name"]: one["known"] for one in read_run(path).mission["obstacles"]}
+    assert known.pop("school") == "rule"
     assert known == {"ball": "world", "mast": "both", "zone": "map", "wall": "both"}
 
 
@@ -200,6 +202,19 @@ def test_intruders_fly_as_they_did(path):
         np.testing.assert_allclose(one["position_m"], track[at, 1:], atol=1e-3)
         assert one["velocity_mps"] == pytest.approx([0, -0.8, 0.1], abs=2e-3)
     assert recording.mission["intruder_radius_m"] == {"crossing": pytest.approx(0.5)}
+
+
+def test_an_intruder_that_is_silent_is_not_there():
+    run = flown().run
+    track = run.intruder_tracks["crossing"]
+    middle = float(track[len(track) // 2, 0])
+    kept = (track[:, 0] < middle) | (track[:, 0] > middle + 3.0)
+    silent = replace(run, intruder_tracks={"crossing": track[kept]})
+    for time_s, there in ((middle - 0.5, 1), (middle + 1.0, 0), (middle + 3.5, 1)):
+        assert len(intruders_message(silent, time_s)["intruders"]) == there
+    (one,) = intruders_message(silent, middle - 0.5)["intruders"]
+    assert one["velocity_mps"] == pytest.approx([0, -0.8, 0.1], abs=2e-3)
+    assert intruders_message(run, float(track[0, 0]) - 0.5)["intruders"] == []
 
 
 def test_quaternions_turn_as_the_rotation_does():

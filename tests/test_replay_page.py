@@ -1,5 +1,7 @@
 """The page of a run in a real browser: drawn, moved through time, recoloured, without requests."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -143,6 +145,19 @@ def test_the_page_unpacks_the_very_numbers_of_the_file(browser, address, recordi
     expected = [state["obstacle_distance_m"], state["intruder_distance_m"]]
     for shown_m, true_m in zip(distances, expected, strict=True):
         assert shown_m == (true_m if true_m is None else pytest.approx(true_m, abs=0.02))
+
+
+def test_silence_is_no_track(browser, recording, tmp_path):
+    times = [message["time_s"] for message in recording.intruders]
+    start, end = times[len(times) // 3], times[2 * len(times) // 3]
+    heard = [one for one in recording.intruders if not start < one["time_s"] < end]
+    (tmp_path / "page.html").write_text(page_of(replace(recording, intruders=tuple(heard))))
+    at(browser, (tmp_path / "page.html").as_uri(), "t=0")
+    there = browser.evaluate(
+        f"[{start - 1}, {(start + end) / 2}, {end + 0.5}].map((t) => player.run.intruderAt(0, t))"
+    )
+    assert [one is not None for one in there] == [True, False, True]
+    assert browser.evaluate(f"player.run.intruderAt(0, {times[0] - 0.5})") is None
 
 
 def test_seen_points_have_the_decisions_that_knew_them(browser, address, recording):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli.record import record_run
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
@@ -178,25 +179,10 @@ def _write(
         if parquet:
             write_tables(run, scratch, planner)
         if mcap:
-            _record(run, setup, file, scratch, planner)
+            record_run(run, setup, file, scratch, planner)
         if plots:
             _draw(run, setup, file, scratch)
         return sorted(path.name for path in scratch.iterdir())
-
-
-def _record(
-    run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path, planner: str
-) -> None:
-    """The run as one MCAP file; without the extra that writes it, a line says so."""
-    from clearway.errors import MissingExtraError
-    from clearway.io.toml import dump_toml
-    from clearway.replay.reading import RUN_FILE
-    from clearway.replay.writing import write_mcap
-
-    try:
-        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE, planner)
-    except MissingExtraError as error:
-        say(str(error))
 
 
 def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:

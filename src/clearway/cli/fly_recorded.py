@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from clearway.cli.record import record_run
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 from clearway.errors import InputError
 from clearway.units import FOOT_M
@@ -78,6 +79,7 @@ def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list
         if found.run.intruder_tracks:
             write_intruders(found.run, scratch / "intruders.csv")
         write_decisions(found.run, scratch / "decisions.jsonl")
+        record_run(found.run, found.setup, found.file, scratch)
         (scratch / "encounter.json").write_text(json.dumps(result, indent=2) + "\n")
         draw_substitution(found).savefig(scratch / "encounter.png", dpi=110)
         return sorted(path.name for path in scratch.iterdir())

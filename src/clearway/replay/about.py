@@ -60,9 +60,10 @@ def mission_message(run: Run[Steering], setup: FlightSetup, planner: str) -> dic
 
 
 def obstacles_message(setup: FlightSetup) -> list[dict[str, Any]]:
-    """Shapes of world and map; `known` says where each stands: world, map or both."""
+    """Shapes of world and map; `known` says where each stands: world, map, both, or rule."""
     there = {_key(one): one for one in _shapes(setup.world)}
     charted = {_key(one): one for one in setup.obstacle_map.obstacles}
+    forbidden = {} if setup.kept_out is None else {_key(o): o for o in _shapes(setup.kept_out)}
     return [
         {
             "name": one.name,
@@ -73,7 +74,7 @@ def obstacles_message(setup: FlightSetup) -> list[dict[str, Any]]:
             "size_m": list(one.size_m),
             "radius_m": one.radius_m,
         }
-        for key, one in (there | charted).items()
+        for key, one in (there | charted | forbidden).items()
     ]
 
 
@@ -119,4 +120,6 @@ def _key(obstacle: Obstacle) -> tuple[object, ...]:
 
 
 def _known(there: bool, charted: bool) -> str:
+    if not there and not charted:
+        return "rule"
     return "both" if there and charted else "world" if there else "map"

@@ -23,8 +23,9 @@ KNOWN: dict[str, Rgb] = {
     "world": (0.80, 0.55, 0.35),
     "both": (0.55, 0.57, 0.60),
     "map": (0.45, 0.55, 0.85),
+    "rule": (0.85, 0.35, 0.30),
 }
-"""Obstacles: only there, there and in the map, only in the map."""
+"""Obstacles: only there, there and in the map, only in the map; volumes that rules keep out of."""
 
 
 def color(rgb: Rgb, alpha: float = 1.0) -> fox.Color:
@@ -121,7 +122,7 @@ def scene(mission: dict[str, Any], path_m: FloatArray) -> fox.SceneUpdate:
 def _obstacle(number: int, obstacle: dict[str, Any]) -> fox.SceneEntity:
     place, radius = np.array(obstacle["position_m"]), obstacle["radius_m"]
     pose = pose_of(place, np.array(obstacle["orientation_rad"]))
-    paint = color(KNOWN[obstacle["known"]], 0.45 if obstacle["known"] == "map" else 1.0)
+    paint = color(KNOWN[obstacle["known"]], 0.45 if obstacle["known"] in ("map", "rule") else 1.0)
     size = [*obstacle["size_m"], 0.0, 0.0, 0.0][:3]
     name = f"obstacle {number} {obstacle['name']}".rstrip()
     if obstacle["shape"] == "ball":
@@ -163,8 +164,8 @@ def _capsule(
     )
 
 
-def traffic(message: dict[str, Any], radius_m: dict[str, float]) -> fox.SceneUpdate:
-    """Intruders as balls with arrows as long as they fly in two seconds, and names."""
+def traffic(message: dict[str, Any], radius_m: dict[str, float], ahead_s: float) -> fox.SceneUpdate:
+    """Intruders as balls with names, and arrows to where they will be `ahead_s` later."""
     entities = []
     for one in message["intruders"]:
         place, velocity = np.array(one["position_m"]), np.array(one["velocity_mps"])
@@ -178,23 +179,22 @@ def traffic(message: dict[str, Any], radius_m: dict[str, float]) -> fox.SceneUpd
                 f"intruder {one['name']}",
                 message["time_s"],
                 spheres=[ball],
-                arrows=_arrows(place, velocity, radius),
+                arrows=_arrows(place, velocity * ahead_s, radius),
                 texts=[text(above, one["name"], INTRUDER)],
             )
         )
     return fox.SceneUpdate(entities=entities)
 
 
-def _arrows(place: FloatArray, velocity: FloatArray, radius: float) -> list[fox.ArrowPrimitive]:
-    speed = float(np.linalg.norm(velocity))
-    if speed < 1e-6:
+def _arrows(place: FloatArray, way: FloatArray, radius: float) -> list[fox.ArrowPrimitive]:
+    length = float(np.linalg.norm(way))
+    if length < 1e-6:
         return []
-    pitch_down = -np.arcsin(velocity[2] / speed)
-    along = np.array([0.0, pitch_down, np.arctan2(velocity[1], velocity[0])])
+    along = np.array([0.0, -np.arcsin(way[2] / length), np.arctan2(way[1], way[0])])
     return [
         fox.ArrowPrimitive(
             pose=pose_of(place, along),
-            shaft_length=2.0 * speed,
+            shaft_length=length,
             shaft_diameter=0.3 * radius,
             head_length=0.8 * radius,
             head_diameter=0.8 * radius,

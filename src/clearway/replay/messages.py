@@ -21,6 +21,8 @@ from clearway.system import FlightDecision
 
 DIGITS = 3
 """Decimals of probabilities."""
+SILENCE_S = 0.1
+"""Without a place for longer than this, an intruder is not there: tracks have one each step."""
 VOXELS_IN_RANGE = 50
 """Voxels along the range of the grid that seen points are merged in."""
 
@@ -137,7 +139,7 @@ def intruders_message(run: Run[Steering], time_s: float) -> dict[str, Any]:
     there = []
     for name, track in run.intruder_tracks.items():
         at = int(np.searchsorted(track[:, 0], time_s + 1e-6)) - 1
-        if at < 0:
+        if at < 0 or time_s - track[at, 0] > SILENCE_S:
             continue
         before, after = track[max(at - 1, 0)], track[min(at + 1, len(track) - 1)]
         span = max(after[0] - before[0], 1e-9)

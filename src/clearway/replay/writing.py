@@ -27,6 +27,8 @@ from clearway.system import FlightDecision
 
 INTRUDER_STEP_S = 0.2
 """Intruders are written this often."""
+ARROW_SHARE = 0.2
+"""How far ahead arrows of intruders show, as a share of the time to the end of the grid."""
 CHUNK_BYTES = 4 * 1024 * 1024
 
 
@@ -68,6 +70,7 @@ class _Writer:
         self.run, self.setup = run, setup
         self.fox, self.scene_of = entities, decision_entities
         self.settings = setup.planner.settings
+        self.ahead_s = ARROW_SHARE * setup.planner.grid.range_m / setup.planner.speed_mps
         self.mission = mission_message(run, setup, planner)
         self.own = {
             topic: Channel(topic, schema=schema, context=context)
@@ -147,7 +150,7 @@ class _Writer:
         if not message["intruders"]:
             return
         self._write_own(schemas.INTRUDERS, time_s, message)
-        scene = self.fox.traffic(message, self.mission["intruder_radius_m"])
+        scene = self.fox.traffic(message, self.mission["intruder_radius_m"], self.ahead_s)
         self.scenes[schemas.INTRUDER_SCENE].log(scene, log_time=_nanoseconds(time_s))
 
     def _write_own(self, topic: str, time_s: float, message: dict[str, Any]) -> None:

@@ -8,8 +8,12 @@ function element(tag, text = "", className = "", children = []) {
   return made;
 }
 
-const figure = (value, unit = "", digits = 2) =>
-  (value === null || value === undefined ? "none" : `${value.toFixed(digits)}${unit && ` ${unit}`}`);
+// Fewer decimals for large numbers.
+function figure(value, unit = "", digits = 2) {
+  if (value === null || value === undefined) return "none";
+  const kept = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? Math.min(digits, 1) : digits;
+  return `${value.toFixed(kept)}${unit && ` ${unit}`}`;
+}
 
 function list(pairs) {
   return element("dl", "", "", pairs.flatMap(([name, value]) =>
@@ -40,7 +44,7 @@ class Panel {
     const crashed = summary.crashed_s === null ? "" : `, crashed at ${figure(summary.crashed_s, "s", 1)}`;
     return element("div", "", "", [
       element("h1", mission.name),
-      element("p", `${reached}${crashed}; ${figure(summary.time_s, "s", 1)}, `
+      element("p", `${reached}${crashed}; ${summary.time_s.toFixed(1)} s, `
         + `${figure(summary.path_length_m, "m", 1)}; ${summary.decisions} decisions, `
         + `${summary.emergencies} emergencies; planner ${mission.planner}, rating ${mission.rating}, `
         + `seed ${summary.seed}`, "soft"),
@@ -57,7 +61,7 @@ class Panel {
     const [obstacle, intruder] = this.run.distancesAt(time), margin = this.run.mission.margin_m;
     const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(0)}°`;
     const pairs = [
-      ["time", figure(time, "s", 1)],
+      ["time", `${time.toFixed(1)} s`],
       ["position x, y, z", state.position.map((value) => value.toFixed(1)).join(", ") + " m"],
       ["heading, climb", `${degrees(Math.atan2(Math.sin(state.attitude[2]), Math.cos(state.attitude[2])))}, `
         + degrees(-state.attitude[1])],
@@ -77,7 +81,7 @@ class Panel {
     const goal = `goal ${made.goal + 1} of ${this.run.mission.waypoints_m.length
       + this.run.mission.landing_m.length}`;
     const parts = [
-      element("h2", `Decision ${number + 1} of ${this.run.decisions.length}, at ${figure(made.time_s, "s", 1)}`),
+      element("h2", `Decision ${number + 1} of ${this.run.decisions.length}, at ${made.time_s.toFixed(1)} s`),
       element("p", "", "", [element("span", made.mode, `mode ${made.mode}`), ` ${goal}`]),
       element("p", `Why now: ${made.why_now}.`, "soft"),
       element("p", inWords(made.movements)),
@@ -108,9 +112,6 @@ class Panel {
     const counts = Object.entries(made.ruled_out_by).map(([cause, n]) => `${n} by ${cause}`);
     parts.push(element("p", `${made.candidates} candidates, ${made.below_threshold} below the `
       + `rating's threshold${counts.length ? `; ruled out: ${counts.join(", ")}` : ""}.`, "soft"));
-    for (const rule of (made.rules ?? []).filter(({ broken, decided }) => broken || decided)) {
-      parts.push(element("p", `Rule ${rule.name} ${rule.broken ? "broken" : "decided"}: ${rule.reason}`));
-    }
     if (made.ruled_out.length) parts.push(this.ruledOut(made.ruled_out));
     return parts;
   }
@@ -146,11 +147,12 @@ function drawLegend(show, run) {
     ["way to fly", "waypoint", true, true], ["margin", "margin", false, show.margin],
     ["points known", "seen", false, show.points && run.seen],
     ["seen before", "before", false, show.points && run.seen],
-    ["intruder, 2 s", "intruder", false, run.intruders.length],
+    [`intruder, ${run.arrowTime} s`, "intruder", false, run.intruders.length],
     ["as reckoned", "known", false, run.decisions.some(({ movers }) => movers?.length)],
     ["world alone", "world", false, known.has("world")],
     ["world and map", "both", false, known.has("both")],
     ["map alone", "map", false, known.has("map")],
+    ["kept out of", "rule", false, known.has("rule")],
   ].filter((thing) => thing[3]);
   parts.push(element("ul", "", "", things.map(([text, colour, thin]) => {
     const patch = element("i", "", thin ? "thin" : "");

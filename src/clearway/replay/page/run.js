@@ -16,12 +16,17 @@ async function unpackedRun(text) {
   return new Run(head, blocks);
 }
 
+const SILENCE_S = 1;  // Without a place for longer than this, an intruder is not there.
+
 class Run {
   constructor(head, blocks) {
     Object.assign(this, head);
     this.blocks = blocks;
     this.start = blocks.state_s[0];
     this.end = blocks.state_s[blocks.state_s.length - 1];
+    // How far ahead arrows of intruders show: a fifth of the time to the end of the grid.
+    const { grid, speed_mps: speed } = this.mission;
+    this.arrowTime = Number((0.2 * grid.range_edges_m.at(-1) / speed).toPrecision(2));
     this.decisionTimes = Float32Array.from(this.decisions, (decision) => decision.time_s);
     this.cells = (this.mission.grid.range_edges_m.length - 1)
       * (this.mission.grid.azimuth_edges_rad.length - 1)
@@ -71,6 +76,7 @@ class Run {
     if (at < 0) return null;
     const row = (index) => track.subarray(7 * index, 7 * index + 7);
     const [a, b] = [row(at), row(Math.min(at + 1, rows - 1))];
+    if (Math.max(b[0], time) - a[0] > SILENCE_S && time > a[0] + 1e-3) return null;
     const share = b[0] > a[0] ? Math.min((time - a[0]) / (b[0] - a[0]), 1) : 0;
     return { at, velocity: [a[4], a[5], a[6]],
       position: between([a[1], a[2], a[3]], [b[1], b[2], b[3]], share) };

@@ -10,8 +10,8 @@ class Scenery {
     this.craft = renderer.mesh(aircraft());
     this.spacing = niceBelow(Math.max(run.mission.grid.range_edges_m.at(-1) / 2, 1));
     this.ground = this.groundLines();
-    this.solid = this.obstacles((one) => one.known !== "map");
-    this.charted = this.obstacles((one) => one.known === "map");
+    this.solid = this.obstacles((one) => ["world", "both"].includes(one.known));
+    this.charted = this.obstacles((one) => ["map", "rule"].includes(one.known));
     this.surveyed = this.surveyedPoints();
     const goals = [...run.mission.waypoints_m, ...run.mission.landing_m];
     const nominal = strip([run.mission.start_m, ...goals], COLOURS.waypoint, 0.55);
@@ -79,6 +79,9 @@ class Scenery {
     const rows = this.run.blocks[`intruder${number}`], places = [];
     for (let at = 0; at < rows.length; at += 7) places.push([...rows.subarray(at + 1, at + 4)]);
     const { ends, colours } = strip(places, COLOURS.intruder);
+    for (let at = 1; 7 * at < rows.length; at++) {  // No line through times of silence.
+      if (rows[7 * at] - rows[7 * (at - 1)] > SILENCE_S) ends.fill(0, 6 * (at - 1), 6 * at);
+    }
     return this.renderer.lines(ends, colours);
   }
 
@@ -141,8 +144,7 @@ class Scenery {
         [...COLOURS.intruder, 1]);
       this.drawStem(one.position);
       if (speed < 1e-6) return;
-      // The arrow ends where the intruder will be in two seconds.
-      const tip = plus(one.position, times(one.velocity, 2));
+      const tip = plus(one.position, times(one.velocity, this.run.arrowTime));
       const attitude = [0, -Math.asin(one.velocity[2] / speed),
         Math.atan2(one.velocity[1], one.velocity[0])];
       this.drawLine(one.position, tip, COLOURS.intruder, 2.5);

@@ -1,0 +1,33 @@
+"""What commands that fly share: the run as one MCAP file in its folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from clearway.cli.report import say
+
+if TYPE_CHECKING:
+    from clearway.flight import FlightSetup
+    from clearway.io.mission_file import MissionFile
+    from clearway.pilot import Steering
+    from clearway.simulation import Run
+
+
+def record_run(
+    run: Run[Steering],
+    setup: FlightSetup,
+    file: MissionFile,
+    folder: Path,
+    planner: str = "clearway",
+) -> None:
+    """Write `run.mcap`; without the extra that it takes, a line says so."""
+    from clearway.errors import MissingExtraError
+    from clearway.io.toml import dump_toml
+    from clearway.replay.reading import RUN_FILE
+    from clearway.replay.writing import write_mcap
+
+    try:
+        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE, planner)
+    except MissingExtraError as error:
+        say(str(error))
