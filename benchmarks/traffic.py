@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
+from clearway.io.beast import read_beast
 from clearway.io.mode_s_hex import read_hex
 from clearway.recordings import TrafficRecording, TrafficReport, aircraft_of, closest_pairs
 
@@ -19,24 +22,44 @@ REPEATS = 2_000
 LEAST_SHARE = 0.7
 
 
-def mode_s(quick: bool) -> Row:
-    """Lines of time and hex into reports; the reference decodes strings that lie ready."""
-    import rs1090
-
+def _stream(quick: bool) -> tuple[list[str], list[float]]:
+    """Messages of a minute, over and over, and a time for each."""
     messages = list(MESSAGES * (REPEATS // 5 if quick else REPEATS))
-    times_s = [1.7e9 + number for number in range(len(messages))]
+    return messages, [1.7e9 + number for number in range(len(messages))]
+
+
+def mode_s(quick: bool) -> Row:
+    messages, times_s = _stream(quick)
     content = "".join(
         f"{time_s:.3f},{message}\n" for time_s, message in zip(times_s, messages, strict=True)
     ).encode()
-    found = read_hex("benchmark", content)
-    assert sum("latitude" in each for each in rs1090.decode(messages, times_s)) == len(
-        found.reports
+    return _beside_the_decoder("Mode S messages, lines of time and hex,", read_hex, content, quick)
+
+
+def beast(quick: bool) -> Row:
+    messages, times_s = _stream(quick)
+    heads = [round(12e6 * (time_s - times_s[0])).to_bytes(6, "big") + b"\x40" for time_s in times_s]
+    content = b"".join(
+        b"\x1a3" + (head + bytes.fromhex(message)).replace(b"\x1a", b"\x1a\x1a")
+        for head, message in zip(heads, messages, strict=True)
     )
+    return _beside_the_decoder("Beast frames", read_beast, content, quick)
+
+
+def _beside_the_decoder(
+    what: str, read: Callable[[str, bytes], TrafficRecording], content: bytes, quick: bool
+) -> Row:
+    """A recording into reports; the reference decodes strings that lie ready."""
+    import rs1090
+
+    messages, times_s = _stream(quick)
+    found = sum("latitude" in each for each in rs1090.decode(messages, times_s))
+    assert found == len(read("benchmark", content).reports)
     decoder = timed(lambda: rs1090.decode(messages, times_s), quick, seconds=4.0)
-    ours = timed(lambda: read_hex("benchmark", content), quick, seconds=4.0)
+    ours = timed(lambda: read("benchmark", content), quick, seconds=4.0)
     share = decoder.median_s / ours.median_s
     return Row(
-        f"{len(messages):,} Mode S messages, lines of time and hex, into reports in SI units",
+        f"{len(messages):,} {what} into reports in SI units",
         f"{len(messages) / ours.median_s:,.0f} messages/s",
         f"{in_words(ours.median_s)} in all",
         Target(f">= {LEAST_SHARE:.0%} of the decoder's rate", share >= LEAST_SHARE),
@@ -71,5 +94,6 @@ def pairs(quick: bool) -> Row:
 
 BENCHMARKS = (
     Benchmark("traffic, Mode S", mode_s, headline=True),
+    Benchmark("traffic, Beast", beast),
     Benchmark("traffic, closest pairs", pairs),
 )
