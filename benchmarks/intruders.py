@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.sensors import GRID
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
+from clearway.encounters import planner_at
 from clearway.intruders import Intruder, assess_intruders, radial_vehicle_times
+from clearway.mission import Mission
+from clearway.state import State
+from clearway.system import AvoidanceSystem
 
 COUNT = 32
 
@@ -56,15 +61,36 @@ def at_the_vehicle_s_time(quick: bool) -> Row:
     ).row(f"{COUNT} intruders across the grid, line and spread, at the vehicle's time (5.5)")
 
 
+def decision(make: Callable[[], Sequence[Intruder]], where: str) -> Callable[[bool], Row]:
+    """A whole decision among intruders, from their reports to its explanation."""
+
+    def measure(quick: bool) -> Row:
+        start = State(np.zeros(3))
+        mission = Mission("benchmark", start, np.array([[100.0, 0.0, 0.0]]))
+        system = AvoidanceSystem(planner_at(1.0), mission)
+        system.update(start)
+        for number, each in enumerate(make()):
+            system.update(replace(each, name=f"i{number}"))
+        # Half a second after the reports, so that all of them have to be predicted.
+        system.update(replace(start, time_s=0.5))
+        return timed(lambda: system.decide(0.5), quick).row(
+            f"a decision with {COUNT} intruders {where}, line and spread, from reports to the "
+            "explained decision",
+            target_s=5e-3,
+        )
+
+    return measure
+
+
 ACROSS, AT_RANDOM = (paper_intruders, "across the grid"), (random_intruders, "on random paths")
 
 BENCHMARKS = (
     Benchmark("intruders, line", assessed(*ACROSS, ("line",), COUNT * 5e-6)),
     Benchmark("intruders, spread", assessed(*ACROSS, ("spread",), COUNT * 100e-6)),
     Benchmark("intruders, body", assessed(*ACROSS, ("body",), COUNT * 300e-6)),
-    Benchmark(
-        "intruders, line and spread", assessed(*ACROSS, ("line", "spread"), 5e-3), headline=True
-    ),
+    Benchmark("intruders, line and spread", assessed(*ACROSS, ("line", "spread"), 5e-3)),
     Benchmark("intruders, random paths", assessed(*AT_RANDOM, ("line", "spread"), 5e-3)),
     Benchmark("intruders, timed", at_the_vehicle_s_time),
+    Benchmark("decision, 32 intruders", decision(*AT_RANDOM), headline=True),
+    Benchmark("decision, 32 intruders across", decision(*ACROSS)),
 )

@@ -164,15 +164,42 @@ def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
     corners = span.corners_m
     step = (span.end_s - span.start_s) / (len(corners) - 1)
     for k in range(len(movers.radius_m)):
+        if _mover_bound(span, movers, k) >= best:
+            continue
+        px, py, pz = movers.position_m[k, 0], movers.position_m[k, 1], movers.position_m[k, 2]
+        vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
         for q in range(len(corners) - 1):
             before, after = span.start_s + q * step, span.start_s + (q + 1) * step
-            a = corners[q] - movers.position_m[k] - movers.velocity_mps[k] * before
-            b = corners[q + 1] - movers.position_m[k] - movers.velocity_mps[k] * after
-            gap = chord_distance(0.0, 0.0, 0.0, a[0], a[1], a[2], b[0], b[1], b[2])
+            gap = chord_distance(
+                0.0,
+                0.0,
+                0.0,
+                corners[q, 0] - px - vx * before,
+                corners[q, 1] - py - vy * before,
+                corners[q, 2] - pz - vz * before,
+                corners[q + 1, 0] - px - vx * after,
+                corners[q + 1, 1] - py - vy * after,
+                corners[q + 1, 2] - pz - vz * after,
+            )
             distance = gap - movers.radius_m[k] - movers.growth_mps[k] * after
             if distance < best:
                 best, index = distance, k
     return best, 3 if index >= 0 else 0, index
+
+
+@compiled
+def _mover_bound(span: Span, movers: MovingHazards, k: int) -> float:
+    """What the clearance from a mover cannot be below: both stay in balls about their middles."""
+    half_s = 0.5 * (span.end_s - span.start_s)
+    middle_s = span.start_s + half_s
+    vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
+    dx = span.middle_m[0] - movers.position_m[k, 0] - vx * middle_s
+    dy = span.middle_m[1] - movers.position_m[k, 1] - vy * middle_s
+    dz = span.middle_m[2] - movers.position_m[k, 2] - vz * middle_s
+    apart = np.sqrt(dx * dx + dy * dy + dz * dz)
+    moved = half_s * np.sqrt(vx * vx + vy * vy + vz * vz)
+    grown = movers.radius_m[k] + movers.growth_mps[k] * span.end_s
+    return float(apart - span.reach_m - moved - grown)
 
 
 @compiled

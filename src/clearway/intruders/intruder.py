@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -87,8 +87,7 @@ class Intruder:
         grows either way.
         """
         elapsed = time_s - self.time_s
-        return replace(
-            self,
+        return self._with(
             position_m=self.position_m + self.velocity_mps * elapsed,
             position_std_m=math.hypot(self.position_std_m, self.velocity_std_mps * elapsed),
             time_s=time_s,
@@ -109,11 +108,20 @@ class Intruder:
     def seen_from(self, state: State) -> Intruder:
         """The intruder in the body frame of a world state: the frame of the avoidance grid."""
         world_from_body = state.world_from_body
-        return replace(
-            self,
+        return self._with(
             position_m=(self.position_m - state.position_m) @ world_from_body,
             velocity_mps=self.velocity_mps @ world_from_body,
         )
+
+    def _with(self, **changed: FloatArray | float) -> Intruder:
+        """What follows from a checked intruder, without another check: decisions make many."""
+        follows = object.__new__(Intruder)
+        for key in self.__slots__:
+            value = changed[key] if key in changed else getattr(self, key)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            object.__setattr__(follows, key, value)
+        return follows
 
 
 def up_seen_from(state: State) -> FloatArray:
