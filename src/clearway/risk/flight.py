@@ -31,6 +31,9 @@ INTRUDER = "intruder"
 BODY_SHARE = 0.25
 """Body radius that the margins (6.14) and (6.15) are told, of the margin: as 0.3 of 1.2 m."""
 STEP_S = 0.05
+VIEW = (100.0, 15, 65.0, 9)
+"""Half of the grid's azimuth in degrees, its columns; half of its elevation, its rows. Reports come
+from all around, and a plan that soon leaves the grid is held against too little of the future."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +61,11 @@ def craft_of(settings: RiskSettings) -> Craft:
         settings.own_mps, turn_deg, settings.movement_s, settings.pitch_limit_deg
     )
     range_m = settings.range_movements * settings.own_mps * settings.movement_s
-    grid = AvoidanceGrid.uniform(range_m, settings.range_movements)
+    grid = AvoidanceGrid.uniform(range_m, settings.range_movements, *VIEW)
     library = ReachLibrary.load_or_build(automaton, grid)
-    planner = Planner.of(library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m))
+    planner = Planner.of(
+        library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m)
+    )
     return Craft(planner, BODY_SHARE * settings.margin_m, automaton.turning_radius_m)
 
 
@@ -91,7 +96,6 @@ class EncounterTraffic:
             Intruder(
                 position * self._upwards + settings.position_std_m * noise[0],
                 velocity * self._upwards + settings.velocity_std_mps * noise[1],
-                np.full(2, np.radians(settings.spread_deg)),
                 name=INTRUDER,
                 time_s=time_s,
                 position_std_m=settings.position_std_m,

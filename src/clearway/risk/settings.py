@@ -34,13 +34,13 @@ class RiskSettings:
     """Speed of the ownship: along the nose in the stretched world, so less when it climbs."""
     stretch: float = 4.0
     """Heights are multiplied by this in the world that planners see."""
-    movement_s: float = 3.0
+    movement_s: float = 4.0
     """Duration of a movement, which is the time between decisions."""
     turn_deg_per_s: float = 5.0
     """Of a turn; 12.5 degrees of bank at 50 kt."""
-    pitch_limit_deg: float = 30.0
-    """In the stretched world: climbs of 630 ft/min at 50 kt."""
-    range_movements: int = 12
+    pitch_limit_deg: float = 20.0
+    """In the stretched world: climbs of 430 ft/min at 50 kt."""
+    range_movements: int = 15
     """Range of the grid in movements, which is how far ahead a plan goes."""
     position_std_m: float = 0.0
     """Of reports; a quarter of it in height, with the default stretch."""
@@ -48,9 +48,7 @@ class RiskSettings:
     """Likewise."""
     report_s: float = 1.0
     """Time between reports."""
-    spread_deg: float = 0.0
-    """How far off its course an intruder is said to turn, in reports."""
-    spare: float = 1.0
+    spare: float = 1.15
     """Margin that planners are told to keep, in margins: intruders turn."""
     radius_nmi: float = 3.0
     """Of the encounter cylinder about the ownship, at whose border an encounter begins."""
@@ -66,13 +64,13 @@ class RiskSettings:
     def __post_init__(self) -> None:
         problems = [
             f"{name}: must be a number above 0, got {getattr(self, name)}"
-            for name in ("own_kt", "stretch", "movement_s", "turn_deg_per_s", "report_s",
+            for name in ("own_kt", "stretch", "spare", "movement_s", "turn_deg_per_s", "report_s",
                          "radius_nmi", "half_height_ft", "within_s", "pitch_limit_deg")
             if not 0.0 < getattr(self, name) < math.inf
         ]  # fmt: skip
         problems += [
             f"{name}: must be a number >= 0, got {getattr(self, name)}"
-            for name in ("position_std_m", "velocity_std_mps", "afterwards_s", "spread_deg")
+            for name in ("position_std_m", "velocity_std_mps", "afterwards_s")
             if not 0.0 <= getattr(self, name) < math.inf
         ]
         if self.range_movements < 3:
