@@ -68,7 +68,7 @@ def _list(as_json: bool) -> None:
         print_json({"targets": known})
         return
     for target in TARGETS.values():
-        print(f"{target.name:<20}{target.title}")
+        print(f"{target.name:<22}{target.title}")
 
 
 def _write(made: Made, folder: Path, plots: bool) -> list[str]:

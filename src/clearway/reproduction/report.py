@@ -19,7 +19,9 @@ HEAD = """\
 
 `{command} --docs FILE` wrote this page, and draws each figure into `clearway-out/reproduce`.
 *Reference* is an independent implementation, *paper* the printed value,
-and numbers agree within the tolerance of the computation. For figs. 6.2 to 6.13 the paper calls the
+and numbers agree within the tolerance of the computation. What the paper draws by hand is computed
+from a scene like it. The flights of 6.4 and 6.5 are the missions that ship with the package, with
+noise and drop-outs of the sensor. For figs. 6.2 to 6.13 the paper calls the
 five rows of cells layers, from 1 at the top to 5 at the bottom, and so do we; the top of its panels
 is the left of the vehicle. Cells in brackets are (layer, column, row) counted from 0: near to far,
 right to left, bottom to top. Colours are ours, safe for the colour-blind: red is an obstacle or

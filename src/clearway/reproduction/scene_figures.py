@@ -48,34 +48,34 @@ class Scanned:
         return int(np.sum(np.abs(self.points_m[:, 2]) < 1e-9))
 
 
-def density_figure() -> tuple[Exhibit, ...]:
-    """Fig. 2.1."""
+def scan_figures() -> tuple[Exhibit, ...]:
+    """Figs. 2.1 and 2.2."""
+    return (_density_figure(), _overshadowed_figure())
+
+
+def _density_figure() -> Exhibit:
     near, far = (scan_of_ball(distance) for distance in DISTANCES_M)
-    return (
-        Exhibit(
-            "Figure 2.1",
-            "LiDAR hits on equal objects at different distance",
-            Findings(
-                claim="Of two equal objects the one at 5 m takes 5 hits, that at 10 m 3; equal "
-                "scanned surfaces must rate equally.",
-                ours=f"{near.hits_in_middle_row} and {far.hits_in_middle_row} hits in the middle "
-                f"row, {len(near.points_m)} and {len(far.points_m)} in all. As hits of all beams "
-                f"(5.41) they rate {near.ratio:.3f} and {far.ratio:.3f}; with the rule `surface`, "
-                f"hits of those expected at that distance, {near.surface:.2f} and "
-                f"{far.surface:.2f}.",
-                difference="(5.41), which the paper gives later, does not do what it asks for "
-                "here; the rule `surface` does, up to whole beams.",
-                measures=(
-                    Measure("hits in the middle row at 5 m", near.hits_in_middle_row, 5, "paper"),
-                    Measure("hits in the middle row at 10 m", far.hits_in_middle_row, 3, "paper"),
-                    Measure("rule ratio, far over near", far.ratio / near.ratio),
-                    Measure(
-                        "rule surface, far over near", far.surface / near.surface, 1, "paper", 0.1
-                    ),
-                ),
+    return Exhibit(
+        "Figure 2.1",
+        "LiDAR hits on equal objects at different distance",
+        Findings(
+            claim="Of two equal objects the one at 5 m takes 5 hits, that at 10 m 3; equal "
+            "scanned surfaces must rate equally.",
+            ours=f"{near.hits_in_middle_row} and {far.hits_in_middle_row} hits in the middle "
+            f"row, {len(near.points_m)} and {len(far.points_m)} in all. As hits of all beams "
+            f"(5.41) they rate {near.ratio:.3f} and {far.ratio:.3f}; with the rule `surface`, "
+            f"hits of those expected at that distance, {near.surface:.2f} and "
+            f"{far.surface:.2f}.",
+            difference="(5.41), which the paper gives later, does not do what it asks for "
+            "here; the rule `surface` does, up to whole beams.",
+            measures=(
+                Measure("hits in the middle row at 5 m", near.hits_in_middle_row, 5, "paper"),
+                Measure("hits in the middle row at 10 m", far.hits_in_middle_row, 3, "paper"),
+                Measure("rule ratio, far over near", far.ratio / near.ratio),
+                Measure("rule surface, far over near", far.surface / near.surface, 1, "paper", 0.1),
             ),
-            partial(_draw_density, (near, far)),
         ),
+        partial(_draw_density, (near, far)),
     )
 
 
@@ -120,43 +120,40 @@ def assessed(name: str, charted: Mapping[str, Any], there: list[dict[str, Any]])
     return assess_scene(scene_of(name, content, Path(), name).scene)
 
 
-def overshadowed_figure() -> tuple[Exhibit, ...]:
-    """Fig. 2.2."""
+def _overshadowed_figure() -> Exhibit:
     charted = _ball((7.5, 0, 0), 1.0)
     screens = [_ball((4.5, side, 0), 0.7) for side in (-1.1, 0.0, 1.1)]
     scene = assessed("figure 2.2", charted, screens)
     base, visible = scene.cells.evidence.map_base, scene.cells.evidence.visibility
     filled = base > 0.05
     hidden = float(np.average(1.0 - visible[filled], weights=base[filled]))
-    return (
-        Exhibit(
-            "Figure 2.2",
-            "map obstacle overshadowed by detected ones",
-            Findings(
-                claim="A map obstacle behind three scanned ones cannot be seen, so that its "
-                "uncertainty arises; hits alone miss it.",
-                ours=f"{hidden:.0%} of it is hidden; its cells get up to "
-                f"{float(scene.cells.map[filled].max()):.2f} by (5.54), and no hits.",
-                difference="",
-                measures=(
-                    Measure("share of the map obstacle that is hidden", hidden),
-                    Measure(
-                        "largest probability of its cells from hits alone",
-                        float(scene.cells.evidence.detected[filled].max()),
-                        0.0,
-                        "paper",
-                        1e-9,
-                    ),
-                    Measure("largest probability (5.54)", float(scene.cells.map[filled].max())),
+    return Exhibit(
+        "Figure 2.2",
+        "map obstacle overshadowed by detected ones",
+        Findings(
+            claim="A map obstacle behind three scanned ones cannot be seen, so that its "
+            "uncertainty arises; hits alone miss it.",
+            ours=f"{hidden:.0%} of it is hidden; its cells get up to "
+            f"{float(scene.cells.map[filled].max()):.2f} by (5.54), and no hits.",
+            difference="",
+            measures=(
+                Measure("share of the map obstacle that is hidden", hidden),
+                Measure(
+                    "largest probability of its cells from hits alone",
+                    float(scene.cells.evidence.detected[filled].max()),
+                    0.0,
+                    "paper",
+                    1e-9,
                 ),
+                Measure("largest probability (5.54)", float(scene.cells.map[filled].max())),
             ),
-            partial(
-                _draw_cells,
-                scene,
-                "visibility",
-                "Figure 2.2: map obstacle overshadowed by detected ones",
-                charted,
-            ),
+        ),
+        partial(
+            _draw_cells,
+            scene,
+            "visibility",
+            "Figure 2.2: map obstacle overshadowed by detected ones",
+            charted,
         ),
     )
 
@@ -201,7 +198,7 @@ def _draw_spaces(scene: SceneAssessment) -> Figure:
     )
 
 
-MAP_CASES = (
+MAP_CASES: tuple[tuple[str, str, list[dict[str, Any]], str, str], ...] = (
     (
         "5.9",
         "undetected",

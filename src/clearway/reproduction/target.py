@@ -36,7 +36,7 @@ class Measure:
 
     @property
     def agrees(self) -> bool | None:
-        return None if self.difference is None else abs(self.difference) <= self.tolerance
+        return None if self.difference is None else bool(abs(self.difference) <= self.tolerance)
 
 
 @dataclass(frozen=True, slots=True)

@@ -142,9 +142,9 @@ def _assessments(flight: Flight, first: int) -> tuple[Exhibit, ...]:
                 claim="Layer 3 holds the direct line, with 1, layers 2, 4 and 5 residues of the "
                 "cone, layer 4 of low probability; layer 1 is least impacted.",
                 ours=f"Cells met by layer from the top: {by_row}; largest {largest}.",
-                difference="The intruder flies half a metre below the vehicle, so its line lies in "
-                "the middle layer and in the one below it; the text cannot be reproduced layer by "
-                "layer, since it is told for a cone and a position that do not fit each other.",
+                difference="Half a metre below the vehicle, line and cone meet the middle layer, "
+                "less of the one below and hardly any of the one above, and leave the outermost "
+                "free; the text tells of a wider cone.",
                 measures=(
                     Measure("cells met", int((met > 0).sum())),
                     Measure("largest", float(met.max()), 1.0, "paper", 1e-9),
