@@ -16,7 +16,7 @@ One verdict is taken each time the vehicle has moved on by a margin, so each res
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,10 +46,17 @@ SLACK = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """A reading in the world frame: a few of its returns, and the pose."""
+class View:
+    """A reading and where it was taken."""
 
     scan: Scan
+    state: State
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Statement:
+    """A few returns of a reading, and where it was taken."""
+
     state: State
     points_m: FloatArray
     """[n, 3] world frame."""
@@ -65,9 +72,9 @@ class Record:
     trust: float
     """Now."""
     believed: bool = True
-    latest: Reading | None = None
-    judged: Reading | None = None
-    """The one that the last verdict was about."""
+    latest: View | None = None
+    judged: Statement | None = None
+    """What the last verdict was about."""
     steady: bool | None = None
     """Whether it saw again what it had seen at the verdict before; None where it could not."""
     steady_s: float = -np.inf
@@ -125,41 +132,47 @@ def heard(
     ground_m: float = -np.inf,
 ) -> Court:
     """The court after a reading; a verdict is taken if the vehicle has moved on since the last."""
-    sensor = sensors[scan.sensor]
-    points, radii = sensor.returns(scan, state, court.reach_m, ground_m)
-    pick = slice(None, None, 1 + len(points) // MOST)
-    now = Reading(
-        scan, state, np.ascontiguousarray(points[pick]), np.ascontiguousarray(radii[pick])
-    )
+    sensor, view = sensors[scan.sensor], View(scan, state)
     records = dict(court.records)
-    record = replace(records[sensor.name], latest=now)
+    records[sensor.name] = record = replace(records[sensor.name], latest=view)
+    before = record.judged
     slack_m = SLACK * court.margin_m + sigmas * (state.position_std_m + 2.0 * sensor.sigma_m)
-    if record.judged is None:
-        record = replace(record, judged=now)
-    elif _moved_m(record.judged, now) >= max(court.margin_m, 2.0 * slack_m):
-        records[sensor.name] = _tested(record, sensor, now, slack_m)
-        return replace(court, records=_after_verdict(court, sensors, records, now, sigmas))
-    records[sensor.name] = record
+    if before is not None and _moved_m(before.state, state) < max(court.margin_m, 2.0 * slack_m):
+        return replace(court, records=records)
+    now = _statement(sensor, view, court.reach_m, ground_m)
+    if before is not None:
+        records[sensor.name] = _tested(record, sensor, view, before, slack_m)
+        against, confirming = _opinions(court, sensors, records, view, now, sigmas)
+        records |= _verdict(records, sensor.name, against, confirming, scan.time_s)
+    records[sensor.name] = replace(records[sensor.name], judged=now)
     return replace(court, records=records)
 
 
-def _moved_m(before: Reading, now: Reading) -> float:
-    return float(np.linalg.norm(now.state.position_m - before.state.position_m))
+def _moved_m(before: State, now: State) -> float:
+    return float(np.linalg.norm(now.position_m - before.position_m))
 
 
-def _tested(record: Record, sensor: RangeSensor, now: Reading, slack_m: float) -> Record:
-    """The record after its sensor has looked again at what it saw at the last verdict."""
-    before = record.judged
-    assert before is not None
-    refuted = _refuted(sensor, now, before, slack_m)
+def _statement(sensor: RangeSensor, view: View, reach_m: float, ground_m: float) -> Statement:
+    points, radii = sensor.returns(view.scan, view.state, reach_m, ground_m)
+    pick = slice(None, None, 1 + len(points) // MOST)
+    return Statement(
+        view.state, np.ascontiguousarray(points[pick]), np.ascontiguousarray(radii[pick])
+    )
+
+
+def _tested(
+    record: Record, sensor: RangeSensor, view: View, before: Statement, slack_m: float
+) -> Record:
+    """The record after its sensor has looked again at what it stated before."""
+    refuted = _refuted(sensor, view, before, slack_m)
     if refuted is None:
-        return replace(record, judged=now, steady=None)
-    steady_s = record.steady_s if refuted else now.scan.time_s
-    return replace(record, judged=now, steady=not refuted, steady_s=steady_s)
+        return replace(record, steady=None)
+    steady_s = record.steady_s if refuted else view.scan.time_s
+    return replace(record, steady=not refuted, steady_s=steady_s)
 
 
-def _refuted(witness: RangeSensor, view: Reading, accused: Reading, slack_m: float) -> bool | None:
-    """Whether a view passes most of another reading's returns; None where it looks at too few."""
+def _refuted(witness: RangeSensor, view: View, accused: Statement, slack_m: float) -> bool | None:
+    """Whether a view passes most returns of a statement; None where it looks at too few."""
     wide = accused.radius_m + slack_m
     nothing = replace(view.scan, points_m=np.zeros((0, 3)))
     looks = witness.passes(nothing, view.state, accused.points_m, wide, slack_m)
@@ -170,39 +183,48 @@ def _refuted(witness: RangeSensor, view: Reading, accused: Reading, slack_m: flo
     return int(np.count_nonzero(passed & looks)) > REFUTED_SHARE * count
 
 
-def _after_verdict(
+def _opinions(
     court: Court,
     sensors: Mapping[str, RangeSensor],
-    records: dict[str, Record],
-    now: Reading,
+    records: Mapping[str, Record],
+    said: View,
+    now: Statement,
     sigmas: float,
-) -> Mapping[str, Record]:
-    """Records after the others have been held against a reading."""
-    name, time_s = now.scan.sensor, now.scan.time_s
+) -> tuple[list[str], list[str]]:
+    """Which of the other sensors that are believed refute a statement, and which do not."""
+    name, time_s = said.scan.sensor, said.scan.time_s
     against: list[str] = []
     confirming: list[str] = []
     for other, record in records.items():
         view = record.latest
-        if other == name or view is None or time_s - view.scan.time_s > TOGETHER_S + 1e-6:
+        if other == name or view is None or not record.believed:
+            continue
+        if time_s - view.scan.time_s > TOGETHER_S + 1e-6:
             continue
         sigma = sensors[name].sigma_m + sensors[other].sigma_m
-        slack_m = SLACK * court.margin_m + sigmas * (now.state.position_std_m + sigma)
+        slack_m = SLACK * court.margin_m + sigmas * (said.state.position_std_m + sigma)
         refuted = _refuted(sensors[other], view, now, slack_m)
         if refuted is not None:
             (against if refuted else confirming).append(other)
-    accusers = [other for other in against if records[other].believed]
-    backers = [other for other in confirming if records[other].believed]
-    if not accusers:
-        if backers and records[name].steady:
-            records[name] = records[name].raised()
-        return records
-    steady = [other for other in accusers if records[other].is_steady(time_s)]
-    own = sum(records[other].weight for other in [name, *backers])
+    return against, confirming
+
+
+def _verdict(
+    records: Mapping[str, Record],
+    name: str,
+    against: Sequence[str],
+    confirming: Sequence[str],
+    time_s: float,
+) -> dict[str, Record]:
+    """The records that change."""
+    record = records[name]
+    if not against:
+        return {name: record.raised()} if confirming and record.steady else {}
+    steady = [other for other in against if records[other].is_steady(time_s)]
+    own = record.weight + sum(records[other].weight for other in confirming)
     outvoted = sum(records[other].weight for other in steady) > own
-    if outvoted or (records[name].steady is False and not backers):
-        records[name] = records[name].lowered()
-    elif records[name].steady:
-        for other in accusers:
-            if other not in steady:
-                records[other] = records[other].lowered()
-    return records
+    if outvoted or (record.steady is False and not confirming):
+        return {name: record.lowered()}
+    if record.steady:
+        return {other: records[other].lowered() for other in against if other not in steady}
+    return {}
