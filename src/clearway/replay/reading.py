@@ -19,6 +19,8 @@ RUN_FILE = "run.mcap"
 POINT_BYTES = 12
 CLOUD_DATA = 6
 """Number of the field of foxglove.PointCloud that holds the points."""
+READ = (*schemas.SCHEMAS, schemas.POINTS, schemas.WORLD_POINTS)
+"""Topics that are read back; the others are for Foxglove."""
 Message = dict[str, Any]
 
 
@@ -88,8 +90,8 @@ def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
 
 def _check_complete(path: Path, messages: dict[str, list[bytes]]) -> None:
     """Refuse files of other programs, of newer versions, and runs with parts missing."""
+    topics = ", ".join(sorted(messages)) or "none"
     if not messages[schemas.MISSION] or not messages[schemas.STATE]:
-        topics = ", ".join(sorted(name for name, data in messages.items() if data)) or "none"
         raise InputError(
             str(path),
             f"no run of clearway: topics {schemas.MISSION} and {schemas.STATE} are needed, "
@@ -126,7 +128,10 @@ def _messages(path: Path) -> dict[str, list[bytes]]:
         with path.open("rb") as stream:
             _check_ends(path, stream)
             reader = SeekingReader(stream, validate_crcs=True)
-            for _, channel, message in reader.iter_messages():
+            summary = reader.get_summary()
+            for channel in summary.channels.values() if summary else ():
+                found[channel.topic] = []
+            for _, channel, message in reader.iter_messages(topics=READ):
                 found[channel.topic].append(message.data)
     except OSError as cause:
         raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
