@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from clearway.errors import InputError, MissingExtraError
 from clearway.frames import world_from_body
@@ -320,6 +322,44 @@ def test_a_recording_cut_anywhere_is_refused(maker: Maker, tmp_path: Path) -> No
         assert str(whole) in str(told.value)
     file.write_bytes(content)
     assert len(clouds(open_scans(whole))) == 5
+
+
+@given(
+    name=st.sampled_from(list(MAKERS)),
+    changes=st.lists(
+        st.tuples(st.floats(0.0, 1.0), st.binary(min_size=1, max_size=4)), min_size=1, max_size=4
+    ),
+)
+@settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damage_is_refused_or_read_over(
+    whole_recordings: dict[str, Path], name: str, changes: list[tuple[float, bytes]]
+) -> None:
+    """Whatever the bytes: an InputError, or scans of numbers."""
+    path = whole_recordings[name]
+    file = next(path.glob("*.db3")) if path.is_dir() else path
+    content = file.read_bytes()
+    damaged = bytearray(content)
+    for share, other in changes:
+        at = int(share * (len(content) - 1))
+        damaged[at : at + len(other)] = other
+    file.write_bytes(damaged)
+    try:
+        for points in clouds(open_scans(path)):
+            assert np.isfinite(points).all()
+    except InputError:
+        return
+    finally:
+        file.write_bytes(content)
+
+
+@pytest.fixture(scope="module")
+def whole_recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A small recording of every kind, with poses."""
+    made = {}
+    for name, maker in MAKERS.items():
+        messages = moving(types_of(maker), "base_link", "lidar")
+        made[name] = maker(tmp_path_factory.mktemp("whole"), messages)
+    return made
 
 
 def test_a_ros2_bag_without_its_metadata(tmp_path: Path) -> None:

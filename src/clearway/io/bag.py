@@ -7,7 +7,7 @@ decoded, and only when it is asked for.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -89,19 +89,41 @@ def bag_folder(path: Path) -> Path:
     return folder
 
 
-@contextmanager
-def _open_rosbag(path: Path) -> Iterator[Bag]:
-    from rosbags.highlevel import AnyReader, AnyReaderError
+@cache
+def _complaints() -> tuple[type[Exception], ...]:
+    """What the libraries raise besides Python's own errors."""
+    from mcap.exceptions import McapError
+    from rosbags.highlevel import AnyReaderError
     from rosbags.rosbag1 import ReaderError as ReaderError1
     from rosbags.rosbag2 import ReaderError as ReaderError2
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import TypesysError
+    from zstandard import ZstdError
+
+    return (
+        AnyReaderError,
+        ReaderError1,
+        ReaderError2,
+        SerdeError,
+        TypesysError,
+        McapError,
+        ZstdError,
+    )
+
+
+@contextmanager
+def _open_rosbag(path: Path) -> Iterator[Bag]:
+    from rosbags.highlevel import AnyReader
 
     is_ros1 = path.suffix.lower() == ".bag" and not path.is_dir()
     kind = "ROS 1 bag" if is_ros1 else "ROS 2 bag"
     place = path if is_ros1 else bag_folder(path)
-    own = (AnyReaderError, ReaderError1, ReaderError2)
+    own = _complaints()
     with ExitStack() as stack:
         with damage_told(path, kind, own):
-            reader = stack.enter_context(AnyReader([place], default_typestore=ros2_types()))
+            reader = AnyReader([place], default_typestore=ros2_types())
+            stack.callback(_close, reader)  # its own way out leaves files open after a failure
+            reader.open()
             topics = _merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
@@ -129,6 +151,12 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
         yield Bag(kind, topics, messages, decoded)
 
 
+def _close(reader: Any) -> None:
+    for one in reader.readers:
+        with suppress(AssertionError, *_complaints()):
+            one.close()
+
+
 @cache
 def ros2_types() -> Any:
     """For bags without definitions: those messages of ROS 2 that are read, and Velodyne's.
@@ -146,10 +174,9 @@ def ros2_types() -> Any:
 
 @contextmanager
 def _open_mcap(path: Path) -> Iterator[Bag]:
-    from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
-    own = (McapError,)
+    own = _complaints()
     with ExitStack() as stack:
         with damage_told(path, "MCAP file", own):
             file = stack.enter_context(path.open("rb"))

@@ -18,7 +18,7 @@ from clearway.io.cloud_message import (
 )
 from clearway.io.foreign_errors import damage_told
 from clearway.io.pointcloud import PointCloud, cleaned
-from clearway.io.timed_scans import ScanSequence, TimedScan
+from clearway.io.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.io.velodyne import VelodyneDecoder
 
 CLOUD2, CLOUD = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/PointCloud"
@@ -50,7 +50,7 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
                 yield _scan(path, index, message, reader, where)
 
     notes = tuple(f"{path}: {note}" for note in where.notes)
-    span = "no poses in it" if where.track is None else f"{len(where.track.time_s)} poses"
+    span = NO_POSES if where.track is None else f"{len(where.track.time_s)} poses"
     return ScanSequence(str(path), kind, scans, where.mounting, notes, span)
 
 

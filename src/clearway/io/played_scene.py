@@ -13,7 +13,7 @@ from clearway.errors import InputError
 from clearway.io.pointcloud import PointCloud
 from clearway.io.scene import SceneInput, cloud_notes, lidar_of, open_section
 from clearway.io.scene_file import ScanSection
-from clearway.io.timed_scans import ScanSequence, TimedScan
+from clearway.io.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.movements import MovementAutomaton
 from clearway.playback import Moment, PlayedScan, mission_along, play
 from clearway.reach.store import Notice, ReachLibrary
@@ -89,6 +89,8 @@ def _first(sequence: ScanSequence) -> tuple[TimedScan, PointCloud]:
 
 def _states(sequence: ScanSequence, section: ScanSection) -> list[State]:
     """Poses at the scans' times; none where the recording has none."""
+    if sequence.poses == NO_POSES:
+        return []
     states = [scan.state for scan in sequence if scan.state is not None]
     if not states and section.poses is not None:
         raise InputError(section.poses, f"no pose at the time of any scan; it has {sequence.poses}")

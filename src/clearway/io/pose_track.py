@@ -58,9 +58,10 @@ def pose_track(
     notes: tuple[str, ...] = (),
 ) -> PoseTrack:
     """A track by time, poses that are not finite, or not a turn, or told twice left out."""
-    length = np.linalg.norm(quaternion, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        length = np.linalg.norm(quaternion, axis=1)
     whole = np.isfinite(np.column_stack([time_s, position_m, quaternion])).all(axis=1)
-    kept = np.flatnonzero(whole & (length > 0.5))
+    kept = np.flatnonzero(whole & (length > 0.5) & np.isfinite(length))
     _, first = np.unique(time_s[kept], return_index=True)
     kept = kept[first]
     left_out = len(time_s) - len(kept)

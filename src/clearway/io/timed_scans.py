@@ -13,6 +13,8 @@ from clearway.state import State
 At = int | str
 """Which scan: its number from 0, or as "1.5s" the one nearest to that time after the first."""
 
+NO_POSES = "no poses in it"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimedScan:
@@ -38,7 +40,7 @@ class ScanSequence:
     """Place of the sensor on the vehicle, where the recording tells it."""
     notes: tuple[str, ...] = ()
     """What was assumed where the recording is silent; to be shown."""
-    poses: str = "no poses in it"
+    poses: str = NO_POSES
     """What there is of poses, in words."""
 
     def __iter__(self) -> Iterator[TimedScan]:
