@@ -31,6 +31,14 @@ def framed(*messages: Any, system: int = 1, component: int = 1, key: bytes | Non
     return b"".join(packer.pack(message) for message in messages)
 
 
+def raw_frame(number: int, payload: bytes) -> bytes:
+    """A frame of the vehicle's autopilot with any payload, its checksum right."""
+    head = bytes([len(payload), 0, 0, 0, 1, 1]) + number.to_bytes(3, "little")
+    extra = mavlink.mavlink_map[number].crc_extra
+    crc = mavlink.x25crc(head + payload + bytes([extra])).crc
+    return b"\xfd" + head + payload + int(crc).to_bytes(2, "little")
+
+
 def heartbeat(base_mode: int = FOLLOWS, autopilot: int = 0, custom_mode: int = 0) -> Any:
     return mavlink.MAVLink_heartbeat_message(2, autopilot, base_mode, custom_mode, 4, 3)
 

@@ -311,9 +311,11 @@ def test_messages_without_use_are_counted() -> None:
     assert Sectors.of(unknown, counts) is None
     assert Sectors.of(distances(1.0, increment=0), counts) is None
     assert Sectors.of(distances(1.0, increment_f=math.nan), counts) is None
+    assert Sectors.of(distances(1.0, increment_f=1e-30), counts) is None
+    assert Sectors.of(distances(1.0, offset=math.inf), counts) is None
     assert Sectors.of(distances(1.0, reach=0), counts) is None
     assert Sectors.of(distances(1.0, frame=8), counts) is None
-    assert dict(counts) == {"distances: no sector is known": 4, "distances: of another frame": 1}
+    assert dict(counts) == {"distances: no sector is known": 6, "distances: of another frame": 1}
 
 
 # --- traffic ------------------------------------------------------------------------------------

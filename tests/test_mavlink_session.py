@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from clearway.autopilot.health import LinkFacts, LinkLimits, LinkState, link_state
+from clearway.autopilot.inbox import KEPT
 from clearway.autopilot.setpoints import HOLD
 from clearway.mission import Mode
 from clearway.system import AvoidanceSystem
@@ -22,6 +25,7 @@ from mavlink_for_tests import (
     heartbeat,
     origin,
     position,
+    raw_frame,
     sent,
 )
 
@@ -411,6 +415,24 @@ def test_a_flood_of_50_000_messages_neither_stops_nor_moves_the_flight() -> None
     flooded = bench.inbox.refused["flood: more than can be used"]
     assert flooded + bench.inbox.received["ADSB_VEHICLE"] == 50_000
     assert bench.inbox.received["LOCAL_POSITION_NED"] == 11
+
+
+@settings(max_examples=40)
+@given(
+    told=st.lists(
+        st.tuples(st.sampled_from(sorted(KEPT)), st.binary(min_size=1, max_size=60)), max_size=12
+    ),
+    stretched=st.booleans(),
+)
+def test_whatever_fields_say_nothing_breaks(told: list[tuple[int, bytes]], stretched: bool) -> None:
+    bench = Bench()
+    bench.all_well(1.0)
+    for step, (number, payload) in enumerate(told):
+        # Long messages need more than a few bytes to say much.
+        bench.hear(1001.0, raw_frame(number, payload * 4 if stretched else payload))
+        outcome = bench.tick(1.0 + 0.1 * step)
+        for message in sent(outcome, SET_POINT):
+            assert np.isfinite([message.x, message.y, message.z, message.vx, message.yaw]).all()
 
 
 def test_traffic_while_nothing_is_decided_does_not_pile_up() -> None:

@@ -30,6 +30,8 @@ STEP_RAD = math.radians(1.0)
 LEAST_FAN_STEP_RAD = math.radians(3.0)
 BLIND_M, ENDED_M, TOUCHING_M = 0.0075, 0.005, 0.01
 """Blind range; where beams end that saw nothing; a distance of 0 is an obstacle at the sensor."""
+LEAST_STEP_DEG = 0.1
+"""No sensor has finer sectors."""
 LEVEL_RAD = math.radians(3.0)
 """A level sector says nothing of beams that point farther off the level than this."""
 
@@ -74,7 +76,7 @@ class Sectors:
         told = np.array(message.distances, dtype=np.float64)
         step = message.increment_f if message.increment_f else float(message.increment)
         offset = message.angle_offset
-        usable = np.isfinite([step, offset]).all() and 0.0 < abs(step) <= 360.0
+        usable = LEAST_STEP_DEG <= abs(step) <= 360.0 and abs(offset) <= 360.0
         reach = float(message.max_distance)
         known = told < UNKNOWN
         if not (usable and reach > 0.0 and known.any()):

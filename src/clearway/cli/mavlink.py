@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import signal
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -144,15 +146,14 @@ def _run(
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
     record = SessionRecord(loop.session, log)
-    show = _status_line(loop.session) if sys.stderr.isatty() else None
+    commentary = _Commentary(loop.session)
 
     def take(outcome: Outcome) -> None:
         record.take(outcome)
-        if show is not None:
-            show(outcome)
+        commentary.show(outcome)
 
     report = loop.run(stop, take)
-    if show is not None:
+    if sys.stderr.isatty():
         say("")
     loop.end()
     result = record.summary(report, loop.inbox, loop.outbox, rate)
@@ -161,25 +162,37 @@ def _run(
     return result
 
 
-def _status_line(session: Session) -> Callable[[Outcome], None]:
-    """Rewrites one line, a few times a second."""
-    import time
+class _Commentary:
+    """Tells changes in lines; on a terminal the present moment stands below them."""
 
-    shown, doing = [0.0], [""]
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._terminal = sys.stderr.isatty()
+        self._mode, self._doing = "", ""
+        self._told = ("", "")
+        self._told_s = self._shown_s = -math.inf
 
-    def show(outcome: Outcome) -> None:
+    def show(self, outcome: Outcome) -> None:
+        """A line where the state of the link changed, or the mode has, once a second at most."""
         if outcome.flight is not None:
-            doing[0] = outcome.flight.explanation
+            self._mode, self._doing = outcome.flight.mode, outcome.flight.explanation
         now = time.monotonic()
-        if now - shown[0] < 0.25:
-            return
-        shown[0] = now
-        mode = session.mode or "no autopilot heard"
-        text = f"{outcome.time_s:.1f} s  {outcome.state}; {mode}; {doing[0]}"
-        width = shutil.get_terminal_size().columns - 1
-        print(f"\r\x1b[K{text[:width]}", end="", file=sys.stderr, flush=True)
+        present = (str(outcome.state), self._mode)
+        new_mode = present != self._told and now >= self._told_s + 1.0
+        if present[0] != self._told[0] or new_mode:
+            self._told, self._told_s = present, now
+            self._print(outcome, "\n")
+        elif self._terminal and now >= self._shown_s + 0.25:
+            self._shown_s = now
+            self._print(outcome, "")
 
-    return show
+    def _print(self, outcome: Outcome, end: str) -> None:
+        autopilot = self._session.mode or "no autopilot heard"
+        doing = f"; {self._doing}" if self._doing else ""
+        text = f"{outcome.time_s:.1f} s  {outcome.state}; {autopilot}{doing}"
+        if self._terminal:
+            text = "\r\x1b[K" + text[: shutil.get_terminal_size().columns - 1]
+        print(text, end=end, file=sys.stderr, flush=True)
 
 
 def _is_good(result: dict[str, Any]) -> bool:
