@@ -58,7 +58,6 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
         (("-p", "wish"), "there are clearway, straight"),
         (("--noise", "much"), "--noise"),
         (("--layers", "9"), "--layers: the model has layers 1 to 4"),
-        (("--layers", "low"), "--layers"),
         (("--own-kt", "-3"), "own_kt"),
     ],
 )

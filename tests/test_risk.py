@@ -198,9 +198,9 @@ def test_a_study_is_the_same_for_any_number_of_processes():
 
 
 def test_avoiding_helps():
-    result = study(made_up_model(), ["clearway", "mvp", "velocity-obstacle"], range(8))
+    result = study(made_up_model(), ["clearway", "mvp", "velocity-obstacle"], [3, 5, 6])
     met = [outcome for outcome in result.outcomes if outcome.straight.near_collision]
-    assert len(met) >= 2
+    assert len(met) == 3
     for planner in result.planners:
         assert not any(outcome.of(planner).near_collision for outcome in met), planner
 
