@@ -134,7 +134,7 @@ def tried(
 ) -> list[Court]:
     """The court after every second of straight flight at 1 m/s."""
     sensors = range_sensors(lidars)
-    court = Court.of(sensors, MARGIN_M, 10.0)
+    court = Court.of(sensors, MARGIN_M, 10.0, 1.0)
     rng = np.random.default_rng(3)
     courts = []
     for second in range(seconds):
@@ -249,6 +249,42 @@ def test_two_outvote_one() -> None:
     weak = [three[0], lidar("mirage", standing=Standing(trust=0.5))]
     last = tried(weak, [weak[0], Mirage(weak[1], "blind")], 13, beside)[-1]
     assert not last.believes("mirage")
+
+
+def test_dirt_on_a_lens_is_found_though_most_of_what_it_sees_is_real() -> None:
+    class Dirty(LyingLidar):
+        """Honest, but for a blot straight ahead."""
+
+        def scan(self, world, state, rng):  # type: ignore[no-untyped-def]
+            scan = simulate_scan(self.lidar, world, state, rng)
+            y, z = np.meshgrid(np.linspace(-0.3, 0.3, 31), np.linspace(-0.3, 0.3, 31))
+            blot = np.stack([np.full(y.size, 3.0), y.ravel(), z.ravel()], axis=1)
+            kept = np.hypot(scan.points_m[:, 1], scan.points_m[:, 2]) > 0.1 * scan.points_m[:, 0]
+            return cw.Scan(np.concatenate([scan.points_m[kept], blot]), scan.time_s, scan.sensor)
+
+    street = cw.ObstacleMap(
+        [cw.Obstacle.cuboid([30.0, y, 0.0], [80.0, 1.0, 8.0]) for y in (-4.0, 4.0)]
+    )
+    both = [lidar("good"), lidar("dirty")]
+    courts = tried(both, [both[0], Dirty(both[1], "blind")], 12, street)
+    assert courts[5].records["dirty"].steady  # most of it
+    assert not courts[-1].believes("dirty")
+    assert all(court.believes("good") for court in courts)
+    assert courts[-1].records["good"].trust == 1.0
+
+
+def test_what_moves_is_no_lie() -> None:
+    """A ball that crosses at the own speed; one sensor tells half a second after the other."""
+    both = [lidar("a"), lidar("b")]
+    sensors = range_sensors(both)
+    court = Court.of(sensors, MARGIN_M, 10.0, 1.0)
+    for second in range(10):
+        for delay, sensor in ((0.0, both[0]), (0.5, both[1])):
+            state = at(second + delay)
+            moving = cw.Obstacle.ball([12.0, 5.0 - state.time_s, 0.0], 1.0)
+            there = cw.ObstacleMap([*WORLD.obstacles, moving])
+            court = heard(court, sensors, simulate_scan(sensor, there, state, second), state)
+    assert {record.verdicts_against for record in court.records.values()} == {0}
 
 
 def test_a_lidar_answers_the_questions_of_a_range_sensor() -> None:

@@ -150,7 +150,7 @@ class AvoidanceSystem:
         self._memories = dict.fromkeys(self._sensors, empty)
         # Alone, a sensor has nobody to contradict it.
         margin = planner.settings.safety_margin_m
-        court = Court.of(self._sensors, margin, planner.grid.range_m)
+        court = Court.of(self._sensors, margin, planner.grid.range_m, planner.speed_mps)
         self._court = court if len(self._sensors) > 1 else None
         self._buffer = MovementBuffer()
         self._side = Side.STRAIGHT

@@ -5,7 +5,8 @@ ghost from a sensor that is blind, so two more things count. Whoever is *steady*
 earlier returns again from another place: real things stay where they are, and a fault that travels
 with the vehicle does not. And weights: precision times trust of all that are steady.
 
-- Refuted, not steady, and confirmed by nobody: the sensor itself loses trust.
+- Refuted, not steady, and confirmed by nobody: the sensor itself loses trust. So it does if that
+  holds for some of its returns only, verdict after verdict: dirt on a lens, for instance.
 - Refuted by steady sensors that outweigh it and those that confirm it: it loses trust.
 - Refuted, but steady: whoever refuted it without being steady is taken as blind, and loses trust.
 - Refuted by nobody, looked at by others, and steady: it regains trust, up to that of the start.
@@ -16,8 +17,9 @@ One verdict is taken each time the vehicle has moved on by a margin, so each res
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +27,7 @@ from clearway.frames import FloatArray
 from clearway.sensors.lidar import Scan
 from clearway.sensors.range_sensor import RangeSensor
 from clearway.sensors.standing import Standing
-from clearway.state import State
+from clearway.state import BoolArray, State
 
 LEAST = 8
 """Returns that must be open to refutation, or nothing is judged."""
@@ -41,6 +43,8 @@ LOWERED, RAISED = 0.7, 1.2
 """Factors of trust by a verdict against a sensor, and for it."""
 DOUBTED, BELIEVED = 0.3, 0.6
 """Shares of the trust at the start: below the first nobody believes, above the second again."""
+MOST_COMPARED = 10_000
+"""Returns of another sensor that a mover is looked for among."""
 SLACK = 0.3
 """Share of the margin by which places may be off, and by which a thing is wide."""
 
@@ -75,6 +79,8 @@ class Record:
     latest: View | None = None
     judged: Statement | None = None
     """What the last verdict was about."""
+    doubted: Statement | None = None
+    """Those of its returns that were refuted then, if they were more than a few."""
     steady: bool | None = None
     """Whether it saw again what it had seen at the verdict before; None where it could not."""
     steady_s: float = -np.inf
@@ -107,14 +113,19 @@ class Court:
     margin_m: float
     reach_m: float
     """Returns from farther away are not judged."""
+    speed_mps: float
+    """What moves up to twice as fast is not refuted by a view of where it was or will be."""
     records: Mapping[str, Record]
 
     @classmethod
-    def of(cls, sensors: Mapping[str, RangeSensor], margin_m: float, reach_m: float) -> Court:
+    def of(
+        cls, sensors: Mapping[str, RangeSensor], margin_m: float, reach_m: float, speed_mps: float
+    ) -> Court:
         """Everybody is believed as far as stated."""
         return cls(
             margin_m,
             reach_m,
+            speed_mps,
             {name: Record(each.standing, each.standing.trust) for name, each in sensors.items()},
         )
 
@@ -140,11 +151,19 @@ def heard(
     if before is not None and _moved_m(before.state, state) < max(court.margin_m, 2.0 * slack_m):
         return replace(court, records=records)
     now = _statement(sensor, view, court.reach_m, ground_m)
+    doubted = None
     if before is not None:
-        records[sensor.name] = _tested(record, sensor, view, before, slack_m)
-        against, confirming = _opinions(court, sensors, records, view, now, sigmas)
-        records |= _verdict(records, sensor.name, against, confirming, scan.time_s)
-    records[sensor.name] = replace(records[sensor.name], judged=now)
+        record = _tested(record, sensor, view, before, slack_m)
+        haunted = record.doubted is not None and _mostly(
+            _judged(sensor, view, record.doubted, slack_m)
+        )
+        opinions = _opinions(court, sensors, records, view, now, sigmas)
+        doubted = _part(now, opinions)
+        records[sensor.name] = record
+        records |= _verdict(
+            records, sensor.name, opinions, bool(haunted and doubted is not None), scan.time_s
+        )
+    records[sensor.name] = replace(records[sensor.name], judged=now, doubted=doubted)
     return replace(court, records=records)
 
 
@@ -164,23 +183,36 @@ def _tested(
     record: Record, sensor: RangeSensor, view: View, before: Statement, slack_m: float
 ) -> Record:
     """The record after its sensor has looked again at what it stated before."""
-    refuted = _refuted(sensor, view, before, slack_m)
+    refuted = _mostly(_judged(sensor, view, before, slack_m))
     if refuted is None:
         return replace(record, steady=None)
     steady_s = record.steady_s if refuted else view.scan.time_s
     return replace(record, steady=not refuted, steady_s=steady_s)
 
 
-def _refuted(witness: RangeSensor, view: View, accused: Statement, slack_m: float) -> bool | None:
-    """Whether a view passes most returns of a statement; None where it looks at too few."""
+class Opinion(NamedTuple):
+    """What a view says of the returns of a statement."""
+
+    looks: BoolArray
+    """[n] whether it could refute them."""
+    refuted: BoolArray
+    """[n]"""
+
+
+def _judged(witness: RangeSensor, view: View, accused: Statement, slack_m: float) -> Opinion:
     wide = accused.radius_m + slack_m
     nothing = replace(view.scan, points_m=np.zeros((0, 3)))
     looks = witness.passes(nothing, view.state, accused.points_m, wide, slack_m)
-    count = int(np.count_nonzero(looks))
+    passed = witness.passes(view.scan, view.state, accused.points_m, wide, slack_m)
+    return Opinion(looks, looks & passed)
+
+
+def _mostly(opinion: Opinion) -> bool | None:
+    """Whether most returns are refuted; None where too few are looked at."""
+    count = int(np.count_nonzero(opinion.looks))
     if count < LEAST:
         return None
-    passed = witness.passes(view.scan, view.state, accused.points_m, wide, slack_m)
-    return int(np.count_nonzero(passed & looks)) > REFUTED_SHARE * count
+    return int(np.count_nonzero(opinion.refuted)) > REFUTED_SHARE * count
 
 
 def _opinions(
@@ -190,34 +222,65 @@ def _opinions(
     said: View,
     now: Statement,
     sigmas: float,
-) -> tuple[list[str], list[str]]:
-    """Which of the other sensors that are believed refute a statement, and which do not."""
+) -> dict[str, Opinion]:
+    """What the other sensors that are believed say of a statement, by name."""
     name, time_s = said.scan.sensor, said.scan.time_s
-    against: list[str] = []
-    confirming: list[str] = []
+    opinions: dict[str, Opinion] = {}
     for other, record in records.items():
         view = record.latest
         if other == name or view is None or not record.believed:
             continue
-        if time_s - view.scan.time_s > TOGETHER_S + 1e-6:
+        elapsed_s = time_s - view.scan.time_s
+        if elapsed_s > TOGETHER_S + 1e-6:
             continue
         sigma = sensors[name].sigma_m + sensors[other].sigma_m
         slack_m = SLACK * court.margin_m + sigmas * (said.state.position_std_m + sigma)
-        refuted = _refuted(sensors[other], view, now, slack_m)
-        if refuted is not None:
-            (against if refuted else confirming).append(other)
-    return against, confirming
+        opinion = _judged(sensors[other], view, now, slack_m)
+        if np.count_nonzero(opinion.refuted) >= LEAST:
+            seen, _ = sensors[other].returns(view.scan, view.state, 2.0 * court.reach_m, -np.inf)
+            near_m = 2.0 * court.speed_mps * elapsed_s + slack_m
+            moved = _near_any(now.points_m, seen, near_m)
+            opinion = Opinion(opinion.looks, opinion.refuted & ~moved)
+        opinions[other] = opinion
+    return opinions
+
+
+def _near_any(points_m: FloatArray, others_m: FloatArray, reach_m: float) -> BoolArray:
+    """[n] whether any of some other points [m, 3] is within reach."""
+    if not len(others_m):
+        return np.zeros(len(points_m), dtype=np.bool_)
+    middle = points_m.mean(axis=0)
+    one, other = points_m - middle, others_m[:: 1 + len(others_m) // MOST_COMPARED] - middle
+    squared = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2.0 * one @ other.T
+    return np.asarray(squared.min(axis=1) <= reach_m**2)
+
+
+def _part(now: Statement, opinions: Mapping[str, Opinion]) -> Statement | None:
+    """The returns that somebody refutes and nobody confirms, if they are more than a few."""
+    refuted = np.zeros(len(now.radius_m), dtype=np.bool_)
+    confirmed = refuted.copy()
+    for opinion in opinions.values():
+        refuted |= opinion.refuted
+        confirmed |= opinion.looks & ~opinion.refuted
+    doubted = np.flatnonzero(refuted & ~confirmed)
+    if len(doubted) < LEAST:
+        return None
+    return Statement(now.state, now.points_m[doubted], now.radius_m[doubted])
 
 
 def _verdict(
     records: Mapping[str, Record],
     name: str,
-    against: Sequence[str],
-    confirming: Sequence[str],
+    opinions: Mapping[str, Opinion],
+    haunted: bool,
     time_s: float,
 ) -> dict[str, Record]:
-    """The records that change."""
+    """The records that change; haunted: what others refute of it, it does not see again itself."""
     record = records[name]
+    against = [other for other, opinion in opinions.items() if _mostly(opinion)]
+    confirming = [other for other, opinion in opinions.items() if _mostly(opinion) is False]
+    if haunted:
+        return {name: record.lowered()}
     if not against:
         return {name: record.raised()} if confirming and record.steady else {}
     steady = [other for other in against if records[other].is_steady(time_s)]
