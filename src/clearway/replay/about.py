@@ -15,7 +15,7 @@ from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 from clearway.pilot import Steering
 from clearway.point_world import PointWorld
-from clearway.replay.messages import VOXELS_IN_RANGE, voxel_centers
+from clearway.replay.messages import VOXELS_IN_RANGE, one_a_voxel
 from clearway.replay.schemas import FORMAT
 from clearway.simulation import Run
 from clearway.world import CombinedWorld, World
@@ -88,7 +88,7 @@ def surveyed_points(world: World) -> FloatArray:
     voxel = float(np.cbrt(np.prod(extent) / MOST_WORLD_POINTS)) / 4.0
     thinned = cloud
     while len(thinned) > MOST_WORLD_POINTS:
-        thinned = voxel_centers(cloud, voxel)
+        thinned = cloud[one_a_voxel(cloud, voxel)]
         voxel *= 1.5
     return thinned
 

@@ -17,6 +17,7 @@ from clearway.io.run_files import decision_record, number
 from clearway.pilot import Steering
 from clearway.reach.tree import ReachSet
 from clearway.simulation import LoggedDecision, Run
+from clearway.state import IntArray
 from clearway.system import FlightDecision
 
 DIGITS = 3
@@ -111,14 +112,18 @@ def seen_points(decision: Decision, voxel_m: float) -> FloatArray:
 
 def voxel_centers(points_m: FloatArray, voxel_m: float) -> FloatArray:
     """[n, 3] centres of the cubes of a fixed lattice that hold points, in a fixed order."""
+    kept = points_m[one_a_voxel(points_m, voxel_m)]
+    return np.asarray((np.floor(kept / voxel_m) + 0.5) * voxel_m)
+
+
+def one_a_voxel(points_m: FloatArray, voxel_m: float) -> IntArray:
+    """[n] index of the first point in each cube of a fixed lattice that holds any."""
     if not len(points_m):
-        return np.zeros((0, 3))
+        return np.zeros(0, dtype=np.int64)
     index = np.floor(points_m / voxel_m).astype(np.int64)
-    low = index.min(axis=0)
-    shape = index.max(axis=0) - low + 1
-    flat = np.ravel_multi_index(tuple((index - low).T), tuple(shape))
-    kept = np.stack(np.unravel_index(np.unique(flat), tuple(shape)), axis=1) + low
-    return np.asarray((kept + 0.5) * voxel_m)
+    index -= index.min(axis=0)
+    flat = np.ravel_multi_index(tuple(index.T), tuple(index.max(axis=0) + 1))
+    return np.unique(flat, return_index=True)[1]
 
 
 def state_message(run: Run[Steering], at: int) -> dict[str, Any]:

@@ -100,7 +100,7 @@ class Scenery {
     renderer.drawLines(this.ground, 1);
     if (show.obstacles) {
       renderer.drawMesh(this.solid);
-      const size = this.extent.size / 260;
+      const size = this.extent.size / 400;
       renderer.drawPoints(this.surveyed, Math.min(Math.max(size, 0.08), 1.5), { decision, own: 1 });
     }
     renderer.drawLines(this.nominal, 1.5);
