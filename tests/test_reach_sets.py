@@ -270,6 +270,15 @@ def test_hovering_vehicle_with_vertical_movements():
     assert any("Climb" in way and "Ahead" in way for way in buffers(tree))
 
 
+def test_movements_known_by_measurement_alone():
+    """(4.14) is off by up to 3 cm a movement; the set reaches as many cells all the same."""
+    table = MovementTable.measure(PLANE, 4)
+    measured = MovementAutomaton(PLANE.movements, PLANE.pitch_limit_rad, table=table)
+    coverage = measure(build_reach_set(measured, GRID, "cover"))
+    assert coverage.cells_covered == 278
+    assert coverage.nodes <= 330
+
+
 def test_two_speeds_and_unlike_climb_rates():
     automaton = MovementAutomaton(
         (
@@ -293,6 +302,10 @@ def test_two_speeds_and_unlike_climb_rates():
         (lambda: build_reach_set(PLANE, GRID, "chaotic", spread=0), "at least 1"),
         (lambda: build_reach_set(PLANE, GRID, "full"), "outgrows"),
         (lambda: build_reach_set(PLANE, GRID, "flying", depth=3), "leads through"),
+        (
+            lambda: build_reach_set(MovementAutomaton.plane(0.01), GRID, "flying"),
+            "takes 1000 movements of 0.01 m, more than 100",
+        ),
         (
             lambda: build_reach_set(MovementAutomaton((Movement("Stay", 0.0),)), GRID, "full"),
             "leads anywhere",
