@@ -15,7 +15,8 @@ from clearway.units import FOOT_M
 # Okabe-Ito: told apart by colour-blind eyes too.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
 INTRUDER, STRAIGHT = "#D55E00", "#999999"
-LIMITS_FT = {"well clear, 2000 x 250 ft": (2000.0, 250.0), "near, 500 x 100 ft": (500.0, 100.0)}
+LIMITS_FT = ((2000.0, 250.0), (500.0, 100.0))
+"""Well clear, and near mid-air collision: horizontal, vertical."""
 
 
 class EncounterTracks(NamedTuple):
@@ -66,7 +67,7 @@ def _heights(axes: Axes, tracks: EncounterTracks) -> None:
 
 
 def _apart(axes: Axes, tracks: EncounterTracks) -> None:
-    for (level, up), style in zip(LIMITS_FT.values(), (":", "-"), strict=True):
+    for (level, up), style in zip(LIMITS_FT, (":", "-"), strict=True):
         axes.plot([0.0, level, level], [up, up, 0.0], style, color="black", linewidth=0.9)
         axes.annotate(f"{level:g} x {up:g} ft", (level, up), fontsize=8, va="bottom", ha="left")
     axes.plot(*_feet_apart(tracks.straight_m, tracks.intruder_m), "--", color=STRAIGHT)
