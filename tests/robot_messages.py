@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -214,3 +215,36 @@ def write_mcap(path: Path, types: Types, messages: Sequence[Message], summary: b
             writer.add_message(channels[topic], time_ns, types.serialised(value), time_ns)
         writer.finish()
     return path
+
+
+METADATA = """\
+rosbag2_bagfile_information:
+  version: 8
+  storage_identifier: mcap
+  duration: {{nanoseconds: 1}}
+  starting_time: {{nanoseconds_since_epoch: 0}}
+  message_count: {total}
+  topics_with_message_count:
+{topics}
+  compression_format: ""
+  compression_mode: ""
+  relative_file_paths: [bag_0.mcap]
+  custom_data: ~
+  ros_distro: jazzy
+"""
+TOPIC = """\
+    - topic_metadata: {{name: {name}, type: {kind}, serialization_format: cdr,
+        offered_qos_profiles: [], type_description_hash: ""}}
+      message_count: {count}"""
+
+
+def write_bag2_of_mcap(folder: Path, types: Types, messages: Sequence[Message]) -> Path:
+    """The folder of a ROS 2 bag that keeps its messages in an MCAP file."""
+    folder.mkdir()
+    write_mcap(folder / "bag_0.mcap", types, messages)
+    counts = Counter((topic, value.__msgtype__) for topic, _, value in messages)
+    topics = "\n".join(
+        TOPIC.format(name=name, kind=kind, count=count) for (name, kind), count in counts.items()
+    )
+    (folder / "metadata.yaml").write_text(METADATA.format(total=len(messages), topics=topics))
+    return folder

@@ -20,7 +20,7 @@ from clearway.io.pointcloud import read_points
 from clearway.io.sequences import open_scans
 from clearway.io.timed_scans import ScanSequence
 from clearway.io.velodyne import CALIBRATIONS, NAMED, model_pattern
-from robot_messages import Message, Types, write_bag1, write_bag2, write_mcap
+from robot_messages import Message, Types, write_bag1, write_bag2, write_bag2_of_mcap, write_mcap
 
 POINTS = np.array([[1.0, 2.0, 3.0], [-4.5, 0.25, 0.0], [10.0, -2.0, 1.5], [7.0, 8.0, -9.0]])
 QUARTER_LEFT = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
@@ -35,6 +35,10 @@ def bag1(folder: Path, messages: list[Message]) -> Path:
 
 def bag2(folder: Path, messages: list[Message]) -> Path:
     return write_bag2(folder / "made", Types(), messages)
+
+
+def bag2_of_mcap(folder: Path, messages: list[Message]) -> Path:
+    return write_bag2_of_mcap(folder / "made", Types(), messages)
 
 
 def mcap2(folder: Path, messages: list[Message]) -> Path:
@@ -52,10 +56,16 @@ def mcap1(folder: Path, messages: list[Message]) -> Path:
 MAKERS = {
     "ROS 1 bag": bag1,
     "ROS 2 bag": bag2,
+    "ROS 2 bag of MCAP": bag2_of_mcap,
     "MCAP": mcap2,
     "MCAP without index": mcap2_plain,
     "MCAP of ROS 1": mcap1,
 }
+
+
+def storage(path: Path) -> Path:
+    """The file that holds the messages."""
+    return next(p for p in path.iterdir() if p.suffix != ".yaml") if path.is_dir() else path
 
 
 def types_of(maker: Maker) -> Types:
@@ -313,7 +323,7 @@ def test_a_recording_cut_anywhere_is_refused(maker: Maker, tmp_path: Path) -> No
         Message("/points", 1.0 + n, types.cloud2(1.0 + n, "lidar", POINTS)) for n in range(5)
     ]
     whole = maker(tmp_path, messages)
-    file = next(whole.glob("*.db3")) if whole.is_dir() else whole
+    file = storage(whole)
     content = file.read_bytes()
     for share in np.linspace(0.0, 0.98, 25):
         file.write_bytes(content[: int(share * len(content))])
@@ -336,7 +346,7 @@ def test_damage_is_refused_or_read_over(
 ) -> None:
     """Whatever the bytes: an InputError, or scans of numbers."""
     path = whole_recordings[name]
-    file = next(path.glob("*.db3")) if path.is_dir() else path
+    file = storage(path)
     content = file.read_bytes()
     damaged = bytearray(content)
     for share, other in changes:
