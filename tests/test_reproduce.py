@@ -21,6 +21,8 @@ from clearway.reproduction.intruder_cases import CASES, Case, assess, model_cell
 from clearway.reproduction.intruder_figures import draw_obstacle_space, draw_reach_space
 from clearway.reproduction.registry import TARGETS, targets_named
 from clearway.reproduction.report import as_page
+from clearway.reproduction.scene_figures import scan_of_ball
+from clearway.reproduction.stability import SHELL, WALL, approach, deviations
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "reproduction.md"
 TARGET = "figures-6.2-6.13"
@@ -181,13 +183,75 @@ def test_visibility_of_the_row_is_the_reference_s(
         assert exhibit["ours"] == f"From cell 1 to 10: {listed}."
 
 
-@pytest.mark.parametrize(
-    "name", ["figures-2.3-2.4", "figures-4.1-4.3", "figures-5.5-5.8", "figures-6.2-6.13"]
+QUICK = (
+    "figures-2.1-2.2",
+    "figures-2.3-2.4",
+    "definition-13",
+    "figure-3.1",
+    "figure-3.2",
+    "tables-4.1-4.2",
+    "figures-4.1-4.3",
+    "figures-5.1-5.4",
+    "figures-5.5-5.8",
+    "figures-5.9-5.11",
+    "figures-6.2-6.13",
+    "figure-7.1",
 )
+"""Targets that need no flight and no count of footprints."""
+
+
+@pytest.mark.parametrize("name", QUICK)
 def test_the_committed_page_is_what_the_command_writes(name: str) -> None:
     (target,) = targets_named([name])
     _, sections = as_page({target: target.make()}, "").split("\n## ")
     assert sections.strip() in PAGE.read_text()
+
+
+def test_the_page_has_every_figure_and_table_of_the_paper() -> None:
+    page = PAGE.read_text()
+    figures = {2: 4, 3: 2, 4: 3, 5: 11, 6: 28, 7: 1}
+    labels = [f"Figure {c}.{n}" for c, last in figures.items() for n in range(1, last + 1)]
+    labels += [f"Table {number}" for number in ("4.1", "4.2", "6.1", "6.2")]
+    labels += ["Definition 13", "Section 3.4.2 converging", "Section 3.4.2 wall"]
+    labels += ["Comparison static-obstacles", "Comparison intruders-collision"]
+    assert [label for label in labels if page.count(f"### {label}: ") != 1] == []
+    assert [name for name in TARGETS if f"`{name}`" not in page] == []
+    for section in page.split("\n### ")[1:]:
+        for line in ("- Paper: ", "- Here: ", "- Difference: "):
+            assert section.count(line) == 1
+
+
+def test_prediction_ball_holds_for_any_seed() -> None:
+    """Def. 13: no flight in noise within its bounds leaves the ball."""
+    for seed in (1, 2):
+        found = deviations(flights=100, seed=seed)
+        assert np.all(found.deviation_m <= found.bound_m)
+        assert found.deviation_m[:, -1].max() > 0.3 * found.bound_m[-1]
+
+
+def test_without_an_obstacle_lyapunov_s_function_falls_and_with_one_it_may_not() -> None:
+    """3.4.2"""
+    free, wall = approach((), 60.0), approach((WALL,), 120.0)
+    assert free.reached
+    assert np.all(np.diff(free.lyapunov_m2) < 0.0)
+    assert wall.reached
+    assert wall.rising_s > 3.0
+    assert wall.nearest_surface_m >= 0.6
+
+
+def test_a_waypoint_inside_an_obstacle_is_never_reached() -> None:
+    enclosed = approach((SHELL,), 60.0)
+    assert not enclosed.reached
+    assert enclosed.lyapunov_m2.min() > 8.0
+    assert enclosed.nearest_surface_m >= 0.6
+
+
+def test_equal_surfaces_rate_equally_at_any_distance_by_one_rule_only() -> None:
+    """2.1.1: `ratio` falls with the square of the distance, `surface` does not."""
+    near, far = scan_of_ball(5.0), scan_of_ball(10.0)
+    assert (near.hits_in_middle_row, far.hits_in_middle_row) == (5, 3)
+    assert far.ratio < 0.3 * near.ratio
+    assert far.surface == pytest.approx(near.surface, rel=0.15)
 
 
 def test_the_list_of_targets(tmp_path: Path) -> None:
