@@ -84,14 +84,7 @@ def _reader(path: Path, bag: Bag, topic: Topic) -> Callable[[RawMessage], PointC
     """How messages of a topic become clouds."""
     if topic.type == PACKETS:
         decoder = VelodyneDecoder(path)
-
-        def packets(message: RawMessage) -> PointCloud:
-            points = decoder.points(bag.decoded(message))
-            return PointCloud(
-                points, None, None, "metres", _name(path, message), pattern=decoder.pattern()
-            )
-
-        return packets
+        return lambda message: decoder.cloud(bag.decoded(message), _name(path, message))
     readers: dict[str, Callable[[RawMessage], FloatArray]] = {
         CLOUD2: lambda message: points_of_cloud2(bag.decoded(message)),
         CLOUD: lambda message: points_of_cloud(message.raw, message.ros2),

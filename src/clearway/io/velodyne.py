@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.errors import MissingExtraError
 from clearway.frames import FloatArray
+from clearway.io.pointcloud import PointCloud
 from clearway.sensors import NAMED_PATTERNS, BeamPattern, named_pattern
 
 NAMED = {"VLP16": "vlp16", "PuckLite": "vlp16", "VLS128": "vls128", "AlphaPrime": "vls128"}
@@ -21,6 +23,13 @@ CALIBRATIONS = {
     "VLP32C": ("VLP-32C.yml", 0.2),
 }
 """Table of laser angles, and step in azimuth in degrees at 600 rpm (one firing cycle)."""
+
+
+BLOCKS, BLOCK_BYTES = 12, 100
+"""Of a packet; each begins with two marks and its azimuth in hundredths of a degree, clockwise."""
+LOST_RAD = np.radians(5.0)
+"""A wider step in azimuth is lost packets. One packet spans 2 to 5 deg, and drivers cut sweeps
+between packets, so that neither begins where the last one ended."""
 
 
 class VelodyneDecoder:
@@ -37,10 +46,11 @@ class VelodyneDecoder:
         self._library: Any = velodyne_decoder
         self._decoder: Any = velodyne_decoder.ScanDecoder(velodyne_decoder.Config(max_range=300.0))
 
-    def points(self, scan: Any) -> FloatArray:
-        """[n, 3] of a velodyne_msgs/VelodyneScan: x ahead, y left, z up, metres.
+    def cloud(self, scan: Any, source: str) -> PointCloud:
+        """Points of a velodyne_msgs/VelodyneScan: x ahead, y left, z up, metres, and its beams.
 
-        Returns nearer than 0.1 m are left out by the library.
+        Returns nearer than 0.1 m are left out by the library. Beams are those of the model that
+        the packets name, without azimuths whose packets are lost; estimated for unknown models.
         """
         packets = [
             self._library.VelodynePacket(
@@ -49,12 +59,47 @@ class VelodyneDecoder:
             for packet in scan.packets
         ]
         _, values = self._decoder.decode(self._library.PacketVector(packets))
-        return np.ascontiguousarray(values[:, :3], dtype=np.float64)
-
-    def pattern(self) -> BeamPattern | None:
-        """Beams of the model that the packets name; None before any, and for unknown models."""
+        points = np.ascontiguousarray(values[:, :3], dtype=np.float64)
+        lost = lost_sectors(np.array([packet.data for packet in scan.packets]))
         model = self._decoder.model_id
-        return None if model is None else model_pattern(str(model).rpartition(".")[2])
+        pattern = None if model is None else model_pattern(str(model).rpartition(".")[2])
+        if pattern is not None and len(lost):
+            pattern = without_sectors(pattern, lost)
+        degrees = float(np.degrees(np.sum(lost[:, 1] - lost[:, 0])))
+        return PointCloud(
+            points,
+            classes=None,
+            crs=None,
+            unit="metres",
+            source=source,
+            notes=(f"packets of {degrees:.0f} deg are missing",) if len(lost) else (),
+            pattern=pattern,
+            complete=not len(lost),
+        )
+
+
+def lost_sectors(packets: npt.NDArray[np.uint8]) -> FloatArray:
+    """[n, 2] azimuths from and to, left positive, between which no packet [m, 1206] looked."""
+    low = packets[:, 2 : BLOCKS * BLOCK_BYTES : BLOCK_BYTES].astype(np.int64)
+    high = packets[:, 3 : BLOCKS * BLOCK_BYTES : BLOCK_BYTES].astype(np.int64)
+    looked = np.sort(np.mod(-np.radians((low + 256 * high).ravel() / 100.0), 2.0 * np.pi))
+    steps = np.diff(looked, append=looked[0] + 2.0 * np.pi)
+    wide = steps > LOST_RAD
+    return np.stack([looked[wide], looked[wide] + steps[wide]], axis=-1)
+
+
+def without_sectors(pattern: BeamPattern, lost: FloatArray) -> BeamPattern:
+    """The beams outside of sectors."""
+    kept = np.ones(pattern.beams, dtype=np.bool_)
+    for start, end in lost:
+        after = np.mod(pattern.azimuth_rad - start, 2.0 * np.pi)
+        kept &= (after <= 0.0) | (after >= end - start)
+    return replace(
+        pattern,
+        name=f"{pattern.name}, {np.count_nonzero(kept)} of {pattern.beams} beams came",
+        azimuth_rad=pattern.azimuth_rad[kept],
+        elevation_rad=pattern.elevation_rad[kept],
+    )
 
 
 def model_pattern(model: str) -> BeamPattern | None:
