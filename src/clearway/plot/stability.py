@@ -9,6 +9,8 @@ from clearway.frames import FloatArray
 from clearway.plot.ground_plan import draw_ground_plan
 from clearway.world import World
 
+SIDE_M = 6.0
+"""Shown to either side of a track."""
 FLOWN, BOUND, RISING, GOAL = "#1f5fbf", "#d62728", "#d95f02", "#2e9e4f"
 
 
@@ -46,7 +48,8 @@ def draw_approach(
     draw_ground_plan(above, np.concatenate([track_m, goal_m[None]]), world, 0.6)
     above.plot(track_m[:, 0], track_m[:, 1], color=FLOWN)
     above.plot(goal_m[0], goal_m[1], "s", color=GOAL, label="waypoint")
-    above.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    low, high = float(track_m[:, 1].min()), float(track_m[:, 1].max())
+    above.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", ylim=(low - SIDE_M, high + SIDE_M))
     above.legend(frameon=False)
     value.plot(time_s, lyapunov_m2, color=FLOWN, label="V")
     rising = np.append(np.diff(lyapunov_m2) > 1e-9, False)
