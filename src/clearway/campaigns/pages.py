@@ -115,14 +115,14 @@ def _full(standing: Standing) -> tuple[str, ...]:
 
 def _rate(rate: Rate) -> str:
     low, high = (100.0 * share for share in rate.interval)
-    return f"{rate.number} of {rate.flights} ({low:.0f} to {high:.0f} %)"
+    return f"{rate.number} of {rate.flights} ({low:.0f}-{high:.0f} %)"
 
 
 def mean_in_words(mean: Mean, digits: int) -> str:
     """A mean with its interval."""
     if not np.isfinite(mean.value):
         return "-"
-    return f"{mean.value:.{digits}f} ({mean.low:.{digits}f} to {mean.high:.{digits}f})"
+    return f"{mean.value:.{digits}f} ({mean.low:.{digits}f}-{mean.high:.{digits}f})"
 
 
 def _number(value: float, digits: int) -> str:

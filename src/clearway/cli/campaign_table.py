@@ -92,7 +92,7 @@ def print_tables(
         before = standing.label
         last = number + 1 == len(everything) or everything[number + 1].label != before
         table.add_row(label, *_cells(standing), end_section=last)
-    Console(width=175).print(table)
+    Console(width=185).print(table)
     print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
     print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
     for label, why in skipped.items():
@@ -116,7 +116,7 @@ def _cells(standing: Standing) -> tuple[str, ...]:
 
 def _rate(rate: Rate) -> str:
     low, high = (100.0 * share for share in rate.interval)
-    return f"{rate.number}/{rate.flights} {low:3.0f}-{high:.0f} %"
+    return f"{rate.number}/{rate.flights} {f'{low:.0f}-{high:.0f} %':>8}"
 
 
 def _number(value: float) -> str:
