@@ -68,6 +68,16 @@ def test_a_flight_goes_without_the_extras_and_says_which(tmp_path):
     assert "no run.mcap" in done.stderr
 
 
+def test_reading_without_the_extra_says_which(folder, tmp_path):
+    code = (
+        "import sys; sys.modules['mcap.reader'] = None; from clearway.cli.app import main; main()"
+    )
+    done = run("replay", folder, "--html", "page.html", cwd=tmp_path, code=code)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].endswith("pip install 'clearway[foxglove]'")
+    assert not (tmp_path / "page.html").exists()
+
+
 def test_the_page_is_whole_and_asks_for_nothing(folder, tmp_path):
     done = run("replay", folder, "--html", tmp_path / "page.html", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -220,6 +220,16 @@ def test_the_slider_seeks_and_the_mouse_turns_and_shifts_the_view(browser, addre
     assert browser.evaluate("player.show.follow") is False
 
 
+def test_two_fingers_zoom(browser, address):
+    at(browser, address, "t=2")
+    before = browser.evaluate("player.camera.distance")
+    for kind, apart in (("touchStart", 40), ("touchMove", 60), ("touchMove", 90)):
+        places = [{"x": 300 - apart, "y": 300, "id": 0}, {"x": 300 + apart, "y": 300, "id": 1}]
+        browser.send("Input.dispatchTouchEvent", type=kind, touchPoints=places)
+    browser.send("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    browser.wait(f"player.camera.distance < 0.8 * {before}")
+
+
 @pytest.mark.parametrize("switch", ["reach", "plan", "points", "intruders", "obstacles", "names"])
 def test_every_switch_takes_something_away(browser, address, recording, switch):
     decision = next(n for n, one in enumerate(recording.decisions) if one["movers"])

@@ -47,6 +47,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
                 self.send_header("Content-Type", "text/html; charset=utf-8")
                 self.send_header("Content-Length", str(len(page)))
                 self.send_header("X-Content-Type-Options", "nosniff")
+                self.send_header("Cache-Control", "no-store")
                 self.end_headers()
                 self.wfile.write(page)
 
