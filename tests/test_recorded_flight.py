@@ -193,6 +193,7 @@ def test_a_recording_that_ends_at_the_closest_point_is_flown_straight_on() -> No
     (pair,) = closest_pairs(aircraft_of(air))
     part = take_part(pair, "abc", after_s=40.0)
     assert part.waypoints_m[-1][:2] == pytest.approx([2000.0, 0.0], abs=60.0)
+    assert np.linalg.norm(part.waypoints_m[:, :2], axis=1).min() < 60.0  # the closest point
     brief = recording(*(report for report in air.reports if report.time_s > -10.0))
     with pytest.raises(InputError, match="too little is recorded"):
         take_part(closest_pairs(aircraft_of(brief))[0])

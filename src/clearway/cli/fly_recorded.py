@@ -48,6 +48,7 @@ def fly_recorded(
             if picture.pairs
             else "--fly: no two aircraft in it come within 10 km of each other in flight",
         )
+    own = own or picture.own_address
     part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
     say("preparing reach sets; the first run compiles, which takes a while")
     found = fly_in_place(part, recording.source, flown, say)
@@ -87,7 +88,7 @@ def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list
 
 def _in_words(result: Mapping[str, Any]) -> str:
     own, other = (
-        " ".join(filter(None, (one["address"], one["callsign"])))
+        " ".join(dict.fromkeys(filter(None, (one["address"], one["callsign"]))))
         for one in (result["own"], result["other"])
     )
     when = result["closest"]

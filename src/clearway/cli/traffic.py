@@ -42,7 +42,7 @@ def traffic(
         str | None,
         typer.Option(
             "--as",
-            help="Address or callsign of the aircraft to replace; default: the first of the pair.",
+            help="Address or callsign of the aircraft to replace; default: --own, or the first.",
             rich_help_panel=FLYING,
         ),
     ] = None,
@@ -54,7 +54,9 @@ def traffic(
     ] = 304.8,
     bank_deg: Annotated[
         float,
-        typer.Option("--bank", min=1.0, max=60.0, help="Bank in turns.", rich_help_panel=FLYING),
+        typer.Option(
+            "--bank", min=1.0, max=60.0, help="Bank in turns, degrees.", rich_help_panel=FLYING
+        ),
     ] = 25.0,
     most: Annotated[
         int, typer.Option(min=0, help="Aircraft and pairs to list; 0: all.", rich_help_panel=OUTPUT)

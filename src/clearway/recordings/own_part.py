@@ -69,23 +69,18 @@ def take_part(
     own, other = _chosen(pair, own_address)
     geometric = bool(np.isnan(own.barometric_m).all() or np.isnan(other.barometric_m).all())
     origin = (pair.latitude_deg, pair.longitude_deg, pair.altitude_m)
-    around = played_track(own, origin, pair.time_s, geometric=geometric)
-    if around is None:
-        raise InputError(own.address, "no altitude of it is known, so nothing can be flown")
-    rows = _unbroken(around.time_s, before_s, after_s)
-    time_s, places = around.time_s[rows], around.position_m[rows]
-    if len(time_s) < 2 or time_s[0] > -LEAST_BEFORE_S or time_s[-1] <= 0.0:
-        raise InputError(
-            own.address,
-            f"too little is recorded of it around the encounter: {LEAST_BEFORE_S:.0f} s before "
-            "and some time after are needed, without a silence of more than "
-            f"{LONGEST_SILENCE_S:.0f} s",
-        )
+    time_s, places = _usable(
+        own.address,
+        played_track(own, origin, pair.time_s, geometric=geometric),
+        before_s,
+        after_s,
+    )
     corners, closest = _corners(time_s, places, leg_s)
     from_s = pair.time_s + float(time_s[0])
     course = corners[1] - corners[0]
     legs_m = np.linalg.norm(np.diff(corners[: closest + 1], axis=0), axis=1)
     speed_mps = float(legs_m.sum() / -time_s[0])
+    leg_m = speed_mps * leg_s
     recorded = played_track(own, origin, from_s, geometric=geometric)
     assert recorded is not None
     return OwnPart(
@@ -98,7 +93,7 @@ def take_part(
         speed_mps=speed_mps,
         start_m=corners[0],
         attitude_rad=np.array([0.0, 0.0, np.arctan2(course[1], course[0])]),
-        waypoints_m=_straight_on(corners, speed_mps * (after_s - float(time_s[-1])))[1:],
+        waypoints_m=_straight_on(corners, speed_mps * (after_s - float(time_s[-1])), leg_m)[1:],
         recorded=recorded,
         until_s=after_s - float(time_s[0]),
     )
@@ -117,6 +112,23 @@ def _chosen(pair: ClosestPair, own_address: str | None) -> tuple[Aircraft, Aircr
         for one in (pair.first, pair.second)
     )
     raise InputError("own aircraft", f"{own_address!r} is not in this encounter; valid: {names}")
+
+
+def _usable(
+    address: str, track: PlayedTrack | None, before_s: float, after_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times [n] since the closest point and places [n, 3] that a route can be made of."""
+    if track is None:
+        raise InputError(address, "no altitude of it is known, so nothing can be flown")
+    rows = _unbroken(track.time_s, before_s, after_s)
+    time_s, places = track.time_s[rows], track.position_m[rows]
+    if len(time_s) < 2 or time_s[0] > -LEAST_BEFORE_S or time_s[-1] < -1.0:
+        raise InputError(
+            address,
+            f"too little is recorded of it before the encounter: {LEAST_BEFORE_S:.0f} s are "
+            f"needed, without a silence of more than {LONGEST_SILENCE_S:.0f} s",
+        )
+    return time_s, places
 
 
 def _unbroken(time_s: FloatArray, before_s: float, after_s: float) -> BoolArray:
@@ -145,10 +157,10 @@ def _corners(time_s: FloatArray, places_m: FloatArray, leg_s: float) -> tuple[Fl
     return corners, len(at) - len(after) - 1
 
 
-def _straight_on(corners_m: FloatArray, more_m: float) -> FloatArray:
-    """The corners, the last one moved on level along its course."""
+def _straight_on(corners_m: FloatArray, more_m: float, leg_m: float) -> FloatArray:
+    """The corners and, level along the last course, another one; or the last one moved there."""
     course = corners_m[-1] - corners_m[-2]
     course[2] = 0.0
-    further: FloatArray = corners_m.copy()
-    further[-1] += more_m * course / max(float(np.linalg.norm(course)), 1e-9)
-    return further
+    end = corners_m[-1] + more_m * course / max(float(np.linalg.norm(course)), 1e-9)
+    kept = corners_m if more_m > 0.5 * leg_m else corners_m[:-1]
+    return np.vstack([kept, end])
