@@ -193,7 +193,8 @@ class Situation:
     state_age_s: float = 0.0
     """Age of the measurement behind `state`."""
     range_sigma_m: float = 0.0
-    """Largest standard deviation of range among the sensors."""
+    """Standard deviation of the range, by which all points grow: of the best sensor where the radii
+    of the others' points hold the difference, else of the worst."""
 
 
 @dataclass(frozen=True, eq=False)
