@@ -70,6 +70,18 @@ def test_footprints_collapse_repeats():
     )
 
 
+def test_footprints_of_finer_samples_tell_more_trajectories_apart():
+    tree = build_reach_set(FREE, SMALL, "chaotic", spread=6, side_exits=0)
+    found = measure(tree)
+    assert found.footprints < found.footprints_of_samples <= found.trajectories
+    for leaf in tree.trajectories[::40]:
+        samples = tree.samples_m[tree.path(leaf)].reshape(-1, 3)
+        cells = [int(cell) for cell in SMALL.cell_of(samples) if cell >= 0]
+        assert footprint(tree, int(leaf), "samples") == tuple(
+            c for c, _ in itertools.groupby(cells)
+        )
+
+
 def test_smoothness_counts_straight_movements():
     tree = build_reach_set(FREE, SMALL, "full")
     shares = smoothness(tree, tree.trajectories)

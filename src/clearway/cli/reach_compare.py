@@ -121,6 +121,7 @@ def _row_as_json(row: Row, result: Comparison) -> dict[str, Any]:
         "side_exits": row.coverage.side_exits,
         "nodes_with_side_exits": row.coverage.nodes_with_side_exits,
         "footprints": row.coverage.footprints,
+        "footprints_of_samples": row.coverage.footprints_of_samples,
         "cells_covered": row.coverage.cells_covered,
         "cells_reachable": result.reachable.number,
         "coverage_ratio": ratio,

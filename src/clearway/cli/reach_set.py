@@ -187,7 +187,7 @@ def _as_text(
         "nodes": f"{coverage.nodes}",
         "trajectories": f"{coverage.trajectories} to the last layer",
         "side exits": f"{coverage.side_exits}, with them {coverage.nodes_with_side_exits} nodes",
-        "footprints": f"{coverage.footprints}",
+        "footprints": f"{coverage.footprints}, of finer samples {coverage.footprints_of_samples}",
         "cells covered": f"{coverage.cells_covered} of {tree.grid.cells}",
         "smoothness": f"{coverage.smoothness:.3f} mean, {coverage.smoothness_worst:.3f} worst",
         "built in": f"{1e3 * build_s:.0f} ms",
