@@ -73,9 +73,7 @@ def fly(
     setup.refuse_impossible()
     run = flown_with_bar(setup, planner)
     folder = out or Path("clearway-out") / file.mission.name
-    written = _write(
-        run, setup, file, folder, plots, planner, mcap=mcap, parquet=parquet
-    )
+    written = write_flight(run, setup, file, folder, plots, planner, mcap=mcap, parquet=parquet)
     if as_json:
         print_json(summary(run, planner))
     else:
@@ -152,7 +150,7 @@ def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
     return float(max(0.0, legs[: goal + 1].sum() - left))
 
 
-def _write(
+def write_flight(
     run: Run[Steering],
     setup: FlightSetup,
     file: MissionFile,
