@@ -202,3 +202,19 @@ def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():
     np.testing.assert_allclose(movers.position_m[0], [30.0, 5.0, 0.0], atol=0.5)
     assert movers.radius_m[0] < 0.6 + 3 * 0.3, "six reports tell more than one"
     assert live.counts["report: duplicate"] == 1
+
+
+def test_what_was_measured_before_a_decision_and_comes_after_it_makes_the_next_one_due():
+    live = system()
+    live.update(state(0.0))
+    live.update(Scan(np.array([[8.0, 0.0, 0.0]]), 0.0, "lidar"))
+    live.decide(0.0)
+    live.update(state(0.5, x=0.5))
+    assert live.due(0.5) is None
+    late = Intruder(np.array([9.0, 1.0, 0.0]), np.array([-1.0, 0, 0]), np.zeros(2), 0.5, "A", -0.5)
+    live.update(late)
+    assert live.due(0.5) == "new reports of traffic"
+    live.decide(0.5)
+    assert live.due(0.6) is None
+    live.update(Scan(np.array([[7.0, 0.0, 0.0]]), 0.4, "lidar"))
+    assert live.due(0.6) == "new returns"

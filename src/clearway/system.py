@@ -155,7 +155,7 @@ class AvoidanceSystem:
         self._buffer = MovementBuffer()
         self._side = Side.STRAIGHT
         self._decide_by_s = -np.inf
-        self._decided_s = -np.inf
+        self._news = ""
         self._goal = -1
         self._reported: Counter[str] = Counter()
 
@@ -210,6 +210,8 @@ class AvoidanceSystem:
                     sigmas=sigmas,
                     ground_m=self._ground_m,
                 )
+            if len(scan.points_m):
+                self._news = "new returns"
             if not self._believes(scan.sensor):
                 self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
             elif isinstance(sensor, LidarSensor):
@@ -247,6 +249,7 @@ class AvoidanceSystem:
     def _take_intruder(self, intruder: Intruder) -> None:
         if self._tracks is not None:
             self._heard.append(Report.of(intruder))
+            self._news = self._news or "new reports of traffic"
             return
         if self._address and self._address in (intruder.address, intruder.name):
             self.counts["intruder: ownship"] += 1
@@ -261,6 +264,7 @@ class AvoidanceSystem:
             self.counts["intruder: duplicate"] += 1
         else:
             self._intruders[name] = intruder if intruder.name else replace(intruder, name=name)
+            self._news = self._news or "new reports of traffic"
 
     # --- decisions ------------------------------------------------------------------------
 
@@ -272,15 +276,7 @@ class AvoidanceSystem:
             return "a new goal"
         if now_s >= self._decide_by_s - 1e-9:
             return "the plan has to be renewed while the vehicle can still turn away"
-        if any(
-            scan.time_s > self._decided_s and len(scan.points_m) for scan in self._scans.values()
-        ):
-            return "new returns"
-        heard = [report.time_s for report in self._heard]
-        heard += [intruder.time_s for intruder in self._intruders.values()]
-        if any(time_s > self._decided_s for time_s in heard):
-            return "new reports of traffic"
-        return None
+        return self._news or None
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -312,6 +308,7 @@ class AvoidanceSystem:
                 )
                 trial.update(passing)
             trial.decide(time_s)
+        trial._known_way(start.position_m, self.mission.goals_m[0])
 
     def _map_with_something_near(self) -> ObstacleMap | None:
         """The map, if there is one, with a ball where the first decision has to look at it."""
@@ -362,7 +359,7 @@ class AvoidanceSystem:
         automaton = self.planner.automaton
         self._buffer = MovementBuffer.of(automaton.chain(decision.movements), now_s)
         self._decide_by_s = now_s + decision.decide_within_s
-        self._decided_s = now_s
+        self._news = ""
         self._goal = self.progress.goal
         choice = decision.choice
         if choice.forced:

@@ -10,7 +10,7 @@ from clearway.errors import InputError
 HEAD = 4096
 KNOWN = (
     (rb"# labels_initial\b", "an encounter model (Bayesian network of aircraft tracks): no map, "
-     "no recording and no scan; `clearway encounters` is about encounters"),
+     "no recording and no scan; `clearway risk` samples encounters from it"),
     (rb"# Daidalus Object\b|\Alookahead_time\s*=", "parameters of DAIDALUS, an alerting logic: "
      "clearway has its own and takes none of them"),
     (rb"\A\s*Time,.*\bAlert Level\b", "output of DAIDALUS (alert levels by time), not positions: "
