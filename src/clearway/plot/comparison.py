@@ -53,16 +53,17 @@ def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:
     for number, (name, track) in enumerate(run.intruder_tracks.items()):
         label = "intruders" if number == 0 else None
         axes.plot(track[:, 1], track[:, 2], color=INTRUDER, linewidth=0.8, zorder=2, label=label)
+        end = (float(track[-1, 1]), float(track[-1, 2]))
         if len(track) > 1:
             axes.annotate(
                 "",
-                xy=track[-1, 1:3],
-                xytext=track[-2, 1:3],
+                xy=end,
+                xytext=(float(track[-2, 1]), float(track[-2, 2])),
                 arrowprops={"arrowstyle": "->", "color": INTRUDER},
             )
         axes.annotate(
             name,
-            track[-1, 1:3],
+            end,
             xytext=(3, 3),
             textcoords="offset points",
             color=INTRUDER,
