@@ -85,7 +85,8 @@ def _chaotic(coverage: Mapping[str, Coverage]) -> str:
         "The tuning and the order of expansion leave other counts than table 6.1 prints, and it "
         f"covers {coverage['chaotic'].cells_covered / REACHED_BY_ANY:.0%} of the cells, not 90 %. "
         "The printed coverage ratio counts footprints of the full reach set, of which there are "
-        "about 80 million, within a factor of two: some thousand nodes cannot have 90 % of them."
+        "about 90 million, as table 6.1 below estimates: some thousand nodes cannot have 90 % of "
+        "them."
     )
 
 
