@@ -90,7 +90,7 @@ def _arrow(
         )
     )
     middle = 0.5 * (tail + head) + (np.array([0.0, 0.1]) if level else np.array([0.1, 0.0]))
-    middle = middle + (np.array([-0.95, -0.55]) if bend else 0.0)
+    middle = middle + (np.array([-1.5, -0.45]) if bend else 0.0)
     axes.text(
         float(middle[0]),
         float(middle[1]),
