@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance import Situation, decide, margin_m
+from clearway.avoidance import decide
 from clearway.decision import Basis, Commitment, Side
 from clearway.errors import ClearwayError
 from clearway.explain import explanation
@@ -14,6 +14,7 @@ from clearway.intruders import Intruder
 from clearway.mission import Mode
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
+from clearway.situation import Situation, margin_m
 from clearway.state import State
 from worlds_for_tests import planner
 
@@ -129,7 +130,7 @@ def test_a_user_can_bring_a_terminal_cost():
         del goal, arrived, automaton
         return -100.0 * reach_set.states[nodes, 2]
 
-    from clearway.avoidance import Planner
+    from clearway.planner import Planner
     from worlds_for_tests import LIBRARY
 
     climbing = Planner.of(LIBRARY, terminal_cost=climb)

@@ -10,7 +10,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from clearway.avoidance import grid_frame
 from clearway.errors import InputError
 from clearway.flight import FlightSetup, prepare
 from clearway.io.mission_file import MissionFile, read_mission
@@ -18,6 +17,7 @@ from clearway.io.toml import parse_model
 from clearway.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
 from clearway.simulation import LoggedDecision, Run
+from clearway.situation import grid_frame
 from clearway.state import State
 from clearway.traffic import ScriptedIntruder, Traffic
 from clearway.verify import path_clearance

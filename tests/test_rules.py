@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance import Planner, Situation, decide
+from clearway.avoidance import decide
 from clearway.crossing import crossings_ahead
 from clearway.decision import Basis
 from clearway.errors import ClearwayError, InputError
@@ -14,6 +14,7 @@ from clearway.intruders import Intruder
 from clearway.mission import Mode
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
+from clearway.planner import Planner
 from clearway.rules import (
     GroundHeights,
     Rule,
@@ -28,6 +29,7 @@ from clearway.rules import (
     vertical_only,
 )
 from clearway.simulation import SimulationSettings, simulate
+from clearway.situation import Situation
 from clearway.state import State
 from clearway.system import AvoidanceSystem
 from worlds_for_tests import LIBRARY, LIDAR, mission

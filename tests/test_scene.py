@@ -123,7 +123,10 @@ def test_grids(
         ({"scan": {"simulate": {"beams_per_cell": [0, 3]}}}, "at least [1, 1]"),
         ({"scan": {"simulate": {"beams_per_cell": [10_000, 10_000]}}}, "3,500,000,000 beams; at"),
         ({"scan": {"simulate": {"dropout": 1.0}}}, "scan.simulate.dropout: should be less than 1"),
-        ({"intruder": [CROSSING | {"spread_deg": [95, 0]}]}, "intruder[0]: spread: must be within [0, 90)"),
+        (
+            {"intruder": [CROSSING | {"spread_deg": [95, 0]}]},
+            "spread: must be within [0, 90)",
+        ),
         ({"intruder": [CROSSING | {"models": ["lin"]}]}, "(did you mean 'line'?)"),
         ({"intruder": [CROSSING | {"models": []}]}, "at least one of line, body, spread"),
         ({"intruder": [CROSSING | {"up": [0, 0, 0]}]}, "up: a direction is needed"),

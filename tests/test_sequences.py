@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance import Planner
 from clearway.errors import ClearwayError, InputError
 from clearway.frames import attitude_from_rotation, world_from_body
 from clearway.grid import AvoidanceGrid
@@ -21,6 +20,7 @@ from clearway.io.pose_track import pose_track, quaternions_of, rotation_of, sler
 from clearway.io.sequences import open_scans
 from clearway.io.timed_scans import ScanSequence, TimedScan, scan_at
 from clearway.movements import MovementAutomaton
+from clearway.planner import Planner
 from clearway.playback import Moment, mission_along, play
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar, Scan

@@ -118,10 +118,10 @@ def test_an_uncertain_position_widens_the_margin():
 
 
 def test_a_scale_fifteen_times_as_large_changes_nothing_but_the_scale():
-    from clearway.avoidance import AvoidanceSettings, Planner
     from clearway.grid import AvoidanceGrid
     from clearway.mission import Mission
     from clearway.movements import MovementAutomaton
+    from clearway.planner import AvoidanceSettings, Planner
     from clearway.reach import ReachLibrary
     from clearway.sensors import BeamPattern, Lidar
     from clearway.simulation import simulate

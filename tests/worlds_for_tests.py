@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.grid import AvoidanceGrid
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
+from clearway.planner import AvoidanceSettings, Planner
 from clearway.reach import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar
 from clearway.simulation import Run, SimulationSettings, simulate

@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.courses import courses, lasts_s
-from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
 from clearway.confidence import wilson
 from clearway.encounter import Encounter
@@ -39,6 +38,7 @@ from clearway.grid import AvoidanceGrid
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
+from clearway.planner import AvoidanceSettings, Planner
 from clearway.reach import ReachLibrary
 from clearway.simulation import SimulationSettings, simulate
 from clearway.state import State

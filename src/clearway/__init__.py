@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from clearway.avoidance import AvoidanceSettings, Decision, Planner, Situation, decide
+    from clearway.avoidance import Decision, decide
     from clearway.costs import Prices
     from clearway.errors import ClearwayError
     from clearway.grid import AvoidanceGrid
@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from clearway.movements import MovementAutomaton
     from clearway.obstacle_map import ObstacleMap
     from clearway.obstacles import Obstacle
+    from clearway.planner import AvoidanceSettings, Planner
     from clearway.point_world import PointWorld
     from clearway.reach import ReachLibrary, ReachSet, build_reach_set
     from clearway.sensors import BeamPattern, Lidar, Scan
     from clearway.simulation import SimulationSettings, simulate
+    from clearway.situation import Situation
     from clearway.state import State
     from clearway.system import AvoidanceSystem
 
@@ -58,7 +60,7 @@ __all__ = [
 
 _ROOM_OF = {
     "AvoidanceGrid": "grid",
-    "AvoidanceSettings": "avoidance",
+    "AvoidanceSettings": "planner",
     "AvoidanceSystem": "system",
     "BeamPattern": "sensors",
     "ClearwayError": "errors",
@@ -69,14 +71,14 @@ _ROOM_OF = {
     "MovementAutomaton": "movements",
     "Obstacle": "obstacles",
     "ObstacleMap": "obstacle_map",
-    "Planner": "avoidance",
+    "Planner": "planner",
     "PointWorld": "point_world",
     "Prices": "costs",
     "ReachLibrary": "reach",
     "ReachSet": "reach",
     "Scan": "sensors",
     "SimulationSettings": "simulation",
-    "Situation": "avoidance",
+    "Situation": "situation",
     "State": "state",
     "build_reach_set": "reach",
     "decide": "avoidance",

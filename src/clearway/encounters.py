@@ -15,7 +15,6 @@ from multiprocessing import get_context
 import numpy as np
 
 from clearway.avoidable import Opponent, search
-from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.confidence import wilson
 from clearway.encounter import Encounter, EncounterSettings, random_encounter
 from clearway.errors import ClearwayError
@@ -24,6 +23,7 @@ from clearway.intruders import TrackerSettings
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
+from clearway.planner import AvoidanceSettings, Planner
 from clearway.reach import ReachLibrary
 from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
 from clearway.state import State

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
 from clearway.costs import Prices
 from clearway.errors import FlightRefusedError, InputError
@@ -27,6 +26,7 @@ from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
 from clearway.pilot import D, Pilot, Steering
+from clearway.planner import AvoidanceSettings, Planner
 from clearway.point_world import PointWorld
 from clearway.reach import ReachLibrary
 from clearway.recordings.aircraft import LONGEST_GAP_S

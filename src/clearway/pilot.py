@@ -7,8 +7,8 @@ from typing import Protocol
 
 from typing_extensions import TypeVar
 
-from clearway.avoidance import Planner
 from clearway.mission import Mission, Mode
+from clearway.planner import Planner
 from clearway.state import State
 from clearway.system import FlightDecision, Reading
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance import Decision, Planner, Situation, decide, grid_frame
+from clearway.avoidance import Decision, decide
 from clearway.decision import Basis, Commitment, Side
 from clearway.detour import known_way
 from clearway.errors import ClearwayError
@@ -26,6 +26,7 @@ from clearway.movement_buffer import MovementBuffer
 from clearway.movers import Following, MoverSettings, follow, forget_movers, unreported
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
+from clearway.planner import Planner
 from clearway.sensors import (
     AnySensor,
     Court,
@@ -41,6 +42,7 @@ from clearway.sensors import (
     unseen,
 )
 from clearway.sensors.detection import Rule
+from clearway.situation import Situation, grid_frame
 from clearway.state import State
 
 Reading = State | Scan | Intruder

@@ -12,7 +12,6 @@ from itertools import product
 
 import numpy as np
 
-from clearway.avoidance import Planner, Situation
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import Routes, routes
 from clearway.decision import Repertoire
@@ -20,6 +19,7 @@ from clearway.fusion import untouched
 from clearway.grid import AvoidanceGrid
 from clearway.mission import Mode
 from clearway.movements import Movement, MovementAutomaton
+from clearway.planner import Planner
 from clearway.reach.buffers import ByteArray
 from clearway.reach.lattice import movements_deep
 from clearway.reach.replay import completed
@@ -27,6 +27,7 @@ from clearway.reach.select import tree_of
 from clearway.reach.sets import lattice_for
 from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_detections
+from clearway.situation import Situation
 from clearway.state import BoolArray
 
 CLOSING_HITS = 5

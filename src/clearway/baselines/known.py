@@ -7,9 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance import NO_ROLL, Planner, Situation, grid_frame, hazards_of
+from clearway.avoidance import NO_ROLL
+from clearway.evidence import hazards_of
 from clearway.frames import FloatArray, cartesian_from_spherical, world_from_body
 from clearway.hazards import Hazards, MovingHazards
+from clearway.planner import Planner
+from clearway.situation import Situation, grid_frame
 
 MAP_SPACING_RAD = np.radians(5.0)
 """Between the directions in which the map is looked at."""

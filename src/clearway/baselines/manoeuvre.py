@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from clearway.avoidance import Planner, Situation
 from clearway.mission import Mode
+from clearway.planner import Planner
+from clearway.situation import Situation
 
 
 @dataclass(frozen=True, slots=True)

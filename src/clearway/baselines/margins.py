@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance import Planner, Situation
 from clearway.baselines.known import hazards_around
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import routes
 from clearway.mission import Mode
+from clearway.planner import Planner
+from clearway.situation import Situation
 from clearway.verify import clearances
 
 NEAR_SHARE = 0.999

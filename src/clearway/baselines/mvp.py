@@ -15,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Situation
 from clearway.baselines.headings import carrot, movement_towards
 from clearway.baselines.known import MovingBalls, moving_balls_around
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import routes
 from clearway.frames import FloatArray
 from clearway.mission import Mode
+from clearway.situation import Situation
 
 HEAD_ON = 1e-3
 """Of the zone: nearer than this to a central hit there is no shortest way out; it passes left."""

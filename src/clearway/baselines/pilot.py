@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Planner, Situation
 from clearway.baselines.manoeuvre import Manoeuvre, Rule
 from clearway.frames import FloatArray
 from clearway.hazards import PointHazards
 from clearway.mission import Mission, Mode
+from clearway.planner import Planner
+from clearway.situation import Situation
 from clearway.state import State
 from clearway.system import AvoidanceSystem, Reading
 

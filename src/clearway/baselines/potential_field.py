@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Situation
 from clearway.baselines.headings import carrot, movement_towards
 from clearway.baselines.known import Balls, balls_around
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import routes
 from clearway.frames import FloatArray
 from clearway.mission import Mode
+from clearway.situation import Situation
 
 SECTOR_RAD = np.radians(20.0)
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Planner, Situation, goal_of
 from clearway.baselines.manoeuvre import Manoeuvre
 from clearway.costs import Goal, arrival
 from clearway.decision import Commitment, Repertoire, price_candidates
 from clearway.frames import FloatArray
 from clearway.fusion import rate_reach_set
 from clearway.mission import Mode
+from clearway.planner import Planner
+from clearway.situation import Situation, goal_of
 from clearway.state import IntArray
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from clearway.avoidance import Situation
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import routes
+from clearway.situation import Situation
 
 
 def straight(craft: Craft) -> Rule:

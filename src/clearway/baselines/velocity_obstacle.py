@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Situation
 from clearway.baselines.headings import carrot, movement_towards
 from clearway.baselines.known import MovingBalls, moving_balls_around
 from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
@@ -21,6 +20,7 @@ from clearway.compiled import compiled
 from clearway.frames import FloatArray, cartesian_from_spherical, world_from_body
 from clearway.mission import Mode
 from clearway.movements import MovementAutomaton
+from clearway.situation import Situation
 
 
 @dataclass(frozen=True, slots=True)

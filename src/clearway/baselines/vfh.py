@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Situation
 from clearway.baselines.headings import carrot, movement_towards
 from clearway.baselines.histogram import Histogram, bin_directions, histogram_at
 from clearway.baselines.known import Balls, balls_around
@@ -21,6 +20,7 @@ from clearway.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.baselines.routes import routes
 from clearway.frames import FloatArray, world_from_body
 from clearway.mission import Mode
+from clearway.situation import Situation
 
 FREE_SHARE = 0.95
 """Of the horizon that a direction must be free for to count as free."""

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.errors import InputError
 from clearway.io.pointcloud import PointCloud
 from clearway.io.scene import SceneInput, cloud_notes, lidar_of, open_section
 from clearway.io.scene_file import ScanSection
 from clearway.io.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.movements import MovementAutomaton
+from clearway.planner import AvoidanceSettings, Planner
 from clearway.playback import Moment, PlayedScan, mission_along, play
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.scene import Scene

@@ -16,11 +16,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-from clearway.avoidance import grid_frame
 from clearway.frames import FloatArray, cartesian_from_spherical
 from clearway.grid import AvoidanceGrid
 from clearway.pilot import Steering
 from clearway.simulation import LoggedDecision, Run
+from clearway.situation import grid_frame
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
 MOST_DOTS = 12_000

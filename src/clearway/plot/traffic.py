@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clearway.avoidance import grid_frame
 from clearway.frames import FloatArray
 from clearway.metrics import IntruderDistances
 from clearway.pilot import Steering
 from clearway.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view
 from clearway.plot.ground_plan import draw_ground_plan, draw_kept_out
 from clearway.simulation import LoggedDecision, Run
+from clearway.situation import grid_frame
 from clearway.world import World
 
 DECISION, TRACK, INTRUDER, STRAIGHT = "#c218c2", "#d98ad9", "#d62728", "#9a9a9a"

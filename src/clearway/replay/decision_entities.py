@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from foxglove import messages as fox
 
-from clearway.avoidance import Decision, grid_frame
+from clearway.avoidance import Decision
 from clearway.frames import attitude_from_rotation, cartesian_from_spherical
 from clearway.grid import AvoidanceGrid
 from clearway.reach.tree import ReachSet
 from clearway.replay.entities import PLANNED, Rgb, color, entity, line, line_pieces, point, pose_of
+from clearway.situation import grid_frame
 from clearway.state import IntArray
 
 RATED: tuple[Rgb, ...] = (

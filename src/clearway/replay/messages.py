@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance import AvoidanceSettings, Decision, grid_frame
+from clearway.avoidance import Decision
 from clearway.frames import FloatArray
 from clearway.fusion import RATINGS, assess_cells
 from clearway.io.run_files import decision_record, number
 from clearway.pilot import Steering
+from clearway.planner import AvoidanceSettings
 from clearway.reach.tree import ReachSet
 from clearway.simulation import LoggedDecision, Run
+from clearway.situation import grid_frame
 from clearway.state import IntArray
 from clearway.system import FlightDecision
 

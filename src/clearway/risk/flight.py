@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from clearway.avoidance import AvoidanceSettings, Planner
 from clearway.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
@@ -17,6 +16,7 @@ from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 from clearway.pilot import Steering
+from clearway.planner import AvoidanceSettings, Planner
 from clearway.reach import ReachLibrary
 from clearway.risk.cylinder import Cylinder
 from clearway.risk.encounter import ModelEncounter
