@@ -27,6 +27,7 @@ from clearway.io.sections import GridSection
 from clearway.recordings.playing import PlayedTrack
 from clearway.risk.cylinder import Cylinder
 from clearway.risk.encounter import STEPS_PER_S, ModelEncounter, draw_encounter
+from clearway.risk.flight import VIEW
 from clearway.risk.settings import COLLISION, NEAR_COLLISION, RiskSettings
 
 SETTINGS = RiskSettings()
@@ -55,6 +56,7 @@ def sampled_mission(seed: int, model: Path | None) -> MissionFile:
     far_m = settings.own_mps * _drawn(seed, model).lasts_s
     movement_m = settings.own_mps * settings.movement_s
     turn_deg = settings.turn_deg_per_s * settings.movement_s
+    azimuth_deg, columns, elevation_deg, rows = VIEW
     return MissionFile(
         mission=MissionSection(
             name=f"sampled-{seed}",
@@ -69,7 +71,12 @@ def sampled_mission(seed: int, model: Path | None) -> MissionFile:
             body_radius_m=BODY_SHARE * MARGIN_M,
         ),
         grid=GridSection(
-            range_m=settings.range_movements * movement_m, layers=settings.range_movements
+            range_m=settings.range_movements * movement_m,
+            layers=settings.range_movements,
+            azimuth_deg=azimuth_deg,
+            columns=columns,
+            elevation_deg=elevation_deg,
+            rows=rows,
         ),
         safety=SafetySection(margin_m=MARGIN_M),
         simulation=SimulationSection(seed=seed),
