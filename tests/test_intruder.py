@@ -75,3 +75,18 @@ def test_seen_from_keeps_distance_and_speed(position: list[float], attitude: lis
     # Height above the vehicle does not depend on where its nose points.
     height = seen.position_m @ up_seen_from(state)
     assert height == pytest.approx(2.0 - position[2], abs=1e-9)
+
+
+def test_seen_at_is_predicted_and_then_seen_from():
+    state = State(np.array([3.0, -2.0, 1.0]), np.array([0.1, -0.3, 2.0]), 4.5)
+    report = Intruder(
+        np.array([9.0, 4.0, 2.0]), np.array([-1.0, 0.5, 0.2]), np.array([0.2, 0.1]), 0.5, "A", 1.25,
+        0.3, 0.1,
+    )  # fmt: skip
+    once = report.seen_at(state, state.world_from_body)
+    twice = report.at(4.5).seen_from(state)
+    for key in ("position_m", "velocity_mps", "spread_rad"):
+        assert np.array_equal(getattr(once, key), getattr(twice, key))
+        assert not getattr(once, key).flags.writeable
+    for key in ("position_std_m", "velocity_std_mps", "time_s", "name", "radius_m"):
+        assert getattr(once, key) == getattr(twice, key)

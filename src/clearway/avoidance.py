@@ -70,7 +70,8 @@ def decide(
     margin = margin_m(settings, situation)
 
     seen_from = replace(situation.state, attitude_rad=situation.state.attitude_rad * NO_ROLL)
-    intruders = [i.at(seen_from.time_s).seen_from(seen_from) for i in situation.intruders]
+    rotation = seen_from.world_from_body
+    intruders = [intruder.seen_at(seen_from, rotation) for intruder in situation.intruders]
     hazards = hazards_of(planner, situation, intruders, margin)
     up = up_seen_from(seen_from)
     evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings, up)

@@ -116,7 +116,7 @@ def _movers(
         for intruder, report, age in zip(intruders, situation.intruders, ages, strict=True)
     ]
     growth = [
-        np.tan(intruder.spread_rad.max()) * intruder.speed_mps
+        np.tan(max(intruder.spread_rad)) * intruder.speed_mps
         + settings.sigmas * intruder.velocity_std_mps
         + 0.5 * (intruder.acceleration_bound_mps2 or 0.0) * horizon_s
         for intruder in intruders

@@ -78,7 +78,7 @@ class Intruder:
 
     @property
     def speed_mps(self) -> float:
-        return float(np.linalg.norm(self.velocity_mps))
+        return math.sqrt(self.velocity_mps.dot(self.velocity_mps))
 
     def at(self, time_s: float) -> Intruder:
         """The same intruder predicted to a time, straight on (5.1), its deviations grown.
@@ -100,7 +100,7 @@ class Intruder:
         acceleration bound allows, plus `sigmas` standard deviations of the predicted position.
         """
         elapsed = abs(elapsed_s)
-        spread = math.tan(float(self.spread_rad.max())) * self.speed_mps * elapsed
+        spread = math.tan(max(self.spread_rad)) * self.speed_mps * elapsed
         turned = 0.5 * (self.acceleration_bound_mps2 or 0.0) * elapsed**2
         deviation = math.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
         return max(spread, turned) + sigmas * deviation
@@ -113,11 +113,24 @@ class Intruder:
             velocity_mps=self.velocity_mps @ world_from_body,
         )
 
+    def seen_at(self, state: State, world_from_body: FloatArray) -> Intruder:
+        """`at` the time of a state, and then `seen_from` it, with its rotation worked out once."""
+        elapsed = state.time_s - self.time_s
+        position = self.position_m + self.velocity_mps * elapsed
+        return self._with(
+            position_m=(position - state.position_m) @ world_from_body,
+            velocity_mps=self.velocity_mps @ world_from_body,
+            position_std_m=math.hypot(self.position_std_m, self.velocity_std_mps * elapsed),
+            time_s=state.time_s,
+        )
+
     def _with(self, **changed: FloatArray | float) -> Intruder:
         """What follows from a checked intruder, without another check: decisions make many."""
         follows = object.__new__(Intruder)
         for key in self.__slots__:
-            value = changed[key] if key in changed else getattr(self, key)
+            if key not in changed:
+                object.__setattr__(follows, key, getattr(self, key))
+        for key, value in changed.items():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
             object.__setattr__(follows, key, value)

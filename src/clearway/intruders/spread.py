@@ -44,6 +44,10 @@ class DiscNodes(NamedTuple):
     """[nodes]"""
     vertical: FloatArray
     """[nodes]"""
+    level_height: FloatArray
+    """[nodes] height of the normal of (5.20) along the first axis."""
+    across_height: FloatArray
+    """[nodes] likewise along the second."""
     inner: int
     """The first so many are spread evenly inside; the others stand on the ring."""
 
@@ -55,11 +59,10 @@ def disc_nodes(inner: int, ring: int) -> DiscNodes:
     radius = np.sqrt((order + 0.5) / inner)
     turn = order * np.pi * (3.0 - np.sqrt(5.0))
     around = 2.0 * np.pi * np.arange(ring) / ring
-    return DiscNodes(
-        np.concatenate([radius * np.cos(turn), np.cos(around)]),
-        np.concatenate([radius * np.sin(turn), np.sin(around)]),
-        inner,
-    )
+    horizontal = np.concatenate([radius * np.cos(turn), np.cos(around)])
+    vertical = np.concatenate([radius * np.sin(turn), np.sin(around)])
+    heights = np.exp(-0.5 * horizontal**2), np.exp(-0.5 * vertical**2)
+    return DiscNodes(horizontal, vertical, *heights, inner)
 
 
 NODES = {"fast": (220, 20), "reference": (200_000, 4_000)}
@@ -171,9 +174,7 @@ def _weights(sine_level: float, sine_across: float, nodes: DiscNodes) -> FloatAr
     weights = np.zeros(len(nodes.horizontal))
     for m in range(nodes.inner):
         # A normal's height goes with the inverse of its deviation; both times the product.
-        weights[m] = sine_across * np.exp(-0.5 * nodes.horizontal[m] ** 2) + sine_level * np.exp(
-            -0.5 * nodes.vertical[m] ** 2
-        )
+        weights[m] = sine_across * nodes.level_height[m] + sine_level * nodes.across_height[m]
     total = np.sum(weights)
     if total > 0.0:
         return weights / total
