@@ -92,5 +92,5 @@ BENCHMARKS = (
     Benchmark("intruders, random paths", assessed(*AT_RANDOM, ("line", "spread"), 5e-3)),
     Benchmark("intruders, timed", at_the_vehicle_s_time),
     Benchmark("decision, 32 intruders", decision(*AT_RANDOM), headline=True),
-    Benchmark("decision, 32 intruders across", decision(*ACROSS)),
+    Benchmark("decision, 32 intruders across", decision(*ACROSS), headline=True),
 )
