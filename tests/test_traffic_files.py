@@ -414,8 +414,8 @@ def test_units_of_daidalus_files(tmp_path: Path) -> None:
     ("content", "message"),
     [
         (b"", "empty"),
-        (gzip.compress(b""), "empty"),
-        (gzip.compress(b"hello")[:-3], "truncated"),
+        (gzip.compress(b"", mtime=0), "empty"),
+        (gzip.compress(b"hello", mtime=0)[:-3], "truncated"),
         (b"\x1f\x8bnothing", "damaged gzip"),
         (b"hello, world\n", "no known traffic recording.*valid: .*Beast binary"),
         (b"\x89PNG\r\n\x1a\n" + bytes(40), "no known traffic recording"),
@@ -479,7 +479,7 @@ SAMPLES = (
     json.dumps(TRACE).encode(),
     json.dumps(FLIGHT).encode(),
     b"name lat lon alt time\n- deg deg ft s\na 1 2 3 4\nb 1 2 3 4\n",
-    gzip.compress(row().encode()),
+    gzip.compress(row().encode(), mtime=0),
 )
 
 
