@@ -9,11 +9,10 @@ from functools import cache
 from multiprocessing import get_context
 
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from benchmarks.decisions import static_mission, with_seed
 from benchmarks.table import Benchmark, Row, Target
+from clearway.cli.progress import progress_bar
 from clearway.simulation import Run, SimulationSettings, simulate
 from clearway.system import AvoidanceSystem
 from clearway.worlds import ball_world
@@ -76,20 +75,10 @@ def executor() -> ProcessPoolExecutor:
 
 def flown(name: str, flights: Sequence[Flight]) -> list[Outcome]:
     """All flights, side by side, with a progress bar on standard error."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task(name, total=len(flights))
+    with progress_bar(name, len(flights)) as bar:
         waiting = [executor().submit(flight) for flight in flights]
         for _ in as_completed(waiting):
-            bar.advance(task)
+            bar.advance()
     return [flight.result() for flight in waiting]
 
 

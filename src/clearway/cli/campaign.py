@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli.progress import Beside, progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
@@ -135,36 +136,14 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
 
 def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
     """All flights, with a progress bar on standard error that counts what was flown before."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
     from clearway.campaigns.row import FlightRow
     from clearway.campaigns.run import run_campaign
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[last]}"),
-    )
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task(asked.file.name, total=None, last="getting ready")
+    beside: tuple[Beside, ...] = ("count", "elapsed", "remaining", "status")
+    with progress_bar(asked.file.name, beside=beside, status="getting ready") as bar:
 
         def watch(row: FlightRow | None, done: int, total: int) -> None:
-            last = f"{row.key}: {row.outcome}" if row else ""
-            bar.update(task, completed=done, total=total, last=last)
+            bar.show(done, total, f"{row.key}: {row.outcome}" if row else "")
             if row is None and done:
                 say(f"{done} of {total} flights were flown before")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
@@ -93,25 +94,16 @@ def _flown(
     mission: str, setup_of: SetupOf, names: Sequence[str], seeds: Sequence[int]
 ) -> list[Flown]:
     """All flights, with a progress bar."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
     from clearway.comparison import fly_all
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[status]}"),
-    )
     setup_of(seeds[0]).refuse_impossible()
     flown: list[Flown] = []
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(mission, total=len(names) * len(seeds), status=names[0])
+    with progress_bar(
+        mission, len(names) * len(seeds), beside=("count", "status"), status=names[0]
+    ) as bar:
         for flight in fly_all(setup_of, names, seeds):
             flown.append(flight)
-            following = names[len(flown) % len(names)]
-            bar.update(task, advance=1, status=following)
+            bar.show(len(flown), status=names[len(flown) % len(names)])
     return flown
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
@@ -127,23 +128,10 @@ def _every_kind() -> list[EncounterSettings]:
 
 def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Tally:
     """Fly encounters with a progress bar on standard error."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
     from clearway.encounters import fly_encounters
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task(settings.in_words, total=len(seeds))
-        return fly_encounters(settings, seeds, workers, lambda more: bar.advance(task, more))
+    with progress_bar(settings.in_words, len(seeds)) as bar:
+        return fly_encounters(settings, seeds, workers, bar.advance)
 
 
 def _summary(tally: Tally) -> dict[str, Any]:

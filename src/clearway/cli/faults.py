@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.progress import progress_bar
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -110,25 +111,10 @@ def _list(as_json: bool) -> None:
 
 
 def _flown(names: Sequence[str], seeds: range, workers: int) -> list[Point]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
     from clearway.fault_studies import fly_studies
 
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("flights"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task("", total=None)
-        return fly_studies(
-            names, seeds, workers, lambda done, total: bar.update(task, completed=done, total=total)
-        )
+    with progress_bar("flights") as bar:
+        return fly_studies(names, seeds, workers, bar.show)
 
 
 def _write_missions(names: Sequence[str], seed: int, folder: Path, as_json: bool) -> None:

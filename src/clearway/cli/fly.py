@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
@@ -114,26 +115,16 @@ def _changed(
 
 def flown_with_bar(setup: FlightSetup, planner: str) -> Run[Steering]:
     """Fly with a progress bar: the share of the straight way that is behind."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[status]}"),
-        TimeElapsedColumn(),
-    )
     total = setup.mission.straight_length_m
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(setup.mission.name, total=total, status="")
+    with progress_bar(setup.mission.name, total, beside=("status", "elapsed")) as bar:
 
         def show(entry: LoggedDecision[Steering], progress: MissionProgress) -> None:
             flight = entry.flight
             goals = len(setup.mission.goals_m)
             status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"
-            bar.update(task, completed=_flown_length(setup, entry), status=status)
+            bar.show(_flown_length(setup, entry), status=status)
             if flight.mode == "emergency":
-                bar.console.print(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
+                bar.print_above(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
 
         return setup.fly_with(planner, show)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
@@ -156,25 +157,10 @@ def _flown(
     workers: int,
 ) -> Study:
     """Fly the study with a progress bar on standard error."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
     from clearway.risk.study import study
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task("encounters", total=len(numbers))
-        return study(
-            model, planners, numbers, settings, seed, workers, lambda more: bar.advance(task, more)
-        )
+    with progress_bar("encounters", len(numbers)) as bar:
+        return study(model, planners, numbers, settings, seed, workers, bar.advance)
 
 
 def _summary(result: Study, model: EncounterModel) -> dict[str, Any]:

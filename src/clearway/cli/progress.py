@@ -1,0 +1,68 @@
+"""The progress bar on standard error; nothing is drawn where that is no terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn, TaskID
+
+Beside = Literal["count", "status", "elapsed", "remaining"]
+"""What can stand behind the bar: m/n, words of the caller, time gone by, time expected."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """One bar that is being shown."""
+
+    progress: Progress
+    task: TaskID
+
+    def advance(self, more: float = 1.0) -> None:
+        """So much more is done."""
+        self.progress.advance(self.task, more)
+
+    def show(self, done: float, total: float | None = None, status: str | None = None) -> None:
+        """So much is done of so much; None leaves what is shown."""
+        words: dict[str, Any] = {} if status is None else {"status": status}
+        self.progress.update(self.task, completed=done, total=total, **words)
+
+    def print_above(self, line: str) -> None:
+        """A line that stays, with rich's marks for colours."""
+        self.progress.console.print(line)
+
+
+@contextmanager
+def progress_bar(
+    name: str,
+    total: float | None = None,
+    beside: Sequence[Beside] = ("count", "elapsed"),
+    status: str = "",
+) -> Iterator[Bar]:
+    """Show a bar with a name while the block runs; a total of None is not known yet."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), *map(_column, beside))
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as progress:
+        yield Bar(progress, progress.add_task(name, total=total, status=status))
+
+
+def _column(what: Beside) -> ProgressColumn:
+    from rich.progress import MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    match what:
+        case "count":
+            return MofNCompleteColumn()
+        case "status":
+            return TextColumn("{task.fields[status]}")
+        case "elapsed":
+            return TimeElapsedColumn()
+        case "remaining":
+            return TimeRemainingColumn()
