@@ -1,69 +1,153 @@
-"""PCD files (Point Cloud Library): ascii, binary and binary_compressed, through pypcd4."""
+"""PCD files (Point Cloud Library) of all versions: ascii, binary and binary_compressed."""
 
 from __future__ import annotations
 
 import struct
-import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from clearway.errors import InputError, MissingExtraError
+from clearway.frames import FloatArray
+from clearway.io.pcd_header import PcdHeader, read_header
 from clearway.io.pointcloud import PointCloud
 
 LEVEL_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-HEADER_KEYS = ("FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "POINTS", "DATA")
+LARGEST_RATIO = 100
+"""LZF packs no more than 264 bytes into 3."""
+TOLD_LINES = 5
 
 
 def read_pcd(path: Path) -> PointCloud:
     """Points of a PCD file in metres, sensor frame, as they stand; other fields are left aside.
 
-    Raises InputError for a damaged header, missing x, y, z, or fewer points than it promises.
+    Raises InputError for a damaged header, missing x, y, z, or fewer points than it promises;
+    MissingExtraError where binary_compressed is to be unpacked without [lidar].
     """
-    cloud = _parsed(path)
-    missing = [name for name in ("x", "y", "z") if name not in cloud.fields]
-    if missing:
-        raise InputError(
-            str(path),
-            f"header FIELDS: no {', '.join(missing)} among {' '.join(cloud.fields)}; "
-            "fields x, y and z are needed",
-        )
-    promised = int(cloud.metadata.points)
-    columns = [np.atleast_1d(cloud.pc_data[name]) for name in ("x", "y", "z")]
-    if len(columns[0]) != promised:
-        raise InputError(
-            str(path),
-            f"truncated: the header promises {promised} points, the data hold {len(columns[0])}",
-        )
-    with np.errstate(invalid="ignore"):  # signalling NaNs of a damaged file are dropped later
-        points_m = np.column_stack([column.astype(np.float64) for column in columns])
+    try:
+        content = path.read_bytes()
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    header = read_header(str(path), content)
+    read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}[header.data]
+    points_m, notes = read(str(path), header, content[header.start :])
     return PointCloud(
         points_m=points_m,
         classes=None,
         crs=None,
         unit="metres",
         source=str(path),
-        notes=_viewpoint_note(tuple(cloud.metadata.viewpoint)),
+        notes=(*notes, *_viewpoint_note(header.viewpoint)),
     )
 
 
-def _parsed(path: Path) -> Any:
-    """What pypcd4 makes of the file, its many kinds of complaint as one."""
-    try:
-        from pypcd4.pypcd4 import PointCloud as PcdFile
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {path}", "lidar") from cause
-    try:
-        with warnings.catch_warnings():  # of an empty table; the count below tells
-            warnings.simplefilter("ignore", UserWarning)
-            return PcdFile.from_path(path)
-    except MemoryError as cause:
+Read = tuple[FloatArray, tuple[str, ...]]
+"""Points [n, 3], and notes."""
+
+
+def _ascii(source: str, header: PcdHeader, content: bytes) -> Read:
+    text = content.decode("ascii", "replace").splitlines()
+    lines = [(number, line) for number, line in enumerate(text, header.lines + 1) if line.strip()]
+    _check_count(source, header, len(lines))
+    if not lines:
+        return np.zeros((0, 3)), ()
+    used = lines[: header.points]
+    if len(used[-1][1].split()) < header.values:
         raise InputError(
-            str(path), "the header promises more points than memory can hold: damaged?"
-        ) from cause
-    except (ValueError, RuntimeError, TypeError, KeyError, IndexError, struct.error) as cause:
-        raise InputError(str(path), _cause(path, cause)) from cause
+            source,
+            f"truncated: line {used[-1][0]} has {len(used[-1][1].split())} of "
+            f"{header.values} values",
+        )
+    try:
+        points = np.loadtxt(
+            [line for _, line in used], usecols=header.columns, ndmin=2, comments=None
+        )
+    except ValueError as cause:
+        raise InputError(source, _bad_lines(used, header) or str(cause)) from cause
+    return points, _surplus(header, len(lines))
+
+
+def _bad_lines(lines: list[tuple[int, str]], header: PcdHeader) -> list[str]:
+    """The first lines that do not hold x, y and z."""
+    problems = []
+    for number, line in lines:
+        words = line.split()
+        if len(words) < header.values:
+            problems.append(f"line {number}: {len(words)} of {header.values} values")
+        else:
+            try:
+                _ = [float(words[column]) for column in header.columns]
+            except ValueError as cause:
+                problems.append(f"line {number}: {cause}")
+        if len(problems) == TOLD_LINES:
+            break
+    return problems
+
+
+def _binary(source: str, header: PcdHeader, content: bytes) -> Read:
+    held = len(content) // header.point_bytes
+    _check_count(source, header, held)
+    records = np.frombuffer(content, header.dtype, header.points)
+    with np.errstate(invalid="ignore"):  # signalling NaNs of a damaged file are dropped later
+        points = np.column_stack([records[axis].astype(np.float64) for axis in "xyz"])
+    return points, _surplus(header, held)
+
+
+def _compressed(source: str, header: PcdHeader, content: bytes) -> Read:
+    """Packed by LZF, all values of one field together."""
+    if not header.points:
+        return np.zeros((0, 3)), ()
+    try:
+        import lzf
+    except ImportError as cause:
+        raise MissingExtraError(f"reading {source}", "lidar") from cause
+    if len(content) < 8:
+        raise InputError(source, "truncated: it ends before its packed data")
+    packed, unpacked = struct.unpack_from("<II", content)
+    if len(content) - 8 < packed:
+        raise InputError(
+            source, f"truncated: {packed} packed bytes promised, the file holds {len(content) - 8}"
+        )
+    needed = header.points * header.point_bytes
+    if unpacked < needed or unpacked > LARGEST_RATIO * max(packed, 1):
+        raise InputError(
+            source,
+            f"damaged: {header.points} points of {header.point_bytes} bytes need {needed} bytes, "
+            f"the data are to unpack {packed} to {unpacked}",
+        )
+    try:
+        planes = lzf.decompress(content[8 : 8 + packed], unpacked)
+    except ValueError as cause:
+        raise InputError(source, f"damaged: the packed data cannot be unpacked ({cause})") from None
+    if planes is None or len(planes) < needed:
+        raise InputError(
+            source, f"damaged: {len(planes or b'')} of {needed} bytes come out of the packed data"
+        )
+    columns = [
+        np.frombuffer(
+            planes, header.dtype[axis], header.points, header.offsets[axis] * header.points
+        )
+        for axis in "xyz"
+    ]
+    with np.errstate(invalid="ignore"):
+        return np.column_stack([column.astype(np.float64) for column in columns]), ()
+
+
+def _check_count(source: str, header: PcdHeader, held: int) -> None:
+    if held < header.points:
+        raise InputError(
+            source,
+            f"truncated: the header promises {header.points} points, the data hold {held}",
+        )
+
+
+def _surplus(header: PcdHeader, held: int) -> tuple[str, ...]:
+    """A note where there are more points than promised."""
+    if held == header.points:
+        return ()
+    return (
+        f"the header promises {header.points} points, the data hold {held}: the rest is left out",
+    )
 
 
 def _viewpoint_note(viewpoint: tuple[float, ...]) -> tuple[str, ...]:
@@ -71,49 +155,3 @@ def _viewpoint_note(viewpoint: tuple[float, ...]) -> tuple[str, ...]:
         return ()
     pose = " ".join(f"{value:g}" for value in viewpoint)
     return (f"VIEWPOINT {pose} is not applied: points are taken in the sensor's frame",)
-
-
-def _cause(path: Path, error: Exception) -> str:
-    """Where a PCD file goes wrong: an incomplete header, or data shorter than it promises."""
-    header = _header(path)
-    missing = [key for key in HEADER_KEYS if key not in header]
-    if missing:
-        return (
-            f"no PCD header, or a truncated one: no {', '.join(missing)} line; "
-            "valid: a PCD 0.7 file with DATA ascii, binary or binary_compressed"
-        )
-    if header["DATA"] == ["binary"] and header["POINTS"][0].isdigit():
-        promised, room = int(header["POINTS"][0]), _room(path, header)
-        if room is not None and room < promised:
-            return f"truncated: the header promises {promised} points, the file holds {room}"
-    reason = " ".join(str(error).split())
-    return (
-        "damaged or truncated PCD: the data are shorter or other than the header says "
-        f"({type(error).__name__}: {reason[:160]})"
-    )
-
-
-def _header(path: Path) -> dict[str, list[str]]:
-    """Header words by key, as far as they can be read."""
-    header = {}
-    with path.open("rb") as file:
-        for line in file.read(4096).split(b"\n"):
-            words = line.decode("ascii", "replace").split()
-            if words and words[0] in HEADER_KEYS:
-                header[words[0]] = words[1:]
-            if words[:1] == ["DATA"]:
-                break
-    return header
-
-
-def _room(path: Path, header: dict[str, list[str]]) -> int | None:
-    """Binary points that the file's data have room for; None if the header does not tell."""
-    try:
-        point_bytes = sum(
-            int(size) * int(count)
-            for size, count in zip(header["SIZE"], header["COUNT"], strict=True)
-        )
-    except ValueError:
-        return None
-    start = path.read_bytes().find(b"DATA binary\n") + len(b"DATA binary\n")
-    return (path.stat().st_size - start) // point_bytes if point_bytes > 0 else None
