@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
@@ -24,7 +24,7 @@ from clearway.io.map_features import (
     ZoneFeature,
 )
 from clearway.io.placing import Bounds, Place, Tally, place_features, place_floor
-from clearway.io.what_file import refuse_others, what_file
+from clearway.io.what_file import reader_of, refuse_others
 from clearway.obstacles import Obstacle
 from clearway.rules import GroundHeights
 
@@ -108,13 +108,9 @@ def read_maps(
 
 
 def _parse(path: Path, radius_m: float) -> ParsedMap:
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise InputError(
-            str(path),
-            f"suffix {path.suffix or '(none)'!r} is no known map format; "
-            f"valid suffixes: {', '.join(READERS)}" + what_file(path),
-        )
+    from clearway.io.map_formats import READERS
+
+    reader = reader_of(path, READERS, "map")
     try:
         empty = path.stat().st_size == 0
     except OSError as cause:
@@ -123,58 +119,6 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
         raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
     refuse_others(path, "map")
     return reader(path, radius_m)
-
-
-def _read_table(path: Path, radius_m: float) -> ParsedMap:
-    from clearway.io.obstacle_table import read_obstacle_table
-
-    return read_obstacle_table(path, radius_m)
-
-
-def _read_faa(path: Path, radius_m: float) -> ParsedMap:
-    from clearway.io.faa_obstacles import read_faa_obstacles
-
-    return read_faa_obstacles(path, radius_m)
-
-
-def _read_terrain(path: Path, _radius_m: float) -> ParsedMap:
-    from clearway.io.terrain import read_terrain
-
-    return read_terrain(path)
-
-
-def _read_json(path: Path, radius_m: float) -> ParsedMap:
-    """CityJSON, ED-318, ED-269 or GeoJSON, by what the object in the file says."""
-    from clearway.io.cityjson import read_cityjson
-    from clearway.io.foreign import read_json
-    from clearway.io.geojson import read_geojson
-    from clearway.io.geozones import is_ed318, read_ed269, read_ed318
-
-    data = read_json(path)
-    if data.get("type") == "CityJSON":
-        return read_cityjson(path, data)
-    if "UASZoneList" in data:
-        return read_ed269(path, data)
-    if is_ed318(data):
-        return read_ed318(path, data)
-    if data.get("type") == "FeatureCollection":
-        return read_geojson(path, data, radius_m)
-    raise InputError(
-        str(path),
-        f"JSON of no known map format (type {data.get('type')!r}, keys "
-        f"{', '.join(map(str, list(data)[:6]))}); valid: CityJSON, GeoJSON FeatureCollection, "
-        "ED-318 or ED-269 zones",
-    )
-
-
-READERS: Mapping[str, Callable[[Path, float], ParsedMap]] = {
-    ".csv": _read_table,
-    ".dat": _read_faa,
-    ".json": _read_json,
-    ".geojson": _read_json,
-    ".tif": _read_terrain,
-    ".tiff": _read_terrain,
-}
 
 
 def _middle(parsed: ParsedMap) -> Geodetic:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray
-from clearway.io.what_file import what_file
+from clearway.io.what_file import reader_of
 from clearway.sensors import BeamPattern
 from clearway.state import BoolArray
 
@@ -120,13 +120,7 @@ def read_points(path: str | Path) -> PointCloud:
     metres; MissingExtraError when the package that reads the format is not installed.
     """
     path = Path(path)
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise InputError(
-            str(path),
-            f"suffix {path.suffix or '(none)'!r} is no known point cloud format; "
-            f"valid suffixes: {', '.join(READERS)}" + what_file(path),
-        )
+    reader = reader_of(path, READERS, "point cloud")
     check_start(path)
     return with_points(cleaned(reader(path)))
 

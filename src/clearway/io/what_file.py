@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeVar
 
 from clearway.errors import InputError
 
@@ -43,6 +45,21 @@ def what_file(path: str | Path) -> str:
             return what_content(file.read(HEAD))
     except OSError:
         return ""
+
+
+Reader = TypeVar("Reader")
+
+
+def reader_of(path: Path, readers: Mapping[str, Reader], kind: str) -> Reader:
+    """What reads files with the path's suffix; raises InputError for one that is none of a kind."""
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(
+            str(path),
+            f"suffix {path.suffix or '(none)'!r} is no known {kind} format; "
+            f"valid suffixes: {', '.join(readers)}" + what_file(path),
+        )
+    return reader
 
 
 def what_content(head: bytes) -> str:

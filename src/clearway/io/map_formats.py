@@ -1,0 +1,49 @@
+"""The kinds of map files, by suffix, and of maps in JSON by what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from clearway.errors import InputError
+from clearway.io.cityjson import read_cityjson
+from clearway.io.faa_obstacles import read_faa_obstacles
+from clearway.io.foreign import read_json
+from clearway.io.geojson import read_geojson
+from clearway.io.geozones import is_ed318, read_ed269, read_ed318
+from clearway.io.map_features import ParsedMap
+from clearway.io.obstacle_table import read_obstacle_table
+from clearway.io.terrain import read_terrain
+
+
+def _read_terrain(path: Path, _radius_m: float) -> ParsedMap:
+    return read_terrain(path)
+
+
+def _read_json(path: Path, radius_m: float) -> ParsedMap:
+    """CityJSON, ED-318, ED-269 or GeoJSON, by what the object in the file says."""
+    data = read_json(path)
+    if data.get("type") == "CityJSON":
+        return read_cityjson(path, data)
+    if "UASZoneList" in data:
+        return read_ed269(path, data)
+    if is_ed318(data):
+        return read_ed318(path, data)
+    if data.get("type") == "FeatureCollection":
+        return read_geojson(path, data, radius_m)
+    raise InputError(
+        str(path),
+        f"JSON of no known map format (type {data.get('type')!r}, keys "
+        f"{', '.join(map(str, list(data)[:6]))}); valid: CityJSON, GeoJSON FeatureCollection, "
+        "ED-318 or ED-269 zones",
+    )
+
+
+READERS: Mapping[str, Callable[[Path, float], ParsedMap]] = {
+    ".csv": read_obstacle_table,
+    ".dat": read_faa_obstacles,
+    ".json": _read_json,
+    ".geojson": _read_json,
+    ".tif": _read_terrain,
+    ".tiff": _read_terrain,
+}
