@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
 
 
 class ClearwayError(ValueError):
@@ -16,6 +19,15 @@ class InputError(ClearwayError):
         self.source = source
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+
+
+@contextmanager
+def naming(path: str | Path, doing: Literal["read", "written"]) -> Iterator[None]:
+    """What the operating system refuses in the block, told as InputError of the file."""
+    try:
+        yield
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be {doing}: {cause.strerror or cause}") from cause
 
 
 class MissingExtraError(ClearwayError):

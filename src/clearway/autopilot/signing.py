@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from clearway.autopilot.wire import SIGNATURE, Frame
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 
 KEY_BYTES = 32
 EPOCH_S = 1_420_070_400
@@ -28,10 +28,8 @@ REPLAYED = "old timestamp"
 
 def read_key(path: Path) -> bytes:
     """The key in a file: 32 bytes, or 64 hexadecimal digits; InputError for anything else."""
-    try:
+    with naming(path, "read"):
         data = path.read_bytes()
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
     if len(data) == KEY_BYTES:
         return data
     try:

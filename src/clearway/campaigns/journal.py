@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from clearway.campaigns.row import FlightRow
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 
 
 class Journal:
@@ -38,11 +38,9 @@ def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
     settings: what the rows in it must have in common; raises InputError where those of the journal
     differ, where another process has it open, and where it cannot be written.
     """
-    try:
+    with naming(path, "written"):
         path.parent.mkdir(parents=True, exist_ok=True)
         file = path.open("a+b")
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be written: {cause.strerror or cause}") from cause
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

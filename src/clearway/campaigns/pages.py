@@ -10,7 +10,7 @@ import numpy as np
 from clearway.campaigns.families import FAMILIES
 from clearway.campaigns.row import FlightRow
 from clearway.campaigns.summary import Mean, Rate, Standing, in_words, seconds, standings
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 
 FULL, SHORT = "campaign", "campaign-short"
 """Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
@@ -33,7 +33,7 @@ def write_pages(
 
     Raises InputError where the page cannot be read or written, or has no marks.
     """
-    try:
+    with naming(page, "written"):
         text = page.read_text(encoding="utf-8")
         done = []
         for name, made in ((FULL, full_form), (SHORT, short_form)):
@@ -47,8 +47,6 @@ def write_pages(
             marks = " or ".join(f"<!-- {name}:begin --> ... :end -->" for name in (FULL, SHORT))
             raise InputError(str(page), f"no {marks}")
         page.write_text(text, encoding="utf-8")
-    except OSError as cause:
-        raise InputError(str(page), f"cannot be written: {cause.strerror or cause}") from cause
     return done
 
 

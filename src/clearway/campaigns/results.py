@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from clearway.campaigns.row import COLUMNS, FlightRow
-from clearway.errors import InputError, MissingExtraError
+from clearway.errors import InputError, MissingExtraError, naming
 
 META = "clearway_"
 
@@ -35,14 +35,12 @@ def write_results(path: Path, rows: Sequence[FlightRow], settings: dict[str, str
     schema = schema.with_metadata({META + name: value for name, value in settings.items()})
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=schema)
     scratch = path.with_name(f".{path.name}.part")
-    try:
+    with naming(path, "written"):
         with scratch.open("wb") as file:
             pq.write_table(table, file, compression="zstd")
             file.flush()
             os.fsync(file.fileno())
         os.replace(scratch, path)
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be written: {cause.strerror or cause}") from cause
 
 
 def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
@@ -55,9 +53,8 @@ def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
     import pyarrow.parquet as pq
 
     try:
-        table = pq.read_table(path)
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+        with naming(path, "read"):
+            table = pq.read_table(path)
     except pa.ArrowException as cause:
         raise InputError(str(path), f"no Parquet file: {cause}") from cause
     missing = [name for name in COLUMNS if name not in table.column_names]

@@ -260,24 +260,21 @@ def _fly_one(seed: int, settings: EncounterSettings, as_json: bool) -> None:
 
 def _write(tallies: Sequence[Tally], path: Path) -> None:
     """One row per encounter."""
-    from clearway.errors import InputError
+    from clearway.errors import naming
 
-    try:
-        with path.open("w", newline="") as file:
-            rows = csv.writer(file)
-            rows.writerow(("kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies"))
-            for tally in tallies:
-                for each in tally.outcomes:
-                    rows.writerow(
-                        (
-                            tally.settings.in_words,
-                            each.seed,
-                            f"{each.min_distance_m:.6f}",
-                            int(each.kept),
-                            int(each.avoidable),
-                            each.emergencies,
-                        )
+    with naming(path, "written"), path.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(("kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies"))
+        for tally in tallies:
+            for each in tally.outcomes:
+                rows.writerow(
+                    (
+                        tally.settings.in_words,
+                        each.seed,
+                        f"{each.min_distance_m:.6f}",
+                        int(each.kept),
+                        int(each.avoidable),
+                        each.emergencies,
                     )
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be written: {cause.strerror or cause}") from cause
+                )
     say(f"wrote {path}")

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 from clearway.frames import FloatArray
 from clearway.state import IntArray
 
@@ -118,11 +118,10 @@ def read_encounter_model(path: str | Path) -> EncounterModel:
     """Read a model file; raises InputError with all that is wrong, by section and line."""
     source = Path(path)
     try:
-        if source.stat().st_size > MOST_BYTES:
-            raise InputError(str(path), f"larger than {MOST_BYTES:,} bytes: no encounter model")
-        text = source.read_text(encoding="utf-8")
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+        with naming(path, "read"):
+            if source.stat().st_size > MOST_BYTES:
+                raise InputError(str(path), f"larger than {MOST_BYTES:,} bytes: no encounter model")
+            text = source.read_text(encoding="utf-8")
     except UnicodeDecodeError as cause:
         raise InputError(str(path), "is not a text file") from cause
     return parse_encounter_model(text, str(path))

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 from clearway.frames import FloatArray
 
 
@@ -22,9 +22,8 @@ class Foreign(BaseModel):
 def read_text(path: Path) -> str:
     """The file as text; InputError where it cannot be read, is empty or is no text."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+        with naming(path, "read"):
+            text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as cause:
         raise InputError(str(path), f"no text: byte {cause.start} is not UTF-8") from cause
     if not text.strip():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 from clearway.frames import FloatArray
 from clearway.io.ground import ground_heights
 from clearway.io.map_features import (
@@ -111,10 +111,8 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
     from clearway.io.map_formats import READERS
 
     reader = reader_of(path, READERS, "map")
-    try:
+    with naming(path, "read"):
         empty = path.stat().st_size == 0
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
     if empty or path.is_dir():
         raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
     refuse_others(path, "map")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 
 
 def put_between_marks(page: Path, name: str, made: str) -> None:
@@ -13,12 +13,10 @@ def put_between_marks(page: Path, name: str, made: str) -> None:
     Raises InputError where the page cannot be read or written, or has no such marks.
     """
     begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-    try:
+    with naming(page, "written"):
         text = page.read_text(encoding="utf-8")
         before, found, rest = text.partition(begin)
         _, closed, after = rest.partition(end)
         if not (found and closed):
             raise InputError(str(page), f"no {begin} ... {end}")
         page.write_text(f"{before}{begin}\n{made.strip()}\n{end}{after}", encoding="utf-8")
-    except OSError as cause:
-        raise InputError(str(page), f"cannot be written: {cause.strerror or cause}") from cause

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 from clearway.frames import FloatArray
 from clearway.io.what_file import reader_of
 from clearway.sensors import BeamPattern
@@ -128,11 +128,8 @@ def read_points(path: str | Path) -> PointCloud:
 def check_start(path: Path) -> None:
     """Refuse files that cannot be opened, are empty, or begin like another format."""
     reader = READERS[path.suffix.lower()]
-    try:
-        with path.open("rb") as file:
-            start = file.read(16)
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    with naming(path, "read"), path.open("rb") as file:
+        start = file.read(16)
     if not start:
         raise InputError(str(path), "the file is empty (0 bytes)")
     for magic, suffix in MAGIC.items():

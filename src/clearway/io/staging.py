@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from clearway.errors import InputError
+from clearway.errors import naming
 
 
 @contextmanager
@@ -20,16 +20,13 @@ def staged(folder: str | Path) -> Iterator[Path]:
     nothing is left. Raises InputError where the folder cannot be written.
     """
     target = Path(folder).absolute()
-    try:
+    with naming(folder, "written"):
         existing = _nearest_folder(target)
         scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=existing))
-    except OSError as cause:
-        raise InputError(str(folder), f"cannot be written: {cause.strerror or cause}") from cause
     try:
-        yield scratch
-        _move(scratch, target)
-    except OSError as cause:
-        raise InputError(str(folder), f"cannot be written: {cause.strerror or cause}") from cause
+        with naming(folder, "written"):
+            yield scratch
+            _move(scratch, target)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 

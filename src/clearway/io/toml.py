@@ -12,7 +12,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 
 
 class Section(BaseModel):
@@ -45,10 +45,9 @@ def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Mod
 def read_toml(path: str | Path) -> dict[str, Any]:
     """Plain tables of a TOML file; InputError with line and column where it is none."""
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-        return tomllib.loads(text)
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+        with naming(path, "read"):
+            text = Path(path).read_bytes().decode("utf-8-sig")
+            return tomllib.loads(text)
     except UnicodeDecodeError as cause:
         raise InputError(
             str(path), f"no TOML file: byte {cause.start} is not UTF-8 text"

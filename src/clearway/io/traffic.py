@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from pathlib import Path
 
-from clearway.errors import InputError
+from clearway.errors import InputError, naming
 from clearway.io.what_file import what_content
 from clearway.recordings.report import TrafficRecording
 
@@ -22,10 +22,8 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     from clearway.io.traffic_formats import FORMATS
 
     path = Path(path)
-    try:
+    with naming(path, "read"):
         content = path.read_bytes()
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
     if not content:
         raise InputError(str(path), "the file is empty (0 bytes)")
     if content.startswith(GZIP):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from clearway.errors import InputError, MissingExtraError
+from clearway.errors import InputError, MissingExtraError, naming
 from clearway.frames import FloatArray
 from clearway.io.foreign_errors import damage_told
 from clearway.io.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of, slerp
@@ -47,10 +47,8 @@ def read_ulog(path: str | Path) -> FlightLog:
     Raises InputError where it is damaged or has no position, MissingExtraError without [ulog].
     """
     path = Path(path)
-    try:
+    with naming(path, "read"):
         content = path.read_bytes()
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
     log, notes = _parsed(str(path), content, ["vehicle_local_position", "vehicle_attitude",
                                               "vehicle_gps_position"])  # fmt: skip
     place, turn = _data(log, "vehicle_local_position"), _data(log, "vehicle_attitude")
