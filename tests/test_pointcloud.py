@@ -147,6 +147,9 @@ def test_pcd_that_promises_more_than_memory_holds(tmp_path: Path) -> None:
         ("a.csv", "x_m;y_m;z_m;label\n1;2;3;car\n-4.5;0.25;0;car\n10;-2;1.5;tree\n"),
         ("a.xyz", "# made by hand\n1 2 3 99\n\n-4.5\t0.25 0 98 # near\n10 -2 1.5 97\n"),
         ("a.TXT", "1 2 3\n-4.5 0.25 0\n10 -2 1.5"),
+        ("a.csv", '"x";"y";"z"\n"1,0";"2,0";"3"\n-4,5;0,25;0\n10;-2;1,5\n'),
+        ("a.csv", "1,0;2,0;3,0\r\n-4,5;0,25;0\r\n10;-2;1,5\r\n"),
+        ("a.txt", "//X Y Z Intensity\n1 2 3 7\n-4.5 0.25 0 7\n10 -2 1.5 7\n"),
     ],
 )
 def test_text_tables(tmp_path: Path, name: str, text: str) -> None:
@@ -158,6 +161,27 @@ def test_text_tables(tmp_path: Path, name: str, text: str) -> None:
 def test_npy_keeps_the_first_three_columns(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", np.column_stack([POINTS, [7, 8, 9]]).astype(np.float32))
     np.testing.assert_allclose(read_points(tmp_path / "a.npy").points_m, POINTS)
+
+
+def test_npy_of_records(tmp_path: Path) -> None:
+    records = np.zeros(3, [("ring", "u2"), ("x", ">f4"), ("y", "f8"), ("z", "f4")])
+    records["x"], records["y"], records["z"] = POINTS.T
+    np.save(tmp_path / "a.npy", records)
+    np.testing.assert_allclose(read_points(tmp_path / "a.npy").points_m, POINTS)
+    np.save(tmp_path / "a.npy", np.ones((3, 500)))
+    with pytest.raises(InputError, match="up to 32 columns"):
+        read_points(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize(
+    ("columns", "dtype"), [(3, "<f4"), (5, "<f4"), (4, "<f8")], ids=["xyz", "with ring", "doubles"]
+)
+def test_bin_of_other_layouts_is_refused(tmp_path: Path, columns: int, dtype: str) -> None:
+    points = np.random.default_rng(0).uniform(-50.0, 50.0, (400, columns)).astype("<f4")
+    points[:, 3:] = np.abs(points[:, 3:])
+    points.astype(dtype).tofile(tmp_path / "a.bin")
+    with pytest.raises(InputError, match=r"intensity, is negative in \d+ % of its points; valid"):
+        read_points(tmp_path / "a.bin")
 
 
 def test_points_that_are_not_finite_are_counted(tmp_path: Path) -> None:
@@ -293,6 +317,50 @@ def test_pcd_without_z(tmp_path: Path) -> None:
     PointCloud.from_points(POINTS[:, :2], ("x", "y"), (np.float32,) * 2).save(path)
     with pytest.raises(InputError, match="no z among x y"):
         read_points(path)
+
+
+@pytest.mark.parametrize(
+    ("crs", "message"),
+    [
+        ("EPSG:4978", "coordinates are geocentric"),
+        ("EPSG:4979", "coordinates are in degrees"),
+        (None, "look like degrees: x -122 to -121.99"),
+    ],
+)
+def test_surveys_without_a_plane_are_refused(tmp_path: Path, crs: Any, message: str) -> None:
+    import laspy
+
+    path = write_las(tmp_path / "a.las", POINTS, [2] * 3, crs)
+    if crs is None:
+        las = laspy.read(path)
+        las.change_scaling(scales=[1e-7, 1e-7, 0.001], offsets=[-122.0, 45.0, 0.0])
+        las.x, las.y, las.z = np.array([[-122.0, 45.0, 90.0], [-121.99, 45.01, 120.0]] * 2)[:3].T
+        las.write(path)
+    with pytest.raises(InputError, match=message):
+        read_points(path)
+
+
+@pytest.mark.parametrize(
+    ("unit", "told"), [(9003, "US survey feet"), (9036, r"unit of length 9036.*valid: 9001")]
+)
+def test_units_of_a_crs_without_a_name(tmp_path: Path, unit: int, told: str) -> None:
+    import laspy
+    from laspy.vlrs.known import GeoKeyDirectoryVlr
+
+    keys = [(1024, 0, 1, 1), (3072, 0, 1, 32767), (3076, 0, 1, unit), (4099, 0, 1, 0)]
+    directory = GeoKeyDirectoryVlr()
+    directory.parse_record_data(np.array([(1, 1, 0, len(keys)), *keys], "<u2").tobytes())
+    las = laspy.LasData(laspy.LasHeader(point_format=3, version="1.2"))
+    las.header.vlrs.append(directory)
+    las.x, las.y, las.z = POINTS.T
+    las.write(str(tmp_path / "a.las"))
+    if unit == 9003:
+        cloud = read_points(tmp_path / "a.las")
+        assert cloud.unit == told
+        np.testing.assert_allclose(cloud.points_m, POINTS * US_SURVEY_FOOT_M, atol=0.01)
+    else:
+        with pytest.raises(InputError, match=told):
+            read_points(tmp_path / "a.las")
 
 
 def test_npy_of_another_shape(tmp_path: Path) -> None:

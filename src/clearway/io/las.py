@@ -19,6 +19,9 @@ GEOTIFF_UNITS = {
     9002: ("feet", FOOT_M),
     9003: ("US survey feet", US_SURVEY_FOOT_M),
 }
+NO_UNIT = (0, 32767)
+"""Undefined, and told by other keys."""
+FINEST_SCALE_M = 1e-5
 HEADER_BYTES_1_2, HEADER_BYTES = 227, 375
 RECORD_HEADER_BYTES, EXTENDED_RECORD_HEADER_BYTES = 54, 60
 COMPRESSED_FORMAT = 128
@@ -136,16 +139,23 @@ def _reference(path: Path, las: Any) -> Reference:
         crs: Any = las.header.parse_crs()
     except (ValueError, RuntimeError) as cause:
         raise InputError(str(path), f"the CRS in the header cannot be read: {cause}") from cause
-    keys = _geotiff_keys(las)
+    keys = _geotiff_keys(path, las)
     horizontal = keys.get(HORIZONTAL_UNIT_KEY)
     vertical = keys.get(VERTICAL_UNIT_KEY)
     if crs is None:
         if horizontal is None:
+            _check_no_degrees(path, las.header)
             note = "no CRS in the file: metres assumed"
             metres = Unit("metres", 1.0)
             return Reference(None, metres, vertical or metres, (note,))
         return Reference(None, horizontal, vertical or horizontal, ())
     axes = crs.axis_info
+    if crs.is_geocentric:
+        raise InputError(
+            str(path),
+            f"coordinates are geocentric (CRS {crs.name}), so none of them is up; "
+            "valid: a projected CRS, in metres or feet",
+        )
     if any(axis.unit_name == "degree" for axis in axes[:2]):
         raise InputError(
             str(path),
@@ -159,16 +169,39 @@ def _reference(path: Path, las: Any) -> Reference:
     return Reference(str(crs.name), units[0], vertical or units[0], notes)
 
 
+def _check_no_degrees(path: Path, header: Any) -> None:
+    """Refuse what can only be degrees: metres are never given to a hundredth of a millimetre."""
+    low, high = np.minimum(header.mins, header.maxs), np.maximum(header.mins, header.maxs)
+    if (
+        max(header.scales[:2]) < FINEST_SCALE_M
+        and max(abs(low[0]), abs(high[0])) <= 180.0
+        and max(abs(low[1]), abs(high[1])) <= 90.0
+    ):
+        raise InputError(
+            str(path),
+            f"no CRS in the file, and coordinates that look like degrees: x {low[0]:g} to "
+            f"{high[0]:g}, y {low[1]:g} to {high[1]:g}, in steps of {header.scales[0]:g}; "
+            "valid: a projected CRS, in metres or feet",
+        )
+
+
 def _unit(name: str, metres: float) -> Unit:
     plural = {"metre": "metres", "foot": "feet", "US survey foot": "US survey feet"}
     return Unit(plural.get(name, name), float(metres))
 
 
-def _geotiff_keys(las: Any) -> dict[int, Unit]:
-    """Length units stated by GeoTIFF keys, by key."""
-    return {
-        key.id: Unit(*GEOTIFF_UNITS[key.value_offset])
+def _geotiff_keys(path: Path, las: Any) -> dict[int, Unit]:
+    """Length units stated by GeoTIFF keys, by key; InputError for one that is not known."""
+    stated = {
+        key.id: key.value_offset
         for directory in las.header.vlrs.get("GeoKeyDirectoryVlr")
         for key in directory.geo_keys
-        if key.id in (HORIZONTAL_UNIT_KEY, VERTICAL_UNIT_KEY) and key.value_offset in GEOTIFF_UNITS
+        if key.id in (HORIZONTAL_UNIT_KEY, VERTICAL_UNIT_KEY) and key.value_offset not in NO_UNIT
     }
+    unknown = sorted(set(stated.values()) - GEOTIFF_UNITS.keys())
+    if unknown:
+        valid = ", ".join(f"{code} ({name})" for code, (name, _) in GEOTIFF_UNITS.items())
+        raise InputError(
+            str(path), f"unit of length {unknown[0]} of its GeoTIFF keys; valid: {valid}"
+        )
+    return {key: Unit(*GEOTIFF_UNITS[code]) for key, code in stated.items()}

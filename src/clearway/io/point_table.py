@@ -12,6 +12,9 @@ from clearway.errors import InputError
 from clearway.frames import FloatArray
 from clearway.io.pointcloud import PointCloud
 
+MOST_COLUMNS = 32
+"""Of an array; what is wider lies on its side."""
+
 
 class Layout(NamedTuple):
     """How a text table is laid out."""
@@ -24,7 +27,8 @@ class Layout(NamedTuple):
 def read_point_table(path: Path) -> PointCloud:
     """Points of a text table: a header naming x, y and z, or else its first three columns.
 
-    Columns are separated by commas, semicolons, tabs or blanks; `#` starts a comment.
+    Columns are separated by semicolons, tabs, commas or blanks; between semicolons and tabs a comma
+    may be the decimal sign. `#` starts a comment.
     Raises InputError with the line where a value is no number or missing.
     """
     try:
@@ -37,8 +41,10 @@ def read_point_table(path: Path) -> PointCloud:
     numbered = [
         (number, text)
         for number, line in enumerate(lines[layout.header_lines :], layout.header_lines + 1)
-        if (text := line.split("#")[0].strip())
+        if (text := line.split("#")[0].replace('"', "").strip())
     ]
+    if layout.delimiter in (";", "\t") and not any("." in text for _, text in numbered):
+        numbered = [(number, text.replace(",", ".")) for number, text in numbered]
     if not numbered:
         raise InputError(str(path), "no points in it; valid: one point a line, x, y, z in metres")
     try:
@@ -54,16 +60,22 @@ def read_point_table(path: Path) -> PointCloud:
 
 
 def read_npy(path: Path) -> PointCloud:
-    """Points of a NumPy array [n, 3 or more] of numbers; columns after the third are left aside."""
+    """Points of a NumPy array [n, 3 or more] of numbers, or of records with x, y and z.
+
+    Columns after the third, and other fields, are left aside.
+    """
     try:
         array = np.load(path, allow_pickle=False)
     except (ValueError, EOFError, OSError, MemoryError) as cause:
         raise InputError(str(path), f"damaged or truncated .npy file ({cause})") from cause
-    if array.dtype.kind not in "fiu" or array.ndim != 2 or array.shape[1] < 3:
+    if array.dtype.names is not None and {"x", "y", "z"} <= set(array.dtype.names):
+        array = np.stack([array[axis].ravel() for axis in "xyz"], axis=-1)
+    if array.dtype.kind not in "fiu" or array.ndim != 2 or not 3 <= array.shape[1] <= MOST_COLUMNS:
         raise InputError(
             str(path),
             f"an array of {array.dtype} with shape {list(array.shape)}; "
-            "valid: numbers with shape [points, 3]",
+            f"valid: numbers with shape [points, 3], up to {MOST_COLUMNS} columns, or records "
+            "with x, y, z",
         )
     return _cloud(path, array[:, :3])
 
@@ -83,10 +95,10 @@ def _layout(path: Path, lines: list[str]) -> Layout:
     first = next((n for n, line in enumerate(lines) if line.split("#")[0].strip()), None)
     if first is None:
         raise InputError(str(path), "no points in it; valid: one point a line, x, y, z in metres")
-    text = lines[first].split("#")[0].strip()
-    delimiter = next((sign for sign in ",;\t" if sign in text), None)
+    text = lines[first].split("#")[0].strip().removeprefix("//")
+    delimiter = next((sign for sign in ";\t," if sign in text), None)
     words = [word.strip().strip('"').lower() for word in text.split(delimiter)]
-    if _is_number(words[0]):
+    if _is_number(words[0].replace(",", ".")):
         if len(words) < 3:
             raise InputError(
                 str(path), f"line {first + 1}: {len(words)} columns, three are needed: x, y, z"
