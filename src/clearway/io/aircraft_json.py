@@ -9,9 +9,6 @@ from typing import Any
 from clearway.errors import InputError
 from clearway.io.traffic_rows import (
     DAMAGED,
-    NO_ADDRESS,
-    NO_POSITION,
-    NO_TIME,
     Sieve,
     address_of,
     altitude_of,
@@ -87,32 +84,26 @@ def _take(row: dict[str, Any], now: Any, sieve: Sieve, types: dict[str, Any]) ->
     """One row into the sieve; `types` remembers what each aircraft's reports come from."""
     more = row.get("flightdict")
     details: dict[str, Any] = {**more, **row} if isinstance(more, dict) else row
-    latitude, longitude = number(row.get("lat")), number(row.get("lon"))
-    time_s, age_s = number(now), number(row.get("seen_pos")) or 0.0
     address = address_of(row.get("hex", row.get("icao")))
     if address:
-        sieve.heard[address] += 1
         types[address] = details.get("type") or types.get(address)
-    if latitude is None or longitude is None:
-        sieve.drop(NO_POSITION)
-    elif not address:
-        sieve.drop(NO_ADDRESS)
-    elif time_s is None:
-        sieve.drop(NO_TIME)
-    else:
-        rate = details.get("baro_rate")
-        sieve.take(
-            report_of(
-                time_s - age_s,
-                address,
-                (latitude, longitude),
-                altitude_of(details.get("alt_baro"), details.get("alt_geom"), sieve),
-                (
-                    row.get("gs", row.get("gscp")),
-                    row.get("track"),
-                    details.get("geom_rate") if rate is None else rate,
-                ),
-                text(details.get("flight")).replace("N/A", ""),
-                source_of(types[address], address),
-            )
+    told = sieve.complete(number(now), address, row.get("lat"), row.get("lon"))
+    if told is None:
+        return
+    now_s, _, place_deg = told
+    rate = details.get("baro_rate")
+    sieve.take(
+        report_of(
+            now_s - (number(row.get("seen_pos")) or 0.0),
+            address,
+            place_deg,
+            altitude_of(details.get("alt_baro"), details.get("alt_geom"), sieve),
+            (
+                row.get("gs", row.get("gscp")),
+                row.get("track"),
+                details.get("geom_rate") if rate is None else rate,
+            ),
+            text(details.get("flight")).replace("N/A", ""),
+            source_of(types[address], address),
         )
+    )

@@ -9,44 +9,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray, enu_from_geodetic
-from clearway.io.foreign import position_of
 from clearway.io.map_features import Disc, Geodetic, Height, MapFeature, Polygon
 from clearway.io.placing import Place, Tally, around_disc, place_features
+from clearway.io.plan_items import Item
 from clearway.io.rectangles import shapely_or_refuse
 from clearway.obstacles import Obstacle
 
-Action = Literal["take-off", "waypoint", "return", "land"]
-ACTIONS: Mapping[int, Action] = {
-    16: "waypoint",
-    17: "waypoint",
-    18: "waypoint",
-    19: "waypoint",
-    20: "return",
-    21: "land",
-    22: "take-off",
-    31: "waypoint",
-    82: "waypoint",
-    84: "take-off",
-    85: "land",
-}
-"""Commands of MAVLink that lead somewhere."""
-LOITERING = (17, 18, 19, 31)
-CHANGE_SPEED = 178
-FRAMES: Mapping[int, Literal["sea level", "home", "ground"]] = {
-    0: "sea level",
-    3: "home",
-    5: "sea level",
-    6: "home",
-    10: "ground",
-    11: "ground",
-}
-"""What heights are above, by MAV_FRAME."""
 DEFAULT_SPEED_MPS = 5.0
 SECONDS_OF_RANGE = 12
 """The grid reaches as far as the vehicle flies in this time, one layer a second."""
@@ -58,54 +32,12 @@ REACH_SHARE = 0.4
 FENCE_DEPTH_M, FENCE_HEIGHT_M, WALL_M = 500.0, 5_000.0, 1.0
 
 
-class Item(NamedTuple):
-    """One entry of a plan that leads somewhere."""
-
-    place: str
-    """Where it stands in the file."""
-    action: Action
-    latitude_deg: float | None
-    """None, like the longitude, where the vehicle is or was."""
-    longitude_deg: float | None
-    height_m: float
-    above: Literal["sea level", "home", "ground"]
-
-
 class Fence(NamedTuple):
     """An area to stay inside of, or outside."""
 
     name: str
     outline: Disc | Polygon
     inclusion: bool
-
-
-def item_of(
-    place: str,
-    command: int,
-    frame: int,
-    position: tuple[float | None, float | None, float | None],
-) -> Item | None:
-    """An entry of a plan by its numbers: latitude, longitude, height; None if it leads nowhere.
-
-    Raises ValueError saying what is missing or out of range.
-    """
-    action = ACTIONS.get(command)
-    if action is None:
-        return None
-    if action == "return":
-        return Item(place, action, None, None, 0.0, "home")
-    above = FRAMES.get(frame)
-    if above is None:
-        raise ValueError(f"frame {frame}; valid: {', '.join(map(str, FRAMES))}")
-    latitude, longitude, height = position
-    if height is None:
-        raise ValueError("the height is missing")
-    # Take-off and landing without a place, or with zeros for it, mean wherever the vehicle is.
-    if not latitude and not longitude:
-        if action == "waypoint":
-            raise ValueError("latitude and longitude are missing")
-        return Item(place, action, None, None, height, above)
-    return Item(place, action, *position_of([longitude, latitude]), height, above)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

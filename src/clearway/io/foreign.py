@@ -31,6 +31,15 @@ def read_text(path: Path) -> str:
     return text
 
 
+def is_number(word: str) -> bool:
+    """Whether a word of a file is one, nan and inf too."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def read_json(path: Path) -> dict[str, Any]:
     """The object in a JSON file; InputError with line and column where it is none."""
     text = read_text(path)

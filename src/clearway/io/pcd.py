@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.errors import InputError, MissingExtraError
+from clearway.errors import InputError, MissingExtraError, naming
 from clearway.frames import FloatArray
 from clearway.io.pcd_header import PcdHeader, read_header
 from clearway.io.pointcloud import PointCloud
@@ -24,10 +24,8 @@ def read_pcd(path: Path) -> PointCloud:
     Raises InputError for a damaged header, missing x, y, z, or fewer points than it promises;
     MissingExtraError where binary_compressed is to be unpacked without [lidar].
     """
-    try:
+    with naming(path, "read"):
         content = path.read_bytes()
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
     header = read_header(str(path), content)
     read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}[header.data]
     points_m, notes = read(str(path), header, content[header.start :])

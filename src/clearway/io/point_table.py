@@ -10,6 +10,7 @@ import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray
+from clearway.io.foreign import is_number
 from clearway.io.pointcloud import PointCloud
 
 MOST_COLUMNS = 32
@@ -98,7 +99,7 @@ def _layout(path: Path, lines: list[str]) -> Layout:
     text = lines[first].split("#")[0].strip().removeprefix("//")
     delimiter = next((sign for sign in ";\t," if sign in text), None)
     words = [word.strip().strip('"').lower() for word in text.split(delimiter)]
-    if _is_number(words[0].replace(",", ".")):
+    if is_number(words[0].replace(",", ".")):
         if len(words) < 3:
             raise InputError(
                 str(path), f"line {first + 1}: {len(words)} columns, three are needed: x, y, z"
@@ -115,14 +116,6 @@ def _layout(path: Path, lines: list[str]) -> Layout:
     return Layout(delimiter, first + 1, (names.index("x"), names.index("y"), names.index("z")))
 
 
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def _first_bad_lines(numbered: list[tuple[int, str]], layout: Layout) -> list[str]:
     """The first few lines that hold no three numbers."""
     problems = []
@@ -131,7 +124,7 @@ def _first_bad_lines(numbered: list[tuple[int, str]], layout: Layout) -> list[st
         chosen = [words[column] for column in layout.columns if column < len(words)]
         if len(chosen) < 3:
             problems.append(f"line {number}: {len(words)} columns, no x, y, z: {text[:60]!r}")
-        elif bad := [word for word in chosen if not _is_number(word)]:
+        elif bad := [word for word in chosen if not is_number(word)]:
             problems.append(f"line {number}: {bad[0]!r} is no number")
         if len(problems) == 5:
             problems.append("(only the first five such lines are listed)")

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray, attitude_from_rotation, world_from_body
-from clearway.io.foreign import read_text
+from clearway.io.foreign import is_number, read_text
 from clearway.io.pose_track import PoseTrack, pose_track, quaternions_of
 from clearway.state import State
 
@@ -74,7 +74,7 @@ def _numbers(path: Path, text: str) -> FloatArray:
     problems = []
     for place, line in enumerate(text.splitlines(), start=1):
         words = line.split("#")[0].replace(",", " ").replace(";", " ").split()
-        if not words or (not rows and not _is_number(words[0])):
+        if not words or (not rows and not is_number(words[0])):
             continue
         try:
             values = [float(word) for word in words]
@@ -88,14 +88,6 @@ def _numbers(path: Path, text: str) -> FloatArray:
     if problems or not rows:
         raise InputError(str(path), problems[:5] or [f"no pose in it; valid: {SHAPES}"])
     return np.array(rows)
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _kitti(path: Path, rows: FloatArray) -> Poses:

@@ -8,17 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from clearway.errors import InputError
-from clearway.io.flight_plan import (
-    CHANGE_SPEED,
-    FRAMES,
-    LOITERING,
-    Fence,
-    FlightPlan,
-    Item,
-    item_of,
-)
+from clearway.io.flight_plan import Fence, FlightPlan
 from clearway.io.foreign import Foreign, position_of, read_json, rings_of
 from clearway.io.map_features import Disc, Geodetic, Polygon
+from clearway.io.plan_items import CHANGE_SPEED, FRAMES, ItemsRead, Position
 from clearway.io.toml import parse_model
 
 FIXED_WING = 1
@@ -82,29 +75,25 @@ class Plan(Foreign):
 def read_plan(path: Path) -> FlightPlan:
     """The plan in a file; InputError with everything in it that cannot be used."""
     plan = parse_model(str(path), read_json(path), Plan)
-    mission, counts, problems = plan.mission, Counter[str](), list[str]()
-    items: list[Item] = []
+    mission, items = plan.mission, ItemsRead()
     speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
-    for place, entry in _simple("mission.items", mission.items, counts):
-        if entry.command == CHANGE_SPEED and not items and len(entry.params) > 1:
+    for place, entry in _simple("mission.items", mission.items, items.left_out):
+        if entry.command == CHANGE_SPEED and not items.found and len(entry.params) > 1:
             speed = entry.params[1] or speed
-            continue
-        try:
-            item = _item(place, entry)
-        except ValueError as cause:
-            problems.append(f"{place}: {cause}")
-            continue
-        if item is None:
-            counts[f"command {entry.command}, which leads nowhere"] += 1
         else:
-            items.append(item)
-            if entry.command in LOITERING:
-                counts["loitering at a waypoint"] += 1
-    home, rally, fences = _places(plan, problems)
-    if problems:
-        raise InputError(str(path), problems)
+            items.take(place, entry.command, *_frame_and_position(entry))
+    home, rally, fences = _places(plan, items.problems)
+    if items.problems:
+        raise InputError(str(path), items.problems)
     return FlightPlan(
-        str(path), path.stem, home, tuple(items), speed or None, fences, rally, counts
+        str(path),
+        path.stem,
+        home,
+        tuple(items.found),
+        speed or None,
+        fences,
+        rally,
+        items.left_out,
     )
 
 
@@ -123,13 +112,13 @@ def _simple(
             counts[entry.complexItemType] += 1
 
 
-def _item(place: str, entry: PlanItem) -> Item | None:
-    """An item that leads somewhere; None for any other command."""
+def _frame_and_position(entry: PlanItem) -> tuple[int, Position]:
+    """Frame of the height, and where an entry leads."""
     params = (*entry.params, *(None,) * (7 - len(entry.params)))
     frame = 3 if entry.frame is None else entry.frame
     if FRAMES.get(frame) == "ground" and entry.AMSLAltAboveTerrain is not None:
         frame, params = 0, (*params[:6], entry.AMSLAltAboveTerrain)
-    return item_of(place, entry.command or 0, frame, (params[4], params[5], params[6]))
+    return frame, (params[4], params[5], params[6])
 
 
 def _places(

@@ -8,7 +8,6 @@ from typing import Any
 from clearway.errors import InputError
 from clearway.io.traffic_rows import (
     DAMAGED,
-    NO_POSITION,
     Sieve,
     address_of,
     altitude_of,
@@ -52,7 +51,6 @@ def read_trace(source: str, content: bytes) -> TrafficRecording:
         if elapsed_s is None:
             sieve.drop(DAMAGED, f"trace[{place}]: no row of at least {LEAST_FIELDS} fields")
             continue
-        sieve.heard[address] += 1
         details = row[8] if len(row) > 8 and isinstance(row[8], dict) else {}
         callsign = text(details.get("flight")) or callsign
         _take(row, start_s + elapsed_s, address, callsign, sieve)
@@ -60,9 +58,8 @@ def read_trace(source: str, content: bytes) -> TrafficRecording:
 
 
 def _take(row: list[Any], time_s: float, address: str, callsign: str, sieve: Sieve) -> None:
-    latitude, longitude = number(row[1]), number(row[2])
-    if latitude is None or longitude is None:
-        sieve.drop(NO_POSITION)
+    told = sieve.complete(time_s, address, row[1], row[2])
+    if told is None:
         return
     barometric, geometric = row[3], row[10] if len(row) > 10 else None
     flags = row[6] if isinstance(row[6], int) else 0
@@ -70,9 +67,7 @@ def _take(row: list[Any], time_s: float, address: str, callsign: str, sieve: Sie
         barometric, geometric = None, barometric
     sieve.take(
         report_of(
-            time_s,
-            address,
-            (latitude, longitude),
+            *told,
             altitude_of(barometric, geometric, sieve),
             (row[4], row[5], row[7]),
             callsign,

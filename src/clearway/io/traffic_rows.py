@@ -60,6 +60,23 @@ class Sieve:
         if place and self.left_out[reason] <= TOLD_PLACES:
             self.notes.append(place)
 
+    def complete(
+        self, time_s: float | None, address: str, latitude: Any, longitude: Any
+    ) -> tuple[float, str, tuple[float, float]] | None:
+        """Time, address and place in degrees of a message that tells all; another is dropped."""
+        latitude_deg, longitude_deg = number(latitude), number(longitude)
+        if address:
+            self.heard[address] += 1
+        if latitude_deg is None or longitude_deg is None:
+            self.drop(NO_POSITION)
+        elif not address:
+            self.drop(NO_ADDRESS)
+        elif time_s is None:
+            self.drop(NO_TIME)
+        else:
+            return time_s, address, (latitude_deg, longitude_deg)
+        return None
+
     def use(self, kind: str, count: int = 1) -> None:
         """Messages that tell something else than a position."""
         self.messages += count

@@ -8,15 +8,12 @@ from typing import Any
 from clearway.errors import InputError
 from clearway.io.traffic_rows import (
     DAMAGED,
-    NO_ADDRESS,
-    NO_POSITION,
-    NO_TIME,
     Sieve,
     address_of,
     altitude_of,
-    number,
     report_of,
     text,
+    times,
 )
 from clearway.recordings.report import TrafficRecording
 
@@ -46,29 +43,20 @@ def read_trajectories(source: str, content: bytes) -> TrafficRecording:
 
 
 def _take(row: dict[str, Any], sieve: Sieve) -> None:
-    latitude, longitude = number(row.get("latitude")), number(row.get("longitude"))
-    time_ms = number(row.get("last_position"))
-    if time_ms is None:
-        time_ms = number(row.get("timestamp"))
+    time_s = times(row.get("last_position"), MILLISECOND_S)
+    if time_s is None:
+        time_s = times(row.get("timestamp"), MILLISECOND_S)
     address = address_of(row.get("icao24"))
-    if address:
-        sieve.heard[address] += 1
-    if latitude is None or longitude is None:
-        sieve.drop(NO_POSITION)
-    elif not address:
-        sieve.drop(NO_ADDRESS)
-    elif time_ms is None:
-        sieve.drop(NO_TIME)
-    else:
-        barometric = "ground" if row.get("onground") is True else row.get("altitude")
-        sieve.take(
-            report_of(
-                time_ms * MILLISECOND_S,
-                address,
-                (latitude, longitude),
-                altitude_of(barometric, row.get("geoaltitude"), sieve),
-                (row.get("groundspeed"), row.get("track"), row.get("vertical_rate")),
-                text(row.get("callsign")),
-                "adsb",
-            )
+    told = sieve.complete(time_s, address, row.get("latitude"), row.get("longitude"))
+    if told is None:
+        return
+    barometric = "ground" if row.get("onground") is True else row.get("altitude")
+    sieve.take(
+        report_of(
+            *told,
+            altitude_of(barometric, row.get("geoaltitude"), sieve),
+            (row.get("groundspeed"), row.get("track"), row.get("vertical_rate")),
+            text(row.get("callsign")),
+            "adsb",
         )
+    )

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from pathlib import Path
 
 from clearway.errors import InputError
-from clearway.io.flight_plan import CHANGE_SPEED, LOITERING, FlightPlan, Item, item_of
+from clearway.io.flight_plan import FlightPlan
 from clearway.io.foreign import position_of, read_text
 from clearway.io.map_features import Geodetic
+from clearway.io.plan_items import CHANGE_SPEED, ItemsRead
 
 COLUMNS = 12
 """Index, current, frame, command, four parameters, latitude, longitude, height, autocontinue."""
@@ -50,30 +50,19 @@ def _numbers(words: list[str]) -> list[float]:
 
 
 def _plan(path: Path, rows: list[tuple[str, list[float]]]) -> FlightPlan:
-    problems, counts = list[str](), Counter[str]()
-    items: list[Item] = []
-    speed = None
+    items, speed = ItemsRead(), None
     (_, first), others = rows[0], rows[1:]
     home = Geodetic(first[8], first[9], first[10])
     try:
         position_of([home.longitude_deg, home.latitude_deg])
     except ValueError as cause:
-        problems.append(f"{rows[0][0]}: home: {cause}")
+        items.problems.append(f"{rows[0][0]}: home: {cause}")
     for place, row in others:
         command = int(row[3])
-        if command == CHANGE_SPEED and not items and row[5] > 0.0:
+        if command == CHANGE_SPEED and not items.found and row[5] > 0.0:
             speed = row[5]
-            continue
-        try:
-            item = item_of(place, command, int(row[2]), (row[8], row[9], row[10]))
-        except ValueError as cause:
-            problems.append(f"{place}: {cause}")
-            continue
-        if item is None:
-            counts[f"command {command}, which leads nowhere"] += 1
         else:
-            items.append(item)
-            counts["loitering at a waypoint"] += command in LOITERING
-    if problems:
-        raise InputError(str(path), problems)
-    return FlightPlan(str(path), path.stem, home, tuple(items), speed, counts=+counts)
+            items.take(place, command, int(row[2]), (row[8], row[9], row[10]))
+    if items.problems:
+        raise InputError(str(path), items.problems)
+    return FlightPlan(str(path), path.stem, home, tuple(items.found), speed, counts=items.left_out)
