@@ -1,0 +1,249 @@
+"""The system that a vehicle runs: takes readings, and decides when asked.
+
+`AvoidanceSystem` is the one object that changes, with what it is made of. Data that cannot be used
+are counted by reason in `counts`, never silently lost.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.avoidance import Decision, decide
+from clearway.detour import known_way
+from clearway.explain import explanation
+from clearway.frames import FloatArray
+from clearway.intruders import Intruder, TrackerSettings
+from clearway.mission import Detour, Mission, Progress, advanced, detoured, stuck
+from clearway.movement_buffer import MovementBuffer
+from clearway.movers import unreported
+from clearway.obstacle_map import ObstacleMap
+from clearway.planner import Planner
+from clearway.sensors import AnySensor, Scan, range_sensors
+from clearway.sensors.detection import Rule
+from clearway.situation import Situation
+from clearway.state import State
+from clearway.system.flight_decision import FlightDecision, mode_of
+from clearway.system.own_states import OwnStates, carried_on
+from clearway.system.plan import Plan
+from clearway.system.readings import DataLimits, Reading
+from clearway.system.rehearsal import rehearsal, with_something_near
+from clearway.system.reports import LatestReports, Reports, TrackedReports
+from clearway.system.sight import Sight
+
+
+class AvoidanceSystem:
+    """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
+
+    detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
+    from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
+    tracker: reports of intruders are made into tracks first; None believes each as it comes, save
+    own, repeated, late and stale ones.
+    address: the own transponder's, by which the tracker knows own echoes; by place where empty.
+    follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
+    lidars: LiDARs, and whatever else is a `sensors.RangeSensor`; with several of them, those that
+    the others contradict are no longer believed (see `sensors.trust`).
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        mission: Mission,
+        lidars: Sequence[AnySensor] = (),
+        obstacle_map: ObstacleMap | None = None,
+        limits: DataLimits | None = None,
+        detour: Detour | None = None,
+        detection_rule: Rule = "ratio",
+        ground_m: float = -np.inf,
+        tracker: TrackerSettings | None = None,
+        address: str = "",
+        follow_movers: bool = False,
+    ) -> None:
+        self.planner = planner
+        self.mission = mission
+        self.obstacle_map = obstacle_map
+        self.limits = limits or DataLimits()
+        self.progress = Progress()
+        self.counts: Counter[str] = Counter()
+        self._detour = detour
+        self._tracker = tracker
+        self._address = address
+        self._follow_movers = follow_movers
+        self._own_states = OwnStates(self.limits.history_s)
+        self._sight = Sight(
+            planner,
+            range_sensors(lidars),
+            self.limits,
+            detection_rule=detection_rule,
+            ground_m=ground_m,
+            follow_movers=follow_movers,
+        )
+        self._reports: Reports = (
+            LatestReports(self.limits.intruder_s, address)
+            if tracker is None
+            else TrackedReports(tracker, planner.speed_mps, address)
+        )
+        self._plan = Plan()
+        self._news = ""
+        self._told: Counter[str] = Counter()
+
+    # --- readings -------------------------------------------------------------------------
+
+    def update(self, reading: Reading) -> None:
+        """Take one reading; what cannot be used is counted by reason."""
+        if isinstance(reading, State):
+            self._take_state(reading)
+        elif isinstance(reading, Scan):
+            self._take_scan(reading)
+        else:
+            self._take_report(reading)
+
+    def _take_state(self, state: State) -> None:
+        flaw = self._own_states.take(state)
+        if flaw:
+            self.counts[flaw] += 1
+        else:
+            self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
+
+    def _take_scan(self, scan: Scan) -> None:
+        flaw = self._sight.flaw_of(scan)
+        if flaw:
+            self.counts[flaw] += 1
+        elif not self._own_states.reach_back_to(scan.time_s):
+            self.counts["scan: no own state of its time"] += 1
+        else:
+            self._sight.take(scan, self._own_states.at(scan.time_s))
+            if len(scan.points_m):
+                self._news = "new returns"
+            if not self._sight.believes(scan.sensor):
+                self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
+
+    def _take_report(self, report: Intruder) -> None:
+        flaw = self._reports.take(report)
+        if flaw:
+            self.counts[flaw] += 1
+        else:
+            self._news = self._news or "new reports of traffic"
+
+    @property
+    def trust(self) -> dict[str, float]:
+        """Present trust by sensor; what is not believed at all is at 0."""
+        return self._sight.trust
+
+    # --- decisions ------------------------------------------------------------------------
+
+    @property
+    def buffer(self) -> MovementBuffer:
+        """The movements decided last, with their times; what is past of them is flown (6.2)."""
+        return self._plan.buffer
+
+    def due(self, now_s: float) -> str | None:
+        """Why a decision is due now, or None while the plan may be flown on."""
+        return self._plan.due(now_s, self.progress.goal) or self._news or None
+
+    def warm_up(self) -> None:
+        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
+        planner, start = self.planner, self.mission.start
+        sensors = self._sight.sensors
+        trial = AvoidanceSystem(
+            planner,
+            self.mission,
+            tuple(sensors.values()),
+            with_something_near(self.obstacle_map, planner, start),
+            self.limits,
+            follow_movers=self._follow_movers,
+            tracker=self._tracker,
+            address=self._address,
+        )
+        for time_s, readings in rehearsal(planner, start, sensors):
+            for reading in readings:
+                trial.update(reading)
+            trial.decide(time_s)
+        trial._known_way(start.position_m, self.mission.goals_m[0])
+
+    def decide(self, now_s: float) -> FlightDecision:
+        """Decide for the present moment; the buffer returned is to be flown from `now_s` on.
+
+        Raises ClearwayError if no own state has come yet.
+        """
+        situation, scan_age = self.situation(now_s)
+        decision = decide(self.planner, situation, self._plan.commitment(now_s))
+        return self._adopt(decision, now_s, scan_age)
+
+    def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
+        goal = self.progress.goal
+        self._plan = self._plan.after(decision, now_s, goal, self.planner.automaton)
+        self._news = ""
+        mode = mode_of(decision, landing=self.progress.landing(self.mission))
+        fresh = self.counts - self._told
+        self._told = Counter(self.counts)
+        return FlightDecision(
+            now_s,
+            mode,
+            goal,
+            decision,
+            explanation(decision, mode, self.obstacle_map),
+            scan_age,
+            dict(fresh),
+        )
+
+    # --- what is known now ----------------------------------------------------------------
+
+    def situation(self, now_s: float) -> tuple[Situation, float]:
+        """All that is known at a moment, and the age of the oldest scan used (NaN without any).
+
+        Raises ClearwayError if no own state has come yet.
+        """
+        state, age = self._expected_state(now_s)
+        self._leave_dead_end(state, now_s)
+        for name in self._sight.silent(now_s):
+            self.counts[f"scan: none fresh of {name}"] += 1
+        scans = self._sight.usable_scans(now_s)
+        situation = Situation(
+            state=state,
+            target_m=self.progress.target(self.mission),
+            next_m=self.progress.following(self.mission),
+            from_m=self.progress.left(self.mission),
+            reach_radius_m=self.mission.reach_radius_m,
+            detections=self._sight.detections(scans, state, self._own_states),
+            remembered=self._sight.remembered_near(state.position_m),
+            obstacle_map=self.obstacle_map,
+            intruders=self._traffic(state, now_s),
+            state_age_s=age,
+            range_sigma_m=self._sight.sigma_m,
+        )
+        return situation, max((now_s - scan.time_s for scan in scans.values()), default=np.nan)
+
+    def _expected_state(self, now_s: float) -> tuple[State, float]:
+        """The latest own state carried to the decision time, and how old it is."""
+        latest = self._own_states.latest
+        age = now_s - latest.time_s
+        if age > self.limits.state_s:
+            self.counts["state: stale"] += 1
+        return carried_on(latest, now_s, self._plan.buffer, self.planner.automaton), age
+
+    def _traffic(self, state: State, now_s: float) -> list[Intruder]:
+        """Reported intruders, and those that LiDAR alone sees."""
+        reported, left_out = self._reports.intruders(state, now_s)
+        self.counts.update(left_out)
+        return reported + unreported(self._sight.movers, reported)
+
+    def _leave_dead_end(self, state: State, now_s: float) -> None:
+        """The no-progress rule: fly a detour when the goal has not come nearer for long."""
+        radius = self.planner.automaton.turning_radius_m
+        if not np.isfinite(radius) or self.progress.done(self.mission):
+            return
+        patience = self.limits.patience_turns * 2.0 * np.pi * radius / self.planner.speed_mps
+        if stuck(self.progress, now_s, patience):
+            self.progress = detoured(
+                self.mission, self.progress, state, now_s, radius, self._detour or self._known_way
+            )
+
+    def _known_way(self, position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
+        """Round what the map and the memory show, with room to turn if there is any."""
+        margin = self.planner.settings.safety_margin_m
+        wide = margin + 0.5 * self.planner.automaton.turning_radius_m
+        remembered = self._sight.remembered
+        return known_way(self.obstacle_map, remembered, position_m, target_m, (wide, margin))
