@@ -1,0 +1,75 @@
+"""Own states as they come: where the vehicle was when a scan was taken, and where it is now."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.frames import wrap_angle
+from clearway.movement_buffer import MovementBuffer
+from clearway.movements import MovementAutomaton
+from clearway.state import State
+
+TIME_TOLERANCE_S = 1e-6
+"""How far a scan may lie before the oldest own state that is kept."""
+
+
+class OwnStates:
+    """The own states of the last seconds, in the order of their times."""
+
+    def __init__(self, history_s: float) -> None:
+        self._history_s = history_s
+        self._states: deque[State] = deque()
+
+    def take(self, state: State) -> str | None:
+        """Keep a state, or say why it cannot be used."""
+        if not np.all(np.isfinite(state.vector)) or not np.isfinite(state.time_s):
+            return "state: not finite"
+        if self._states and state.time_s <= self._states[-1].time_s:
+            return "state: late or repeated"
+        self._states.append(state)
+        while self._states[0].time_s < state.time_s - self._history_s:
+            self._states.popleft()
+        return None
+
+    @property
+    def latest(self) -> State:
+        """Raises ClearwayError if no own state has come yet."""
+        if not self._states:
+            raise ClearwayError("no own state yet: update the system with one before deciding")
+        return self._states[-1]
+
+    def reach_back_to(self, time_s: float) -> bool:
+        """Whether `at` can tell the state of a time."""
+        return bool(self._states) and not time_s < self._states[0].time_s - TIME_TOLERANCE_S
+
+    def at(self, time_s: float) -> State:
+        """Own state at a past time, interpolated between the kept ones."""
+        later = next((s for s in self._states if s.time_s >= time_s), self._states[-1])
+        earlier = next((s for s in reversed(self._states) if s.time_s <= time_s), later)
+        span = later.time_s - earlier.time_s
+        if span <= 0.0:
+            return earlier
+        share = (time_s - earlier.time_s) / span
+        turned = wrap_angle(later.attitude_rad - earlier.attitude_rad)
+        return replace(
+            earlier,
+            position_m=earlier.position_m + share * (later.position_m - earlier.position_m),
+            attitude_rad=earlier.attitude_rad + share * turned,
+            time_s=time_s,
+        )
+
+
+def carried_on(
+    state: State, now_s: float, buffer: MovementBuffer, automaton: MovementAutomaton
+) -> State:
+    """A state carried to a later time along the movements being flown (4.16)."""
+    if now_s - state.time_s <= 1e-9:
+        return state
+    _, ahead = buffer.split(state.time_s)
+    flown, _ = ahead.split(now_s)
+    vector = flown.rollout(automaton, state.vector, np.inf).states[-1]
+    return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=now_s)
