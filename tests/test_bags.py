@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import importlib
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -42,6 +43,19 @@ def bag2_of_mcap(folder: Path, messages: list[Message]) -> Path:
     return write_bag2_of_mcap(folder / "made", Types(), messages)
 
 
+def bag2_bare(folder: Path, messages: list[Message]) -> Path:
+    whole = bag2(folder, messages)
+    (whole / "metadata.yaml").unlink()
+    return next(whole.glob("*.db3"))
+
+
+def bag2_younger(folder: Path, messages: list[Message]) -> Path:
+    whole = bag2(folder, messages)
+    metadata = whole / "metadata.yaml"
+    metadata.write_text(re.sub(r"(?m)^(\s*version: )8", r"\g<1>9", metadata.read_text()))
+    return whole
+
+
 def mcap2(folder: Path, messages: list[Message]) -> Path:
     return write_mcap(folder / "made.mcap", Types(), messages)
 
@@ -58,6 +72,8 @@ MAKERS = {
     "ROS 1 bag": bag1,
     "ROS 2 bag": bag2,
     "ROS 2 bag of MCAP": bag2_of_mcap,
+    "ROS 2 bag without metadata": bag2_bare,
+    "ROS 2 bag of Jazzy": bag2_younger,
     "MCAP": mcap2,
     "MCAP without index": mcap2_plain,
     "MCAP of ROS 1": mcap1,
@@ -401,14 +417,73 @@ def whole_recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path
     return made
 
 
-def test_a_ros2_bag_without_its_metadata(tmp_path: Path) -> None:
+def test_the_files_of_a_ros2_bag_are_one_recording(tmp_path: Path) -> None:
     types = Types()
-    whole = bag2(tmp_path, [Message("/points", 1.0, types.cloud2(1.0, "lidar", POINTS))])
-    (whole / "metadata.yaml").unlink()
-    with pytest.raises(
-        InputError, match=r"no metadata\.yaml beside it; valid: the folder of a ROS"
-    ):
-        open_scans(next(whole.glob("*.db3")))
+    for n in range(2):
+        part = write_bag2(
+            tmp_path / f"part{n}",
+            types,
+            [Message(f"/points{n}", 1.0 + n, types.cloud2(1.0 + n, "lidar", POINTS + n))] * 2,
+        )
+        (tmp_path / "bag").mkdir(exist_ok=True)
+        next(part.glob("*.db3")).rename(tmp_path / f"bag/bag_{n}.db3")
+    sequence = open_scans(tmp_path / "bag", topic="/points1")
+    assert [scan.time_s for scan in sequence] == [2.0, 2.0]
+    np.testing.assert_array_equal(clouds(sequence)[0], POINTS + 1)
+    (tmp_path / "bag/other.mcap").touch()
+    with pytest.raises(InputError, match=r"several recordings in it.*bag_0\.db3, .*other\.mcap"):
+        open_scans(tmp_path / "bag")
+    (tmp_path / "bag/metadata.yaml").write_text(
+        "rosbag2_bagfile_information:\n  version: 9\n  relative_file_paths:\n"
+        "    - bag_1.db3\n    - bag_2.db3\n"
+    )
+    with pytest.raises(InputError, match=r"no file with messages in it \(bag_2\.db3\)"):
+        open_scans(tmp_path / "bag")
+    (tmp_path / "bag/metadata.yaml").write_text(
+        "rosbag2_bagfile_information:\n  version: 9\n  relative_file_paths: [bag_0.db3.zstd]\n"
+    )
+    with pytest.raises(InputError, match=r"bag_0\.db3\.zstd: packed by zstd; unpack"):
+        open_scans(tmp_path / "bag")
+
+
+def test_messages_packed_one_by_one(tmp_path: Path) -> None:
+    import sqlite3
+    from contextlib import closing
+
+    from zstandard import ZstdCompressor
+
+    types = Types()
+    path = bag2_bare(tmp_path, [Message("/points", 1.0, types.cloud2(1.0, "lidar", POINTS))])
+    with closing(sqlite3.connect(path)) as base, base:
+        (data,) = base.execute("SELECT data FROM messages").fetchone()
+        base.execute("UPDATE messages SET data = ?", (ZstdCompressor().compress(data),))
+    np.testing.assert_array_equal(clouds(open_scans(path))[0], POINTS)
+
+
+def test_mcap_whose_index_names_no_channels_and_its_checksums(tmp_path: Path) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    types = Types()
+    message = types.cloud2(1.0, "lidar", POINTS)
+    text, _ = types.store.generate_msgdef(message.__msgtype__, ros_version=2)
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(
+            file,
+            compression=CompressionType.NONE,
+            repeat_channels=False,
+            repeat_schemas=False,
+        )
+        writer.start("ros2")
+        schema = writer.register_schema(message.__msgtype__, "ros2msg", text.encode())
+        channel = writer.register_channel("/points", "cdr", schema)
+        writer.add_message(channel, 10**9, types.serialised(message), 10**9)
+        writer.finish()
+    path = tmp_path / "a.mcap"
+    np.testing.assert_array_equal(clouds(open_scans(path))[0], POINTS)
+    sound = np.float32(POINTS[2, 0]).tobytes()
+    path.write_bytes(path.read_bytes().replace(sound, np.float32(POINTS[2, 0] + 1).tobytes()))
+    with pytest.raises(InputError, match="CRCValidationError"):
+        clouds(open_scans(path))
 
 
 def test_a_capture_that_ends_in_a_packet_is_read_as_far_as_it_goes(

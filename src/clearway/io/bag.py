@@ -64,7 +64,7 @@ class Bag:
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
-    """Open a .bag, the folder or .db3 of a ROS 2 bag, or an .mcap.
+    """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap.
 
     Raises MissingExtraError without the packages of [lidar], InputError where it is damaged.
     """
@@ -73,25 +73,17 @@ def open_bag(path: Path) -> Iterator[Bag]:
         import rosbags  # noqa: F401
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "lidar") from cause
-    with _open_mcap(path) if path.suffix.lower() == ".mcap" else _open_rosbag(path) as bag:
+    from clearway.io.bag_files import open_files, without_metadata
+    from clearway.io.bag_mcap import open_mcap
+
+    opened = open_files if without_metadata(path) else _open_rosbag
+    with (open_mcap if path.suffix.lower() == ".mcap" else opened)(path) as bag:
         yield bag
 
 
-def bag_folder(path: Path) -> Path:
-    """The folder of a ROS 2 bag, given it or one of its files; InputError without metadata."""
-    folder = path if path.is_dir() else path.parent
-    if not (folder / METADATA).is_file():
-        raise InputError(
-            str(path),
-            f"no {METADATA} {'in it' if path.is_dir() else 'beside it'}; valid: the folder of a "
-            "ROS 2 bag, or a .db3 in it (`ros2 bag reindex` makes the file anew)",
-        )
-    return folder
-
-
 @cache
-def _complaints() -> tuple[type[Exception], ...]:
-    """What the libraries raise besides Python's own errors."""
+def library_complaints() -> tuple[type[Exception], ...]:
+    """What rosbags, mcap and zstandard raise besides Python's own errors."""
     from mcap.exceptions import McapError
     from rosbags.highlevel import AnyReaderError
     from rosbags.rosbag1 import ReaderError as ReaderError1
@@ -117,14 +109,14 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
 
     is_ros1 = path.suffix.lower() == ".bag" and not path.is_dir()
     kind = "ROS 1 bag" if is_ros1 else "ROS 2 bag"
-    place = path if is_ros1 else bag_folder(path)
-    own = _complaints()
+    place = path if is_ros1 or path.is_dir() else path.parent
+    own = library_complaints()
     with ExitStack() as stack:
         with damage_told(path, kind, own):
             reader = AnyReader([place], default_typestore=ros2_types())
             stack.callback(_close, reader)  # its own way out leaves files open after a failure
             reader.open()
-            topics = _merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
+            topics = merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             wanted = [c for c in reader.connections if c.topic in names]
@@ -153,7 +145,7 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
 
 def _close(reader: Any) -> None:
     for one in reader.readers:
-        with suppress(AssertionError, *_complaints()):
+        with suppress(AssertionError, *library_complaints()):
             one.close()
 
 
@@ -172,66 +164,12 @@ def ros2_types() -> Any:
     return types
 
 
-@contextmanager
-def _open_mcap(path: Path) -> Iterator[Bag]:
-    from mcap.reader import make_reader
-
-    own = _complaints()
-    with ExitStack() as stack:
-        with damage_told(path, "MCAP file", own):
-            file = stack.enter_context(path.open("rb"))
-            reader = make_reader(file)
-            topics = _mcap_topics(reader)
-        definitions: dict[str, Any] = {}
-
-        def messages(names: Sequence[str]) -> Iterator[RawMessage]:
-            with damage_told(path, "MCAP file", own):
-                for schema, channel, message in reader.iter_messages(list(names)):
-                    if schema is not None:
-                        definitions[_ros2_name(schema.name)] = schema
-                        yield RawMessage(
-                            channel.topic,
-                            _ros2_name(schema.name),
-                            message.log_time * NANOSECOND_S,
-                            message.data,
-                            channel.message_encoding != "ros1",
-                        )
-
-        stores: dict[str, Any] = {}
-
-        def decoded(message: RawMessage) -> Any:
-            with damage_told(path, f"message of {message.topic} ({message.type})", own):
-                if message.type not in stores:
-                    stores[message.type] = _types_of(definitions[message.type])
-                types = stores[message.type]
-                decode = types.deserialize_cdr if message.ros2 else types.deserialize_ros1
-                return decode(message.raw, message.type)
-
-        yield Bag("MCAP file", topics, messages, decoded)
-
-
-def _mcap_topics(reader: Any) -> tuple[Topic, ...]:
-    """From the summary, or by reading all of a file that has none."""
-    summary = reader.get_summary()
-    if summary is None or not summary.channels or summary.statistics is None:
-        return _merged(
-            Topic(channel.topic, _ros2_name(schema.name if schema else ""), 1)
-            for schema, channel, _ in reader.iter_messages()
-        )
-    counts = summary.statistics.channel_message_counts
-    names = {number: schema.name for number, schema in summary.schemas.items()}
-    return _merged(
-        Topic(one.topic, _ros2_name(names.get(one.schema_id, "")), counts.get(one.id, 0))
-        for one in summary.channels.values()
-    )
-
-
-def _types_of(schema: Any) -> Any:
-    """A store with the message that an MCAP schema defines."""
+def types_of(schema: Any) -> Any:
+    """A store with the message that an MCAP schema (`name`, `encoding`, `data`) defines."""
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
     types = get_typestore(Stores.EMPTY)
-    text, name = schema.data.decode(), _ros2_name(schema.name)
+    text, name = schema.data.decode(), ros2_name(schema.name)
     if schema.encoding == "ros2idl":
         types.register(get_types_from_idl(text))
     elif schema.encoding in ("ros1msg", "ros2msg"):
@@ -241,12 +179,12 @@ def _types_of(schema: Any) -> Any:
     return types
 
 
-def _ros2_name(name: str) -> str:
+def ros2_name(name: str) -> str:
     package, slash, rest = name.partition("/")
     return f"{package}/msg/{rest}" if slash and "/" not in rest else name
 
 
-def _merged(topics: Iterator[Topic]) -> tuple[Topic, ...]:
+def merged(topics: Iterator[Topic]) -> tuple[Topic, ...]:
     """One entry a topic, by name, messages of all its connections added up."""
     found: dict[str, Topic] = {}
     for topic in topics:

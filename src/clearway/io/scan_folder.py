@@ -42,7 +42,7 @@ def folder_scans(path: Path) -> ScanSequence:
         raise InputError(
             str(path),
             f"a folder of scans needs files of one kind, found {found or 'none'}; valid: "
-            f"{', '.join(SCAN_SUFFIXES)}",
+            f"{', '.join(SCAN_SUFFIXES)}, or the files of a ROS 2 bag",
         )
     ((suffix, unordered),) = kinds.items()
     nameless = [one.name for one in unordered if not _number(one)]

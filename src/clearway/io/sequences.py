@@ -8,7 +8,9 @@ from pathlib import Path
 
 from clearway.errors import InputError
 from clearway.io.bag import METADATA
+from clearway.io.bag_files import SUFFIXES as BAG_FILES
 from clearway.io.pointcloud import READERS, PointCloud, check_start, read_points
+from clearway.io.scan_folder import SCAN_SUFFIXES
 from clearway.io.timed_scans import ScanSequence, TimedScan
 from clearway.io.what_file import refuse_others, what_file
 
@@ -25,7 +27,7 @@ def open_scans(
     cannot be read or an option does not belong to it, and MissingExtraError.
     """
     path = Path(path)
-    is_bag = path.suffix.lower() in BAGS or (path.is_dir() and (path / METADATA).is_file())
+    is_bag = path.suffix.lower() in BAGS or (path.is_dir() and _is_bag_folder(path))
     if topic is not None and not is_bag:
         raise InputError(str(path), f"topic {topic!r}: only bags and MCAP files have topics")
     if poses is None:
@@ -36,6 +38,14 @@ def open_scans(
             return _opened(path, is_bag, topic, str(poses))
         raise InputError(str(poses), "cannot be read: no such file of poses")
     return _with_poses(_opened(path, is_bag, topic, None), file)
+
+
+def _is_bag_folder(path: Path) -> bool:
+    """Whether a folder holds a ROS 2 bag: its metadata, or its files alone."""
+    suffixes = {one.suffix for one in path.iterdir()}
+    return (path / METADATA).is_file() or (
+        not suffixes.isdisjoint(BAG_FILES) and suffixes.isdisjoint(SCAN_SUFFIXES)
+    )
 
 
 def _opened(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> ScanSequence:
