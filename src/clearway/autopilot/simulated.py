@@ -33,6 +33,7 @@ from clearway.flight import FlightSetup, prepare
 from clearway.frames import (
     enu_from_ned,
 )
+from clearway.io.json_values import rounded
 from clearway.io.mission_file import MissionFile, read_mission
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
@@ -183,16 +184,12 @@ class SimulatedAutopilot:
             "path_m": round(self.path_m, 3),
             "arrived": self.has_arrived,
             "from_goal_m": round(float(np.linalg.norm(self.truth.position_m - goal)), 3),
-            "nearest_obstacle_m": _number(self.nearest_obstacle_m),
-            "nearest_intruder_m": _number(self.nearest_intruder_m),
+            "nearest_obstacle_m": rounded(self.nearest_obstacle_m, 3),
+            "nearest_intruder_m": rounded(self.nearest_intruder_m, 3),
             "heard": dict(self.heard),
             "refused": dict(self.refused),
             "texts": self.texts,
         }
-
-
-def _number(value: float) -> float | None:
-    return round(value, 3) if math.isfinite(value) else None
 
 
 def run(

@@ -17,6 +17,7 @@ from clearway.campaigns.families import Case, make_case
 from clearway.campaigns.file import Campaign
 from clearway.campaigns.row import FlightRow, Outcome
 from clearway.errors import FlightRefusedError
+from clearway.io.json_values import finite
 from clearway.pilot import Steering
 from clearway.simulation import Run
 
@@ -140,9 +141,9 @@ def row_of(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
         margin_kept=metrics.margin_violations == 0,
         margin_m=run.safety_margin_m,
         margin_violations=metrics.margin_violations,
-        nearest_m=_finite(float(run.nearest_surface_m.min())),
-        nearest_obstacle_m=_finite(metrics.min_obstacle_distance_m),
-        nearest_intruder_m=_finite(traffic.min_distance_m) if traffic else None,
+        nearest_m=finite(float(run.nearest_surface_m.min())),
+        nearest_obstacle_m=finite(metrics.min_obstacle_distance_m),
+        nearest_intruder_m=finite(traffic.min_distance_m) if traffic else None,
         emergencies=run.emergencies,
         waypoints_reached=run.progress.waypoints_reached(run.mission),
         time_s=metrics.time_s,
@@ -195,7 +196,3 @@ def _track_id(run: Run[Steering]) -> str:
     digest = hashlib.sha256(np.ascontiguousarray(run.time_s).tobytes())
     digest.update(np.ascontiguousarray(run.states).tobytes())
     return digest.hexdigest()[:16]
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

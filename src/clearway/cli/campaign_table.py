@@ -18,6 +18,7 @@ from clearway.campaigns.summary import (
     seconds,
     standings,
 )
+from clearway.io.json_values import finite
 
 FAILURES_SHOWN = 20
 
@@ -52,7 +53,7 @@ def _values(standing: Standing) -> dict[str, Any]:
         "not_flown": standing.not_flown,
         **{name: _rate_values(getattr(standing, name)) for name in rates},
         **{name: _mean_values(getattr(standing, name)) for name in means},
-        **{name: _value(getattr(standing, name)) for name in plain},
+        **{name: finite(getattr(standing, name)) for name in plain},
     }
 
 
@@ -61,11 +62,7 @@ def _rate_values(rate: Rate) -> dict[str, Any]:
 
 
 def _mean_values(mean: Mean) -> dict[str, Any]:
-    return {"mean": _value(mean.value), "bootstrap_95": [_value(mean.low), _value(mean.high)]}
-
-
-def _value(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+    return {"mean": finite(mean.value), "bootstrap_95": [finite(mean.low), finite(mean.high)]}
 
 
 def print_tables(

@@ -111,12 +111,13 @@ def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown])
     """The object that `--json` prints: planners in order, each with its flights."""
     from dataclasses import asdict
 
-    from clearway.io.run_files import number, summary
+    from clearway.io.json_values import rounded
+    from clearway.io.run_files import summary
 
     rows: list[dict[str, Any]] = []
     for row in standings:
         values = {
-            key: number(value) if isinstance(value, float) else value
+            key: rounded(value) if isinstance(value, float) else value
             for key, value in asdict(row).items()
         }
         runs = [flight.run for flight in flown if flight.planner == row.planner]

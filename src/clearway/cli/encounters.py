@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say, table_console
+from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
     from clearway.encounter import EncounterSettings
@@ -83,7 +84,7 @@ def encounters(
     """Fly random encounters on collision courses: exit status 0 if enough keep their distance."""
     from clearway.encounter import EncounterSettings
 
-    position_noise, velocity_noise = _noise(noise)
+    position_noise, velocity_noise = number_pair("--noise", noise, "0.3,0.1")
     settings = EncounterSettings(
         detected_at_m=detected_at,
         deviates=deviates,
@@ -106,18 +107,6 @@ def encounters(
         _print_table(tallies)
     if any(tally.share < tally.required for tally in tallies):
         leave(NOT_REACHED)
-
-
-def _noise(text: str) -> tuple[float, float]:
-    from clearway.errors import InputError
-
-    try:
-        position, velocity = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(
-            "--noise", f"two numbers are needed, as in 0.3,0.1; got {text!r}"
-        ) from None
-    return position, velocity
 
 
 def _every_kind() -> list[EncounterSettings]:
@@ -155,24 +144,17 @@ def _summary(tally: Tally) -> dict[str, Any]:
         "share": tally.share,
         "wilson_95": [low, high],
         "required": tally.required,
-        "min_distance_m": _number(tally.min_distance_m),
+        "min_distance_m": finite(tally.min_distance_m),
         "distance_to_keep_m": tally.distance_to_keep_m,
         "with_emergency": sum(outcome.emergencies > 0 for outcome in tally.outcomes),
         "failures": [outcome.seed for outcome in tally.failures],
     }
 
 
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _print_table(tallies: Sequence[Tally]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
+    console = table_console()
     table = Table()
     for column in ("kind", "flown", "avoidable", "kept", "share", "Wilson 95 %", "nearest", "need"):
         table.add_column(column, justify="left" if column == "kind" else "right")

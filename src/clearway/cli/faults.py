@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import print_json, say
+from clearway.cli.report import print_json, say, table_console
+from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
     from clearway.fault_studies import Point
@@ -140,7 +140,6 @@ def _write_missions(names: Sequence[str], seed: int, folder: Path, as_json: bool
 
 
 def _record(point: Point) -> dict[str, Any]:
-    nearest = point.nearest_m
     return {
         "fault": point.study,
         "variant": point.variant,
@@ -151,7 +150,7 @@ def _record(point: Point) -> dict[str, Any]:
         "kept_wilson_95": list(point.interval(point.kept)),
         "crashed": point.crashed,
         "crashed_wilson_95": list(point.interval(point.crashed)),
-        "nearest_m": nearest if math.isfinite(nearest) else None,
+        "nearest_m": finite(point.nearest_m),
         "not_kept": [flight.seed for flight in point.flights if not flight.kept],
     }
 
@@ -234,12 +233,9 @@ def _put(points: Sequence[Point], page: Path) -> None:
 
 
 def _print_table(points: Sequence[Point]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
+    console = table_console()
     flights = len(points[0].flights)
     table = Table(title=f"flights that reached their goal with margin, of {flights}")
     for column in ("fault", "unit", "with", "level: kept"):

@@ -7,9 +7,12 @@ import json
 import os
 import sys
 from collections.abc import Callable
-from typing import Any, NoReturn, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -43,6 +46,15 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
     return guarded
 
 
+def number_pair(option: str, text: str, example: str) -> tuple[float, float]:
+    """Two numbers with a comma between; raises InputError that names the option."""
+    try:
+        first, second = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(option, f"two numbers are needed, as in {example}; got {text!r}") from None
+    return first, second
+
+
 def leave(status: int) -> NoReturn:
     """End the command with an exit status."""
     raise SystemExit(status)
@@ -51,6 +63,14 @@ def leave(status: int) -> NoReturn:
 def say(message: str) -> None:
     """A message to the user: on standard error, so that results stay alone on output."""
     print(message, file=sys.stderr)
+
+
+def table_console() -> Console:
+    """Where tables are printed: as wide as the terminal, and wide where there is none."""
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=160)
 
 
 def print_json(result: dict[str, Any]) -> None:

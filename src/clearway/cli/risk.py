@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say, table_console
+from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
     from clearway.encounter_model import EncounterModel
@@ -79,7 +79,7 @@ def risk(
     """Risk ratios: exit status 0 if the first planner's are within those of ASTM F3442."""
     from clearway.risk.settings import RiskSettings
 
-    position_std, velocity_std = _pair("--noise", noise)
+    position_std, velocity_std = number_pair("--noise", noise, "15,1")
     settings = RiskSettings(
         own_kt=own_kt,
         stretch=stretch,
@@ -104,16 +104,6 @@ def risk(
     ratios = summary["planners"][planners[0]]
     if any((ratios[name]["ratio"] or 0.0) > most for name, most in STANDARD.items()):
         leave(NOT_REACHED)
-
-
-def _pair(option: str, text: str) -> tuple[float, float]:
-    from clearway.errors import InputError
-
-    try:
-        first, second = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(option, f"two numbers are needed, as in 15,1; got {text!r}") from None
-    return first, second
 
 
 def _layers(text: str) -> tuple[int, ...]:
@@ -172,12 +162,12 @@ def _summary(result: Study, model: EncounterModel) -> dict[str, Any]:
         for name in MEASURES:
             found = risk(result, planner, name)
             measures[name] = {
-                "rate": _number(found.rate.value),
+                "rate": finite(found.rate.value),
                 "rate_95": _interval(found.rate),
-                "ratio": _number(found.ratio.value),
+                "ratio": finite(found.ratio.value),
                 "ratio_95": _interval(found.ratio),
-                "unresolved": _number(found.unresolved.value),
-                "induced": _number(found.induced.value),
+                "unresolved": finite(found.unresolved.value),
+                "induced": finite(found.induced.value),
                 "cases": list(found.cases),
                 "induced_cases": list(found.induced_cases),
             }
@@ -201,23 +191,16 @@ def _summary(result: Study, model: EncounterModel) -> dict[str, Any]:
     }
 
 
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _interval(estimate: Estimate) -> list[float | None]:
-    return [_number(estimate.low), _number(estimate.high)]
+    return [finite(estimate.low), finite(estimate.high)]
 
 
 def _print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     from clearway.risk.ratios import MEASURES
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
+    console = table_console()
     console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
     table = Table(title="risk ratios, 95 % bootstrap; of it unresolved + induced")
     table.add_column("planner")

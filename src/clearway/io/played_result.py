@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from itertools import groupby
 from typing import Any
 
 import numpy as np
 
+from clearway.io.json_values import finite
 from clearway.io.played_scene import Playback
 from clearway.playback import PlayedScan
 
@@ -38,21 +38,17 @@ def scan_result(index: int, played: PlayedScan) -> dict[str, Any]:
         "attitude_deg": np.degrees(state.attitude_rad).tolist(),
         "points": len(played.moment.scan.points_m),
         "hits": played.hits,
-        "nearest_m": _finite(played.nearest_m),
+        "nearest_m": finite(played.nearest_m),
         "mode": str(flight.mode),
         "basis": str(choice.basis),
         "movements": list(flight.movements),
-        "p_reach": _finite(choice.rating),
-        "p_decision": _finite(choice.feasibility),
-        "clearance_m": _finite(choice.clearance_m),
+        "p_reach": finite(choice.rating),
+        "p_decision": finite(choice.feasibility),
+        "clearance_m": finite(choice.clearance_m),
         "margin_m": flight.decision.margin_m,
         "explanation": flight.explanation,
         "counts": dict(flight.counts),
     }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def in_words(result: Mapping[str, Any]) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from clearway.io.json_values import rounded
 from clearway.pilot import Steering
 from clearway.simulation import LoggedDecision, Run
 from clearway.system import FlightDecision
@@ -29,10 +29,10 @@ def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
         "waypoints_reached": run.progress.waypoints_reached(run.mission),
         "time_s": round(run.metrics.time_s, 6),
         "path_length_m": round(run.metrics.path_length_m, 6),
-        "min_obstacle_distance_m": number(distance),
-        "min_intruder_distance_m": number(traffic.min_distance_m) if traffic else None,
+        "min_obstacle_distance_m": rounded(distance),
+        "min_intruder_distance_m": rounded(traffic.min_distance_m) if traffic else None,
         "closest_intruder": traffic.closest_name if traffic else None,
-        "straight_flight_intruder_distance_m": number(straight.min_distance_m)
+        "straight_flight_intruder_distance_m": rounded(straight.min_distance_m)
         if straight
         else None,
         "safety_margin_m": run.safety_margin_m,
@@ -42,10 +42,10 @@ def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
         "decision_ms": decision_times_ms(run),
         "seed": run.seed,
         "crashed_s": run.crashed_s,
-        "tracking_mean_m": number(float(run.metrics.tracking_m.mean())),
-        "tracking_max_m": number(float(run.metrics.tracking_m.max())),
-        "climb_m": number(run.metrics.climb_m),
-        "effort_m2ps3": number(run.metrics.effort_m2ps3),
+        "tracking_mean_m": rounded(float(run.metrics.tracking_m.mean())),
+        "tracking_max_m": rounded(float(run.metrics.tracking_m.max())),
+        "climb_m": rounded(run.metrics.climb_m),
+        "effort_m2ps3": rounded(run.metrics.effort_m2ps3),
         "corrections": run.corrections,
         "data_left_out": dict(sorted(run.counts.items())),
     }
@@ -95,11 +95,7 @@ def decision_record(entry: LoggedDecision[Steering]) -> dict[str, Any]:
         return _assessed_record(entry.flight, entry)
     flight = entry.flight
     return {
-        "time_s": round(flight.time_s, 6),
-        "why_now": entry.why_now,
-        "mode": str(flight.mode),
-        "goal": flight.goal,
-        "explanation": flight.explanation,
+        **_when_and_why(entry),
         "position_m": _list(flight.state.position_m),
         "attitude_rad": _list(flight.state.attitude_rad),
         "movements": list(flight.movements),
@@ -108,27 +104,34 @@ def decision_record(entry: LoggedDecision[Steering]) -> dict[str, Any]:
     }
 
 
-def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    decision, choice = flight.decision, flight.decision.choice
-    movements_to = decision.repertoire.reach_set.movements_to
+def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
+    flight = entry.flight
     return {
         "time_s": round(flight.time_s, 6),
         "why_now": entry.why_now,
         "mode": str(flight.mode),
         "goal": flight.goal,
         "explanation": flight.explanation,
+    }
+
+
+def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
+    decision, choice = flight.decision, flight.decision.choice
+    movements_to = decision.repertoire.reach_set.movements_to
+    return {
+        **_when_and_why(entry),
         "basis": choice.basis.name.lower(),
         "position_m": _list(decision.state.position_m),
         "attitude_rad": _list(decision.state.attitude_rad),
         "movements": list(decision.movements),
-        "cost_m": number(choice.cost_m),
-        "rating": number(choice.rating),
-        "feasibility": number(choice.feasibility),
-        "continuations": number(choice.continuations),
-        "clearance_m": number(choice.clearance_m),
+        "cost_m": rounded(choice.cost_m),
+        "rating": rounded(choice.rating),
+        "feasibility": rounded(choice.feasibility),
+        "continuations": rounded(choice.continuations),
+        "clearance_m": rounded(choice.clearance_m),
         "limited_by": choice.limited_by.name.lower(),
-        "margin_asked_m": number(decision.margin_m),
-        "margin_kept_m": number(choice.margin_m),
+        "margin_asked_m": rounded(decision.margin_m),
+        "margin_kept_m": rounded(choice.margin_m),
         "side": str(choice.side),
         "candidates": choice.candidates,
         "below_threshold": choice.below_threshold,
@@ -136,24 +139,19 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "ruled_out": [
             {
                 "movements": list(movements_to(other.node)),
-                "cost_m": number(other.cost_m),
+                "cost_m": rounded(other.cost_m),
                 "cause": other.cause.name.lower(),
-                "clearance_m": number(other.clearance_m),
+                "clearance_m": rounded(other.clearance_m),
             }
             for other in choice.ruled_out
         ],
         "rules": [asdict(note) for note in choice.rules],
-        "scan_age_s": number(flight.scan_age_s),
+        "scan_age_s": rounded(flight.scan_age_s),
         "data_left_out": flight.counts,
-        "decide_within_s": number(decision.decide_within_s),
+        "decide_within_s": rounded(decision.decide_within_s),
         "elapsed_ms": round(entry.elapsed_s * 1e3, 4),
     }
 
 
 def _list(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
     return [round(float(value), 6) for value in values]
-
-
-def number(value: float) -> float | None:
-    """A JSON number; null for infinite and undefined ones."""
-    return round(float(value), 6) if math.isfinite(value) else None

@@ -5,7 +5,8 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from clearway.io.run_files import decision_times_ms, number
+from clearway.io.json_values import rounded
+from clearway.io.run_files import decision_times_ms
 
 if TYPE_CHECKING:
     from clearway.recordings import Aircraft
@@ -24,18 +25,18 @@ def substitution_result(found: Substitution, clock: Clock) -> dict[str, Any]:
         "recording": file.traffic.recording,
         "own": _aircraft(part.own),
         "other": _aircraft(part.other),
-        "from_s": number(part.from_s),
+        "from_s": rounded(part.from_s),
         "from": _utc(part.from_s, clock),
         "closest": _utc(closest, clock),
-        "closest_s": number(part.closest_s),
+        "closest_s": rounded(part.closest_s),
         "speed_mps": file.vehicle.speed_mps,
-        "turning_radius_m": number(found.setup.planner.automaton.turning_radius_m),
+        "turning_radius_m": rounded(found.setup.planner.automaton.turning_radius_m),
         "margin_m": found.run.safety_margin_m,
-        "keep_m": number(found.keep_m),
+        "keep_m": rounded(found.keep_m),
         "recorded": _way(found.recorded, clock, part.from_s) | {"unheard_s": found.unheard_s},
         "without_avoidance": _way(found.without, clock, part.from_s) | _run(found.run_without),
         "with_avoidance": _way(found.avoiding, clock, part.from_s) | _run(found.run),
-        "path_added_m": number(found.added_m),
+        "path_added_m": rounded(found.added_m),
         "notes": list(found.setup.notes),
     }
 
@@ -44,7 +45,7 @@ def _aircraft(one: Aircraft) -> dict[str, Any]:
     return {
         "address": one.address,
         "callsign": one.callsign,
-        "altitude_step_m": number(one.altitude_step_m),
+        "altitude_step_m": rounded(one.altitude_step_m),
     }
 
 
@@ -55,17 +56,17 @@ def _way(way: Way, clock: Clock, from_s: float) -> dict[str, Any]:
     return {
         "closest": None if way.closest is None else _approach(way.closest, clock, from_s),
         "nearest_of_all": nearest,
-        "path_length_m": number(way.path_length_m),
+        "path_length_m": rounded(way.path_length_m),
     }
 
 
 def _approach(approach: Approach, clock: Clock, from_s: float) -> dict[str, Any]:
     return {
-        "time_s": number(approach.time_s),
+        "time_s": rounded(approach.time_s),
         "time": _utc(from_s + approach.time_s, clock),
-        "horizontal_m": number(approach.horizontal_m),
-        "vertical_m": number(approach.vertical_m),
-        "slant_m": number(approach.slant_m),
+        "horizontal_m": rounded(approach.horizontal_m),
+        "vertical_m": rounded(approach.vertical_m),
+        "slant_m": rounded(approach.slant_m),
         "near_mid_air": approach.near_mid_air,
         "well_clear": approach.well_clear,
     }
@@ -74,7 +75,7 @@ def _approach(approach: Approach, clock: Clock, from_s: float) -> dict[str, Any]
 def _run(run: Run) -> dict[str, Any]:
     return {
         "reached": run.reached,
-        "time_s": number(run.metrics.time_s),
+        "time_s": rounded(run.metrics.time_s),
         "margin_violations": run.metrics.margin_violations,
         "emergencies": run.emergencies,
         "decisions": len(run.decisions),

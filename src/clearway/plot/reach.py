@@ -48,8 +48,9 @@ def draw_reach_set_views(reach_set: ReachSet, title: str = "Reach set") -> Figur
         flat = [path[:, [0, axis]] for path in paths]
         axes.add_collection(LineCollection(flat, colors=colors, linewidths=width, alpha=0.85))
         axes.plot(0, 0, marker="o", color=VEHICLE, markersize=6, zorder=5, clip_on=False)
-    _top_outline(above, reach_set.grid)
-    _side_outline(beside, reach_set.grid)
+    grid = reach_set.grid
+    _outline(above, grid.range_edges_m, grid.azimuth_edges_rad)
+    _outline(beside, grid.range_edges_m, grid.elevation_edges_rad)
     _mark_ends(wide, above, beside, reach_set)
     bar = figure.colorbar(
         ScalarMappable(Normalize(0.0, 1.0), SMOOTH),
@@ -138,25 +139,13 @@ def _field_of_view(axes: Axes3D, grid: AvoidanceGrid) -> None:
     axes.scatter([0], [0], [0], marker="o", color=VEHICLE, s=40, depthshade=False)
 
 
-def _top_outline(axes: Axes, grid: AvoidanceGrid) -> None:
-    """Layers and columns from above."""
-    az = grid.azimuth_edges_rad
-    turn = np.linspace(az[0], az[-1], 90)
-    for radius in grid.range_edges_m:
+def _outline(axes: Axes, ranges_m: FloatArray, angles_rad: FloatArray) -> None:
+    """Borders of cells in a plane through the origin: arcs between layers, rays between angles."""
+    turn = np.linspace(angles_rad[0], angles_rad[-1], 90)
+    for radius in ranges_m:
         axes.plot(radius * np.cos(turn), radius * np.sin(turn), color=EDGE, lw=0.4, zorder=0)
-    for angle in az:
-        rays = grid.range_edges_m[[0, -1]]
-        axes.plot(rays * np.cos(angle), rays * np.sin(angle), color=EDGE, lw=0.4, zorder=0)
-
-
-def _side_outline(axes: Axes, grid: AvoidanceGrid) -> None:
-    """Layers and rows from the side, in the plane straight ahead."""
-    el = grid.elevation_edges_rad
-    rise = np.linspace(el[0], el[-1], 90)
-    for radius in grid.range_edges_m:
-        axes.plot(radius * np.cos(rise), radius * np.sin(rise), color=EDGE, lw=0.4, zorder=0)
-    for angle in el:
-        rays = grid.range_edges_m[[0, -1]]
+    rays = ranges_m[[0, -1]]
+    for angle in angles_rad:
         axes.plot(rays * np.cos(angle), rays * np.sin(angle), color=EDGE, lw=0.4, zorder=0)
 
 

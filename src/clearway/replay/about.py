@@ -10,7 +10,8 @@ import numpy as np
 from clearway import __version__
 from clearway.flight import FlightSetup
 from clearway.frames import FloatArray
-from clearway.io.run_files import number, summary
+from clearway.io.json_values import rounded
+from clearway.io.run_files import summary
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
 from clearway.pilot import Steering
@@ -31,7 +32,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, planner: str) -> dic
     radii = {}
     if traffic is not None:
         bodies = traffic.margin_m - run.safety_margin_m
-        radii = {name: number(float(r)) for name, r in zip(traffic.names, bodies, strict=True)}
+        radii = {name: rounded(float(r)) for name, r in zip(traffic.names, bodies, strict=True)}
     return {
         "format": FORMAT,
         "clearway": __version__,
@@ -42,7 +43,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, planner: str) -> dic
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
         "speed_mps": setup.planner.speed_mps,
-        "ground_m": number(setup.ground_m),
+        "ground_m": rounded(setup.ground_m),
         "start_m": mission.start.position_m.tolist(),
         "waypoints_m": mission.waypoints_m.tolist(),
         "landing_m": mission.landing_m.tolist(),

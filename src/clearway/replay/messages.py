@@ -13,7 +13,8 @@ import numpy as np
 from clearway.avoidance import Decision
 from clearway.frames import FloatArray
 from clearway.fusion import RATINGS, assess_cells
-from clearway.io.run_files import decision_record, number
+from clearway.io.json_values import rounded
+from clearway.io.run_files import decision_record
 from clearway.pilot import Steering
 from clearway.planner import AvoidanceSettings
 from clearway.reach.tree import ReachSet
@@ -51,8 +52,8 @@ def movers(decision: Decision) -> list[dict[str, Any]]:
             "name": name,
             "position_m": np.round(place, 3).tolist(),
             "velocity_mps": np.round(velocity, 3).tolist(),
-            "radius_m": number(radius),
-            "growth_mps": number(growth),
+            "radius_m": rounded(radius),
+            "growth_mps": rounded(growth),
         }
         for name, place, velocity, radius, growth in zip(
             decision.intruders, places, velocities, known.radius_m, known.growth_mps, strict=True
@@ -136,8 +137,8 @@ def state_message(run: Run[Steering], at: int) -> dict[str, Any]:
         "time_s": round(float(run.time_s[at]), 6),
         "position_m": np.round(run.states[at, :3], 4).tolist(),
         "attitude_rad": np.round(run.states[at, 3:], 5).tolist(),
-        "obstacle_distance_m": number(float(run.metrics.obstacle_distance_m[at])),
-        "intruder_distance_m": number(nearest),
+        "obstacle_distance_m": rounded(float(run.metrics.obstacle_distance_m[at])),
+        "intruder_distance_m": rounded(nearest),
     }
 
 
