@@ -17,7 +17,8 @@ import numpy as np
 from clearway.campaigns.conflicts import ConflictParameters, conflict
 from clearway.confidence import wilson
 from clearway.flight import prepare
-from clearway.io.mission_file import MissionFile, WorldObstacleSection
+from clearway.io.mission_file import MissionFile
+from clearway.io.place_sections import WorldObstacleSection
 from clearway.io.world_file import mission_of
 from clearway.worlds import ball_world
 

@@ -12,16 +12,13 @@ from clearway.costs import Prices
 from clearway.errors import FlightRefusedError, InputError
 from clearway.grid import AvoidanceGrid
 from clearway.intruders import TrackerSettings
-from clearway.io.mission_file import (
-    OWN_ADDRESS,
-    FlyingIntruderSection,
-    LidarSection,
-    MissionFile,
-    PointCloudSection,
-)
+from clearway.io.lidar_section import LidarSection
+from clearway.io.mission_file import OWN_ADDRESS, MissionFile
 from clearway.io.mission_maps import mission_maps
 from clearway.io.mission_traffic import RecordedAir, mission_traffic
+from clearway.io.place_sections import PointCloudSection
 from clearway.io.rule_sections import mission_rules
+from clearway.io.traffic_sections import FlyingIntruderSection
 from clearway.mission import Mission
 from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap

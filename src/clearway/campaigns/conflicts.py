@@ -16,14 +16,10 @@ from pydantic import Field
 from clearway.encounter import EncounterSettings, random_encounter
 from clearway.encounters import RADIUS_M
 from clearway.frames import FloatArray
-from clearway.io.mission_file import (
-    FlyingIntruderSection,
-    MissionFile,
-    MissionSection,
-    SimulationSection,
-    TrafficSection,
-)
+from clearway.io.mission_file import MissionFile
+from clearway.io.mission_sections import MissionSection, SimulationSection
 from clearway.io.toml import Section
+from clearway.io.traffic_sections import FlyingIntruderSection, TrafficSection
 
 AFTERWARDS_S = 15.0
 """Of straight flight from the last collision to the waypoint."""

@@ -15,8 +15,8 @@ import numpy as np
 
 from clearway.encounter_model import EncounterModel, made_up_model, read_encounter_model
 from clearway.flight import FlightSetup
-from clearway.io.mission_file import (
-    MissionFile,
+from clearway.io.mission_file import MissionFile
+from clearway.io.mission_sections import (
     MissionSection,
     SafetySection,
     SimulationSection,

@@ -19,6 +19,8 @@ Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Point = Annotated[tuple[float, float, float], Field(strict=False)]
 Count = Annotated[int, Field(ge=1, le=1000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 MOST_CELLS = 100_000
 MOST_RANGE_M = 1e6
 

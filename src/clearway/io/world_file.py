@@ -6,15 +6,10 @@ import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray
-from clearway.io.mission_file import (
-    LidarSection,
-    MissionFile,
-    MissionSection,
-    SimulationSection,
-    VehicleSection,
-    WorldObstacleSection,
-    read_mission,
-)
+from clearway.io.lidar_section import LidarSection
+from clearway.io.mission_file import MissionFile, read_mission
+from clearway.io.mission_sections import MissionSection, SimulationSection, VehicleSection
+from clearway.io.place_sections import WorldObstacleSection
 from clearway.io.planned import Notice
 from clearway.mission import Mission
 from clearway.obstacle_map import ObstacleMap
