@@ -163,13 +163,6 @@ def _check_ends(path: Path, stream: IO[bytes]) -> None:
     stream.seek(0)
 
 
-def _decompression_errors() -> tuple[type[Exception], ...]:
-    """What mcap's decompressors raise for damaged chunks; both come with mcap."""
-    import zstandard
-
-    return (zstandard.ZstdError, RuntimeError, MemoryError, AssertionError, AttributeError)
-
-
 def cloud_points(data: bytes) -> FloatArray:
     """[n, 3] points of an encoded foxglove.PointCloud as `entities.point_cloud` makes it."""
     packed = _bytes_field(data, CLOUD_DATA)

@@ -12,7 +12,7 @@ from clearway.intruders import reach_set_vehicle_times
 from clearway.reproduction.intruder_cases import Assessed, met, model_cells, reach_set_of_6_3
 from clearway.reproduction.target import Findings, Measure
 
-OUTER_ROWS, INNER_ROWS = (4, 0), (3, 1)
+OUTER_ROWS = (4, 0)
 RADIUS_OF_6_3_M = 2.0
 
 Known = tuple[float | None, float | None, float | None]

@@ -29,7 +29,7 @@ STEP_DEG = 4.0
 """Between beams: 5 of a row meet the ball at 5 m, 3 at 10 m, as in fig. 2.1."""
 DISTANCES_M = (5.0, 10.0)
 MIDDLE = 2
-MAP_OBSTACLE, SCREEN = "#1f3fd6", "#b2182b"
+MAP_OBSTACLE = "#1f3fd6"
 
 
 @dataclass(frozen=True, eq=False)

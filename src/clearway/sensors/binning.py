@@ -82,13 +82,6 @@ def _table(edges: FloatArray, low: float, steps_per_unit: float, stride: int) ->
 
 
 @compiled
-def quick_layer(distance: float, steps_per_m: float, layer: TableArray) -> int:
-    """Entry of a distance >= 0 in the table of layers."""
-    entry: int = layer[np.uint64(min(distance * steps_per_m, STEPS - 1.0))]
-    return entry
-
-
-@compiled
 def quick_column(x: float, y: float, sine: float, column: TableArray, row: TableArray) -> int:
     """Sum of the entries of a direction: column * rows + row, or a mark.
 
