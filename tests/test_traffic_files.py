@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from clearway.errors import InputError, MissingExtraError
+from clearway.io.ticks import TickClock
 from clearway.io.traffic import read_traffic
 from clearway.recordings import TrafficRecording, TrafficReport
 from clearway.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS, NAUTICAL_MILE_M
@@ -317,6 +318,44 @@ def test_beast_odds_and_ends(tmp_path: Path) -> None:
     }
     assert [report.time_s for report in recording.reports] == [1.0]
     assert any("2 bytes before the first frame" in note for note in recording.notes)
+
+
+def test_beast_with_gps_times_names_and_places_of_the_receiver(tmp_path: Path) -> None:
+    """As Radarcape and readsb write it: seconds of the day above 30 bits of nanoseconds."""
+    pytest.importorskip("rs1090")
+    state = b"\x1a\x34" + bytes(7) + b"\x10" + bytes(13)
+    place, name = b"\x1a\x35" + bytes(21), b"\x1a\xe3" + b"ABCDEFGH"
+    late, early = (86_399 << 30) + 750_000_000, 250_000_000  # over midnight
+    content = state + place + name + beast((late, ODD), (early, EVEN)) + name
+    (tmp_path / "a.bin").write_bytes(content)
+    recording = read_traffic(tmp_path / "a.bin")
+    assert [report.time_s for report in recording.reports] == [pytest.approx(0.5)]
+    assert recording.of_use == {
+        "state of the receiver": 1,
+        "position of the receiver": 1,
+        "name of the receiver": 2,
+    }
+
+
+def test_clocks_of_receivers() -> None:
+    """Late frames, a counter that runs over, one that is started anew, one that stands."""
+    clock = TickClock()
+    counts = [2**48 - 24_000_000, 12_000_000, 2**48 - 6_000_000, 36_000_000, 24_000_000]
+    assert [clock.seconds(count) for count in counts] == pytest.approx([0.0, 3.0, 1.5, 5.0, 4.0])
+    assert clock.notes() == ()
+    clock = TickClock()
+    counts = [12_000_000_000, 12_012_000_000, 120_000, 12_120_000]
+    assert [clock.seconds(count) for count in counts] == pytest.approx([0.0, 1.0, 3601.0, 3602.0])
+    assert "started anew 1 times: 60 minutes are assumed" in clock.notes()[0]
+    clock = TickClock()
+    assert [clock.seconds(7) for _ in range(3)] == [0.0] * 3
+    assert clock.stands
+
+
+def test_beast_without_times_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.bin").write_bytes(beast((0, ODD), (0, EVEN)))
+    with pytest.raises(InputError, match="all 2 frames have the same time"):
+        read_traffic(tmp_path / "a.bin")
 
 
 def test_snapshots_of_a_receiver(tmp_path: Path) -> None:

@@ -6,48 +6,73 @@ from collections.abc import Iterator
 
 from clearway.errors import InputError
 from clearway.io.mode_s import Frames, decode_frames
+from clearway.io.ticks import TickClock
 from clearway.io.traffic_rows import DAMAGED, NO_TIME, Sieve
 from clearway.recordings.report import TrafficRecording
 
 FORM = "Beast"
 ESCAPE = b"\x1a"
 HEAD_BYTES = 7
-"""Six of ticks and one of signal strength, after the type."""
-PAYLOAD_BYTES = {0x31: 2, 0x32: 7, 0x33: 14, 0x34: 14}
-"""By type: Mode A/C, short and long Mode S, the receiver's own state."""
-MODE_AC, STATE = 0x31, 0x34
-TICK_HZ = 12e6
-TICKS = 2**48
-MULTILATERATED = b"\xff\x00MLAT"
-"""In place of ticks: a position computed by receivers together, without a time of reception."""
+"""Six of time and one of signal strength, after the type."""
+MODE_AC, STATE, POSITION, NAME = 0x31, 0x34, 0x35, 0xE3
+BODY_BYTES = {
+    MODE_AC: HEAD_BYTES + 2,
+    0x32: HEAD_BYTES + 7,
+    0x33: HEAD_BYTES + 14,
+    STATE: HEAD_BYTES + 14,
+    POSITION: 21,
+    NAME: 8,
+}
+"""By type: Mode A/C, short and long Mode S; the receiver's own state, place, and name (readsb)."""
+OF_USE = {
+    MODE_AC: "Mode A/C reply",
+    STATE: "state of the receiver",
+    POSITION: "position of the receiver",
+    NAME: "name of the receiver",
+}
+GPS_TIME = 0x10
+"""Of the first byte of a state: frames carry GPS times of day instead of 12 MHz ticks."""
+COMPUTED = (b"\xff\x00MLAT", b"\xff\x00MLAU")
+"""In place of ticks: positions that receivers computed together, without a time of reception."""
 
 
 def read_beast(source: str, content: bytes) -> TrafficRecording:
     """Reports of the aircraft heard; times start with the first frame.
 
-    Raises InputError when the file ends in the middle of a frame.
+    Raises InputError when the file ends in the middle of a frame, and where no frame has a time of
+    its own.
     """
     sieve, frames = Sieve(source), Frames()
-    first = last = None
-    for number, (kind, body) in enumerate(_frames(source, content, sieve), start=1):
-        expected = HEAD_BYTES + PAYLOAD_BYTES.get(kind, -HEAD_BYTES)
-        if len(body) != expected:
-            sieve.drop(DAMAGED, f"frame {number}: type {kind:#x} with {len(body)} bytes")
-        elif kind == MODE_AC:
-            sieve.use("Mode A/C reply")
-        elif kind == STATE:
-            sieve.use("state of the receiver")
-        elif body[:6] == MULTILATERATED:
+    whole = [
+        (number, kind, body)
+        for number, (kind, body) in enumerate(_frames(source, content, sieve), start=1)
+        if _is_whole(number, kind, body, sieve)
+    ]
+    states = [body for _, kind, body in whole if kind == STATE]
+    clock = TickClock(gps=any(body[HEAD_BYTES] & GPS_TIME for body in states))
+    for _, kind, body in whole:
+        if kind in OF_USE:
+            sieve.use(OF_USE[kind])
+        elif body[:6] in COMPUTED:
             sieve.drop(NO_TIME)
         else:
-            ticks = int.from_bytes(body[:6], "big")
-            if last is not None and ticks < last - TICKS // 2:
-                ticks += TICKS
-            first = ticks if first is None else first
-            last = ticks
-            frames.add((ticks - first) / TICK_HZ, body[HEAD_BYTES:])
+            frames.add(clock.seconds(int.from_bytes(body[:6], "big")), body[HEAD_BYTES:])
+    if clock.frames > 1 and clock.stands:
+        raise InputError(
+            source,
+            f"all {clock.frames} frames have the same time: without times nothing can be placed; "
+            "valid: a recording of a receiver that counts 12 MHz ticks, or GPS times",
+        )
+    sieve.notes.extend(clock.notes())
     decode_frames(frames, sieve)
     return sieve.recording(FORM, clock="relative")
+
+
+def _is_whole(number: int, kind: int, body: bytes, sieve: Sieve) -> bool:
+    if len(body) == BODY_BYTES.get(kind):
+        return True
+    sieve.drop(DAMAGED, f"frame {number}: type {kind:#x} with {len(body)} bytes")
+    return False
 
 
 def _frames(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[int, bytes]]:
@@ -65,8 +90,8 @@ def _frames(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[int, by
             body += ESCAPE + parts[at + 1]
             at += 2
         kind = body[0] if body else 0
-        expected = 1 + HEAD_BYTES + PAYLOAD_BYTES.get(kind, 0)
-        if at >= len(parts) and kind in PAYLOAD_BYTES and len(body) < expected:
+        expected = 1 + BODY_BYTES.get(kind, 0)
+        if at >= len(parts) and len(body) < expected:
             raise InputError(
                 source,
                 f"truncated: the last frame has {len(body)} bytes after its start, of {expected}",

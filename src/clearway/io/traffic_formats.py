@@ -17,7 +17,7 @@ from clearway.io.ulog import read_ulog_traffic
 from clearway.recordings.report import TrafficRecording
 
 HEAD = 4096
-BEAST_FRAME = re.compile(rb"\x1a[\x31-\x34]")
+BEAST_FRAME = re.compile(rb"\x1a[\x31-\x35\xe3]")
 HEX_ROW = re.compile(rb"^\s*\"?[0-9.eE+-]+\"?\s*[,;]\s*\"?[0-9A-Fa-f]{14,28}", re.MULTILINE)
 BLUESKY_ROW = re.compile(rb"^\s*\d+:\d\d:\d\d(\.\d+)?\s*>", re.MULTILINE)
 HEX_HEADER = re.compile(rb"\s*\"?time\w*\"?\s*[,;]\s*\"?\w*\"?\s*$", re.IGNORECASE | re.MULTILINE)
