@@ -21,7 +21,7 @@ from clearway.obstacles import (
     box_distance,
     local_point,
     outward_normal,
-    rounded_box_distance,
+    shape_distance,
 )
 from clearway.state import IntArray
 
@@ -211,15 +211,7 @@ def _keep_near(
     end = stop
     for m in range(start, stop):
         n = lists[m]
-        distance = rounded_box_distance(
-            part.x,
-            part.y,
-            part.z,
-            shapes.center_m[n],
-            shapes.rotation[n],
-            shapes.half_m[n],
-            shapes.radius_m[n],
-        )
+        distance = shape_distance(part.x, part.y, part.z, shapes, n)
         if distance <= -part.radius:
             return end, True
         if distance < part.radius:

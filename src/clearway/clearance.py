@@ -13,7 +13,7 @@ import numpy as np
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.hazards import MovingHazards, PointBins, bin_range
-from clearway.obstacles import Shapes, rounded_box_distance
+from clearway.obstacles import Shapes, shape_distance
 
 CIRCLE_SAMPLES = 96
 """Points on a circle that shapes are held against; half their spacing is taken off."""
@@ -109,14 +109,12 @@ def points_clearance(span: Span, bins: PointBins, enough: float) -> Found:
 @compiled
 def _shape_distance(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
     """Distance of shape `s` from the point at a share of the segment a-b."""
-    return rounded_box_distance(
+    return shape_distance(
         a[0] + share * (b[0] - a[0]),
         a[1] + share * (b[1] - a[1]),
         a[2] + share * (b[2] - a[2]),
-        shapes.center_m[s],
-        shapes.rotation[s],
-        shapes.half_m[s],
-        shapes.radius_m[s],
+        shapes,
+        s,
     )
 
 

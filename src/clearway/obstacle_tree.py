@@ -6,14 +6,13 @@ box it may leave out; no stack is needed.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
-from clearway.obstacles import Shapes, ray_rounded_box, rounded_box_distance
+from clearway.obstacles import Shapes, distance_beyond, ray_rounded_box, shape_distance
 from clearway.state import IntArray
 
 LEAF_SIZE = 4
@@ -77,11 +76,7 @@ def box_lower_bound(x: float, y: float, z: float, tree: BoxTree, node: int) -> f
     qx = max(low[node, 0] - x, x - high[node, 0])
     qy = max(low[node, 1] - y, y - high[node, 1])
     qz = max(low[node, 2] - z, z - high[node, 2])
-    nearest_face: float = max(qx, max(qy, qz))
-    if nearest_face <= 0.0:
-        return nearest_face
-    ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
-    return math.sqrt(ox * ox + oy * oy + oz * oz)
+    return distance_beyond(qx, qy, qz)
 
 
 @compiled
@@ -99,15 +94,7 @@ def obstacles_within(
         # Inner nodes share their first member with the leaf that follows: an empty range.
         for m in range(tree.first[node], tree.first[node + 1]):
             n = tree.members[m]
-            distance = rounded_box_distance(
-                x,
-                y,
-                z,
-                shapes.center_m[n],
-                shapes.rotation[n],
-                shapes.half_m[n],
-                shapes.radius_m[n],
-            )
+            distance = shape_distance(x, y, z, shapes, n)
             if distance <= limit:
                 found[count] = n
                 count += 1
@@ -131,15 +118,7 @@ def nearest_obstacles(
                 continue
             for m in range(tree.first[node], tree.first[node + 1]):
                 n = tree.members[m]
-                distance = rounded_box_distance(
-                    x,
-                    y,
-                    z,
-                    shapes.center_m[n],
-                    shapes.rotation[n],
-                    shapes.half_m[n],
-                    shapes.radius_m[n],
-                )
+                distance = shape_distance(x, y, z, shapes, n)
                 if distance < distances[p]:
                     distances[p] = distance
                     nearest[p] = n

@@ -216,8 +216,13 @@ def local_point(
 @compiled
 def box_distance(x: float, y: float, z: float, hx: float, hy: float, hz: float) -> float:
     """Signed distance of a local point to the box before inflation; negative inside."""
-    qx, qy, qz = abs(x) - hx, abs(y) - hy, abs(z) - hz
-    nearest_face = max(qx, max(qy, qz))
+    return distance_beyond(abs(x) - hx, abs(y) - hy, abs(z) - hz)
+
+
+@compiled
+def distance_beyond(qx: float, qy: float, qz: float) -> float:
+    """Signed distance to a box of a point that lies so far beyond its faces along each axis."""
+    nearest_face: float = max(qx, max(qy, qz))
     if nearest_face <= 0.0:
         return nearest_face
     ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
@@ -240,6 +245,14 @@ def rounded_box_distance(
     """
     lx, ly, lz = local_point(x, y, z, center, rotation)
     return box_distance(lx, ly, lz, half[0], half[1], half[2]) - radius
+
+
+@compiled
+def shape_distance(x: float, y: float, z: float, shapes: Shapes, n: int) -> float:
+    """Signed distance in metres of a point to the surface of the n-th shape."""
+    return rounded_box_distance(
+        x, y, z, shapes.center_m[n], shapes.rotation[n], shapes.half_m[n], shapes.radius_m[n]
+    )
 
 
 @compiled
@@ -270,10 +283,7 @@ def local_distance(x: float, y: float, z: float, shapes: Shapes) -> float:
     """Signed distance of a point to the nearest of all shapes; infinite without any."""
     nearest = np.inf
     for n in range(len(shapes.radius_m)):
-        distance = rounded_box_distance(
-            x, y, z, shapes.center_m[n], shapes.rotation[n], shapes.half_m[n], shapes.radius_m[n]
-        )
-        nearest = min(nearest, distance)
+        nearest = min(nearest, shape_distance(x, y, z, shapes, n))
     return nearest
 
 
