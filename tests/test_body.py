@@ -164,6 +164,17 @@ def test_a_point_fills_nothing_but_touches_its_line() -> None:
     np.testing.assert_array_equal(body.probability, 0.0)
 
 
+def test_a_half_shell_may_be_filled_most_at_once() -> None:
+    # The ball leaves a cell half round the vehicle, and comes back to its other end later.
+    shell = AvoidanceGrid.uniform((38.75, 42.5), 1, 180.0, 2, (-60.0, 0.0), 1)
+    ball = Intruder([-25.0, 4.1, -3.5], [9.9, -0.7, 1.2], radius_m=20.0)
+    slow = body_cells(shell, [ball], "reference").of(0)
+    assert slow.probability.max() == pytest.approx(0.097, abs=0.01)
+    for accuracy in ("fast", "fine"):
+        found = body_cells(shell, [ball], accuracy).of(0).probability
+        assert np.abs(found - slow.probability).max() <= 0.02
+
+
 def test_a_standing_body_fills_what_it_fills() -> None:
     body = body_cells(GRID, [Intruder([5, 0, 0], [0, 0, 0], radius_m=0.5)]).of(0)
     halves = GRID.cell_of([[4.9, 0, 0], [5.1, 0, 0]])

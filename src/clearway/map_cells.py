@@ -18,7 +18,7 @@ from clearway.obstacles import (
     box_distance,
     local_vector,
     outward_normal,
-    rounded_box_distance,
+    shape_distance,
 )
 from clearway.state import BoolArray, IntArray
 
@@ -65,9 +65,7 @@ def _candidates(
         limit = reach + margin + shapes.bound_m[s]
         if dx * dx + dy * dy + dz * dz >= limit * limit:
             continue
-        distance = rounded_box_distance(
-            x, y, z, shapes.center_m[s], shapes.rotation[s], shapes.half_m[s], shapes.radius_m[s]
-        )
+        distance = shape_distance(x, y, z, shapes, s)
         if distance <= margin - reach:
             return count, True
         if distance < margin + reach:
@@ -95,6 +93,7 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes) -> FloatArray:
         first = nodes.first[cell]
         for n in range(first, nodes.first[cell + 1]):
             shares[cell] += nodes.share[n] * filled[n - first]
+        shares[cell] = min(shares[cell], 1.0)
     return shares
 
 
@@ -174,9 +173,6 @@ def _near_node(shapes: Shapes, nodes: CellNodes, node: int, margin: float, near:
     """Whether a shape may come within a margin of a node's part."""
     x, y, z = nodes.position_m[node, 0], nodes.position_m[node, 1], nodes.position_m[node, 2]
     for s in near:
-        distance = rounded_box_distance(
-            x, y, z, shapes.center_m[s], shapes.rotation[s], shapes.half_m[s], shapes.radius_m[s]
-        )
-        if distance <= margin + nodes.node_radius_m[node]:
+        if shape_distance(x, y, z, shapes, s) <= margin + nodes.node_radius_m[node]:
             return True
     return False

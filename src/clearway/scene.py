@@ -219,6 +219,7 @@ def _intruders(scene: Scene, times: VehicleTimes) -> tuple[IntruderCells, ...]:
             traffic.timed,
             times,
             up if traffic.up is None else traffic.up,
+            "fine",
         )
         for traffic in scene.traffic
     )

@@ -11,8 +11,8 @@ import numpy as np
 from clearway.frames import FloatArray
 from clearway.intruders.intruder import Intruder
 
-Accuracy = Literal["fast", "reference"]
-"""Fast in flight, or a slow reference that fast results are held to."""
+Accuracy = Literal["fast", "fine", "reference"]
+"""Fast in flight, fine where a moment is looked at, or a slow reference that both are held to."""
 
 STANDING_MPS = 1e-9
 

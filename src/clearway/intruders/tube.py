@@ -33,7 +33,7 @@ from clearway.intruders.line import follow_line
 from clearway.intruders.spread import DiscNodes, cone_axes, disc_nodes
 from clearway.intruders.traverse import traverse
 
-NODES = {"fast": (80, 40), "reference": (20_000, 4_000)}
+NODES = {"fast": (80, 40), "fine": (20_000, 4_000), "reference": (20_000, 4_000)}
 """Inner and ring points of the disc; each is a straight path through the cells."""
 
 
@@ -77,8 +77,8 @@ def _tubes(
             continue
         along, level, across = cone_axes(velocity[n], upright)
         speed = np.sqrt(np.sum(velocity[n] ** 2))
-        for m in range(len(nodes.horizontal)):
-            offset = radius[n] * (nodes.horizontal[m] * level + nodes.vertical[m] * across)
+        for m in range(len(nodes.wide)):
+            offset = radius[n] * (nodes.wide[m] * level + nodes.narrow[m] * across)
             _follow_path(n, position[n] + offset, velocity[n], borders, pieces, arrays)
         _follow_corners(n, position[n], along, speed, radius[n], borders, arrays)
         for cell in range(arrays.dwell_s.shape[1]):
