@@ -7,11 +7,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from clearway.io.aircraft_json import read_aircraft
+from clearway.io.avr import is_avr, read_avr
 from clearway.io.beast import read_beast
 from clearway.io.bluesky import read_bluesky
 from clearway.io.daidalus import read_daidalus
-from clearway.io.mode_s_hex import read_hex
+from clearway.io.mode_s_hex import columns_of, read_hex, read_json_frames, table_lines
+from clearway.io.opensky import read_states
 from clearway.io.readsb_trace import read_trace
+from clearway.io.sbs import read_sbs
+from clearway.io.traffic_table import is_table, read_table
 from clearway.io.trajectories import read_trajectories
 from clearway.io.ulog import read_ulog_traffic
 from clearway.recordings.report import TrafficRecording
@@ -20,7 +24,9 @@ HEAD = 4096
 BEAST_FRAME = re.compile(rb"\x1a[\x31-\x35\xe3]")
 HEX_ROW = re.compile(rb"^\s*\"?[0-9.eE+-]+\"?\s*[,;]\s*\"?[0-9A-Fa-f]{14,28}", re.MULTILINE)
 BLUESKY_ROW = re.compile(rb"^\s*\d+:\d\d:\d\d(\.\d+)?\s*>", re.MULTILINE)
-HEX_HEADER = re.compile(rb"\s*\"?time\w*\"?\s*[,;]\s*\"?\w*\"?\s*$", re.IGNORECASE | re.MULTILINE)
+SBS_ROW = re.compile(rb"^(MSG,[1-8]|SEL|ID|AIR|STA|CLK),", re.MULTILINE)
+JSON_FRAME = re.compile(rb'"frame"\s*:\s*"[0-9A-Fa-f]{14,28}"')
+DAIDALUS_COLUMNS = {"lat", "latitude", "sx"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,27 +48,36 @@ def _is_beast(content: bytes) -> bool:
     return BEAST_FRAME.search(content[:64]) is not None
 
 
-def _is_trace(content: bytes) -> bool:
-    return _begins_with(content, b"{") and re.search(rb'"trace"\s*:', content[:HEAD]) is not None
+def _is_json(content: bytes) -> bool:
+    return _begins_with(content, b"{[")
 
 
-def _is_trajectories(content: bytes) -> bool:
-    return _begins_with(content, b"[")
+def _has(*keys: str) -> Callable[[bytes], bool]:
+    """Whether JSON has all of these keys near its start."""
+    signs = [re.compile(rf'"{key}"\s*:'.encode()) for key in keys]
+    return lambda content: _is_json(content) and all(s.search(content[:HEAD]) for s in signs)
 
 
-def _is_aircraft(content: bytes) -> bool:
-    return _begins_with(content, b"{")
+def _is_json_frames(content: bytes) -> bool:
+    return _is_json(content) and JSON_FRAME.search(content[:HEAD]) is not None
 
 
 def _is_hex(content: bytes) -> bool:
     head = content[:HEAD]
-    return HEX_HEADER.match(head) is not None or HEX_ROW.search(head) is not None
+    return HEX_ROW.search(head) is not None or columns_of(table_lines(head)) is not None
+
+
+def _is_sbs(content: bytes) -> bool:
+    return SBS_ROW.match(content[:HEAD].lstrip()) is not None
 
 
 def _is_daidalus(content: bytes) -> bool:
-    lines = [line for line in content[:HEAD].splitlines() if not line.startswith(b"#")]
-    return (
-        bool(lines) and re.match(rb"\s*(name|aircraft|id)\b", lines[0], re.IGNORECASE) is not None
+    """Whether the first line names columns, of names and of places."""
+    head = content[:HEAD].decode("utf-8-sig", "replace").splitlines()
+    lines = [line for line in head if line.strip() and not line.lstrip().startswith("#")]
+    words = re.split(r"[\s,;]+", lines[0].strip().lower()) if lines else []
+    return bool({"name", "aircraft", "id"} & set(words)) and (
+        words[0] in ("name", "aircraft", "id") or not DAIDALUS_COLUMNS.isdisjoint(words)
     )
 
 
@@ -77,9 +92,14 @@ def _is_bluesky(content: bytes) -> bool:
 FORMATS = (
     Format("ULog of PX4", _is_ulog, read_ulog_traffic),
     Format("Beast binary", _is_beast, read_beast),
-    Format("readsb trace (JSON)", _is_trace, read_trace),
-    Format("trajectories (JSON list of rows)", _is_trajectories, read_trajectories),
-    Format("readsb aircraft (JSON, one object or one a line)", _is_aircraft, read_aircraft),
+    Format("readsb trace (JSON)", _has("trace"), read_trace),
+    Format("Mode S frames of jet1090 (JSON)", _is_json_frames, read_json_frames),
+    Format("OpenSky states (JSON)", _has("time", "states"), read_states),
+    Format("trajectories (JSON)", _has("icao24", "latitude"), read_trajectories),
+    Format("readsb aircraft (JSON, one object or one a line)", _is_json, read_aircraft),
+    Format("OpenSky states or trajectories (CSV)", lambda c: is_table(c[:HEAD]), read_table),
+    Format("BaseStation (MSG,...)", _is_sbs, read_sbs),
+    Format("Mode S messages with ticks (AVR: @...;)", lambda c: is_avr(c[:HEAD]), read_avr),
     Format("Mode S messages (CSV of time, hex)", _is_hex, read_hex),
     Format("DAIDALUS .daa", _is_daidalus, read_daidalus),
     Format("BlueSky scenario (.scn)", _is_bluesky, read_bluesky),

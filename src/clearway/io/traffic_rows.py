@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from types import MappingProxyType
 from typing import Any
 
@@ -21,6 +22,7 @@ from clearway.recordings.report import (
 from clearway.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 
 LOWEST_M, HIGHEST_M = -1_000.0, 40_000.0
+MOST_SECONDS = 1e11
 LATEST_S = 5e10
 """Sixteen centuries from 1970, either way: what calendars can tell."""
 FASTEST_MPS = 1_200.0
@@ -173,6 +175,26 @@ def times(value: Any, factor: float) -> float | None:
     """A number of a file in SI units."""
     given = number(value)
     return None if given is None else given * factor
+
+
+def epoch_s(value: Any) -> float | None:
+    """A moment of a file in seconds since 1970: seconds, or thousandths, millionths, billionths of
+    them by their size, or an ISO 8601 date and time, in UTC without a zone; None if it is none."""
+    given = number(value)
+    if given is not None:
+        return given * second_of(given)
+    try:
+        moment = datetime.fromisoformat(text(value))
+    except ValueError:
+        return None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+
+
+def second_of(count: float) -> float:
+    """Seconds of the unit that a time since 1970 is counted in: no calendar knows more seconds."""
+    if not MOST_SECONDS <= abs(count) < math.inf:
+        return 1.0
+    return 1e-3 if abs(count) < 1e14 else 1e-6 if abs(count) < 1e17 else 1e-9
 
 
 def text(value: Any) -> str:

@@ -1,51 +1,42 @@
-"""Trajectories as rows of a JSON list, as the `traffic` library writes them (OpenSky's fields)."""
+"""Trajectories in rows, as the `traffic` library writes them (OpenSky's fields, in feet)."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from typing import Any
 
-from clearway.errors import InputError
+from clearway.io.json_objects import json_objects
 from clearway.io.traffic_rows import (
-    DAMAGED,
     Sieve,
     address_of,
     altitude_of,
+    epoch_s,
     report_of,
     text,
-    times,
 )
 from clearway.recordings.report import TrafficRecording
 
 FORM = "trajectories"
-MILLISECOND_S = 1e-3
 
 
 def read_trajectories(source: str, content: bytes) -> TrafficRecording:
-    """Rows with `timestamp` (ms), `icao24`, `latitude`, `longitude`, `altitude`, `geoaltitude` ...
+    """Rows with `timestamp`, `icao24`, `latitude`, `longitude`, `altitude`, `geoaltitude` ...
 
-    Feet, knots, degrees, feet a minute. Where a row tells `last_position`, that is the time of its
-    position, and rows that only repeat it are left out. Raises InputError where there are no rows.
+    Feet, knots, degrees, feet a minute; times in milliseconds, seconds, or as dates. Where a row
+    tells `last_position`, that is the time of its position, and rows that only repeat it are left
+    out. Raises InputError where the list, or its last line, is cut off.
     """
-    try:
-        rows = json.loads(content)
-    except (ValueError, RecursionError) as cause:
-        raise InputError(source, f"no whole JSON list, truncated? ({cause})") from cause
-    if not isinstance(rows, list) or not any(isinstance(row, dict) for row in rows):
-        raise InputError(source, "a JSON list without rows; valid: rows with timestamp, icao24 ...")
     sieve = Sieve(source)
-    for place, row in enumerate(rows):
-        if isinstance(row, dict):
-            _take(row, sieve)
-        else:
-            sieve.drop(DAMAGED, f"row {place}: no JSON object but {str(row)[:40]!r}")
+    for _, row in json_objects(source, content, sieve):
+        take_trajectory(row, sieve)
     return sieve.recording(FORM)
 
 
-def _take(row: dict[str, Any], sieve: Sieve) -> None:
-    time_s = times(row.get("last_position"), MILLISECOND_S)
+def take_trajectory(row: Mapping[str, Any], sieve: Sieve) -> None:
+    """One row into the sieve."""
+    time_s = epoch_s(row.get("last_position"))
     if time_s is None:
-        time_s = times(row.get("timestamp"), MILLISECOND_S)
+        time_s = epoch_s(row.get("timestamp"))
     address = address_of(row.get("icao24"))
     told = sieve.complete(time_s, address, row.get("latitude"), row.get("longitude"))
     if told is None:
