@@ -23,6 +23,12 @@ FOLLOWS = 128 | 8
 """Base mode: armed, guided."""
 PEER = ("127.0.0.1", 14551)
 SENSOR = sector_lidar(10.0)
+SET_POINT, COLLISION, TEXT, BEAT = (
+    "SET_POSITION_TARGET_LOCAL_NED",
+    "COLLISION",
+    "STATUSTEXT",
+    "HEARTBEAT",
+)
 
 
 def framed(*messages: Any, system: int = 1, component: int = 1, key: bytes | None = None) -> bytes:
@@ -149,3 +155,8 @@ def sent(outcome: Outcome, kind: str) -> list[Any]:
 
 def enu(*values: float) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.array(values)
+
+
+def words(outcome: Any) -> str:
+    """All that an outcome says in STATUSTEXT."""
+    return "".join(message.text for message in sent(outcome, TEXT))
