@@ -32,7 +32,8 @@ def read_states(source: str, content: bytes) -> TrafficRecording:
         rows = found.get("states")
         for number_, row in enumerate(rows if isinstance(rows, list) else []):
             if isinstance(row, list) and len(row) >= LEAST_FIELDS:
-                take_state(dict(zip(FIELDS, row, strict=False)), sieve)
+                told = dict(zip(FIELDS, row, strict=False))
+                take_state({"time": found.get("time"), **told}, sieve)
             else:
                 sieve.drop(DAMAGED, f"{place} states[{number_}]: no list of a state".strip())
     return sieve.recording(FORM)
