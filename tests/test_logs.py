@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import struct
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from absent_packages import without
 from clearway.errors import InputError, MissingExtraError
 from clearway.io.traffic import read_traffic
 from clearway.io.ulog import read_ulog
@@ -127,14 +127,7 @@ def test_reports_of_the_transponder(tmp_path: Path) -> None:
 def test_without_the_package_the_extra_is_named(
     data_dir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plain_import = builtins.__import__
-
-    def without(name: str, *args: Any, **options: Any) -> Any:
-        if name.split(".")[0] == "pyulog":
-            raise ImportError(name)
-        return plain_import(name, *args, **options)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    without(monkeypatch, "pyulog")
     for read in (read_traffic, read_ulog):
         with pytest.raises(MissingExtraError, match=r"clearway\[ulog\]"):
             read(data_dir / LOG)

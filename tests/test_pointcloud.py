@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from absent_packages import without
 from clearway.errors import InputError, MissingExtraError
 from clearway.io.pointcloud import read_points
 from clearway.units import FOOT_M, US_SURVEY_FOOT_M
@@ -405,13 +405,6 @@ def test_missing_package_names_the_extra(
     path = tmp_path / f"a{suffix}"
     packed = PCD_HEAD.replace("ascii", "binary_compressed")
     path.write_bytes(b"LASF" if suffix == ".las" else packed.encode())
-    plain_import = builtins.__import__
-
-    def without_package(name: str, *args: Any, **kwargs: Any) -> Any:
-        if name.split(".")[0] == package:
-            raise ImportError(name)
-        return plain_import(name, *args, **kwargs)
-
-    monkeypatch.setattr(builtins, "__import__", without_package)
+    without(monkeypatch, package)
     with pytest.raises(MissingExtraError, match=r"clearway\[lidar\]"):
         read_points(path)

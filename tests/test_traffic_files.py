@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import gzip
 import json
 from collections import Counter
@@ -14,6 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from absent_packages import without
 from clearway.errors import InputError, MissingExtraError
 from clearway.io.ticks import TickClock
 from clearway.io.traffic import read_traffic
@@ -493,14 +493,7 @@ def test_absent_file_and_folder(tmp_path: Path) -> None:
 def test_without_the_decoder_the_extra_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = builtins.__import__
-
-    def without(name: str, *args: Any, **options: Any) -> Any:
-        if name == "rs1090":
-            raise ImportError(name)
-        return real(name, *args, **options)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    without(monkeypatch, "rs1090")
     (tmp_path / "a.csv").write_text(f"1.0,{EVEN}\n")
     with pytest.raises(MissingExtraError, match=r"clearway\[adsb\]"):
         read_traffic(tmp_path / "a.csv")
