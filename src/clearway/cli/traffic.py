@@ -23,8 +23,8 @@ def traffic(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Recordings: Mode S hex (csv of time, hex; AVR), Beast, BaseStation, aircraft JSON, "
-            "readsb traces, OpenSky states, trajectories, DAIDALUS .daa; gzip too."
+            help="Recordings: Mode S hex (csv of time, hex; AVR), Beast, BaseStation, aircraft "
+            "JSON, readsb traces, OpenSky states, trajectories, DAIDALUS .daa; gzip too."
         ),
     ],
     own: Annotated[
