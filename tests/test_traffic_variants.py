@@ -13,9 +13,8 @@ from clearway.errors import InputError
 from clearway.io.traffic import read_traffic
 from clearway.recordings import TrafficRecording
 from clearway.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
+from mode_s_for_tests import EVEN, ODD
 
-# Worked example of J. Sun, The 1090 Megahertz Riddle (2nd ed.), chapter 5.
-EVEN, ODD = "8D40621D58C382D690C8AC2863A7", "8D40621D58C386435CC412692AD6"
 PLACE = (52.2572021484375, 3.91937255859375)
 START = 1.7e9
 """2023-11-14 22:13:20 UTC."""
