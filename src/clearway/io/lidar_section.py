@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from clearway.grid import AvoidanceGrid
 from clearway.io.sections import NotNegative, Numbers, Point, Positive
 from clearway.io.toml import Section
+from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, named_pattern
+from clearway.sensors.lies import LyingLidar
 
 
 class LidarSection(Section):
@@ -61,3 +65,36 @@ class LidarSection(Section):
         if self.azimuth_deg == () or self.elevation_deg == ():
             raise ValueError("azimuth_deg and elevation_deg need at least one angle each")
         return self
+
+    def to_lidar(self, grid: AvoidanceGrid) -> Lidar:
+        """The sensor, with beams evenly through the grid's cells unless the file says otherwise."""
+        return Lidar(
+            self.name,
+            self._pattern(grid),
+            Mounting(np.array(self.position_m), np.radians(self.attitude_deg)),
+            self.sigma_m,
+            self.dropout,
+            self.airframe_radius_m,
+            Standing(self.precision, self.trust),
+        )
+
+    def to_lie(self, grid: AvoidanceGrid) -> LyingLidar | None:
+        """What tells the system something else than what is there; None if it is honest."""
+        if self.lie == "none":
+            return None
+        return LyingLidar(self.to_lidar(grid), self.lie, self.lies_from_s)
+
+    def _pattern(self, grid: AvoidanceGrid) -> BeamPattern:
+        near, far = self.min_range_m, self.max_range_m or grid.range_m
+        if self.pattern is not None:
+            return named_pattern(self.pattern)
+        if self.azimuth_deg is not None:
+            return BeamPattern.from_angles(
+                np.radians(self.azimuth_deg),
+                np.radians(self.elevation_deg or ()),
+                min_range_m=near,
+                max_range_m=far,
+            )
+        return BeamPattern.per_cell(
+            grid, *(self.beams_per_cell or (20, 10)), min_range_m=near, max_range_m=far
+        )

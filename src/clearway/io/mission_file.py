@@ -6,8 +6,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from clearway.costs import Prices
 from clearway.errors import InputError
 from clearway.io.fault_section import FaultsSection
 from clearway.io.lidar_section import LidarSection
@@ -27,6 +29,9 @@ from clearway.io.rule_sections import KeepOutSection, RulesSection
 from clearway.io.sections import GridSection
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.traffic_sections import FlyingIntruderSection, TrafficSection
+from clearway.mission import Mission
+from clearway.planner import AvoidanceSettings
+from clearway.state import State
 
 OWN_ADDRESS = "ownship"
 """What the ownship's own transponder would report; no intruder of a mission has it."""
@@ -75,6 +80,36 @@ class MissionFile(Section):
         if self.intruder:
             raise ValueError("traffic.recording: there can be no [[intruder]] beside a recording")
         return self
+
+    def to_mission(self) -> Mission:
+        """The way to fly; raises InputError if it is none."""
+        start = State(np.array(self.vehicle.position_m), np.radians(self.vehicle.attitude_deg))
+        return Mission(
+            self.mission.name,
+            start,
+            np.array(self.mission.waypoints_m),
+            self.mission.reach_radius_m,
+            np.array(self.mission.landing_m).reshape(-1, 3),
+            self.mission.pass_within_m,
+        )
+
+    def to_avoidance(self) -> AvoidanceSettings:
+        """How decisions are taken."""
+        rating, safety = self.rating, self.safety
+        return AvoidanceSettings(
+            rating=rating.name,
+            unknown=rating.unknown,
+            unknown_unseen=rating.unknown_unseen,
+            threshold=rating.threshold,
+            verify=self.verify.method == "evidence",
+            safety_margin_m=safety.margin_m,
+            sigmas=safety.sigmas,
+            own_drift_mps=safety.own_drift_mps,
+            intruder_models=self.traffic.models,
+            point_sigmas=safety.point_sigmas,
+            prices=Prices(**self.prices.model_dump()),
+            sensor_fusion=rating.sensors,
+        )
 
     def effective(self) -> dict[str, Any]:
         """Tables that fly the same mission again from anywhere, defaults filled in."""

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from clearway.io.sections import NotNegative, Point, Positive, Share
 from clearway.io.toml import Section
+from clearway.movements import MovementAutomaton
 
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
 
@@ -51,6 +52,11 @@ class VehicleSection(Section):
     """Steepest pitch, up and down."""
     body_radius_m: NotNegative = 0.3
     """For the margins drawn in the picture of distances only."""
+
+    def to_automaton(self) -> MovementAutomaton:
+        return MovementAutomaton.plane(
+            self.speed_mps, self.turn_step_deg, self.movement_s, self.pitch_limit_deg
+        )
 
 
 class ReachSetSection(Section):

@@ -7,10 +7,15 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.intruders import Intruder
+from clearway.intruders import Intruder, TrackerSettings
 from clearway.io.scene_file import ModelName
 from clearway.io.sections import NotNegative, Point, Positive, said
 from clearway.io.toml import Section
+from clearway.recordings.aircraft import LONGEST_GAP_S
+from clearway.traffic import ScriptedIntruder, Spawn, TrafficSettings
+
+COAST_S = 30.0
+"""How long an aircraft of a recording is believed to fly on without a report."""
 
 
 class TrafficSection(Section):
@@ -50,6 +55,19 @@ class TrafficSection(Section):
     heard_within_m: Positive = 20_000.0
     """Reports from farther away, horizontally, are not heard."""
 
+    def to_settings(self) -> TrafficSettings:
+        return TrafficSettings(
+            self.position_sigma_m, self.velocity_sigma_mps, self.deviates, self.report_s
+        )
+
+    def to_tracker(self) -> TrackerSettings | None:
+        """Recordings hold fewer reports than a receiver hears, so silence means less there."""
+        if not self.tracker:
+            return None
+        if self.recording is None:
+            return TrackerSettings()
+        return TrackerSettings(stale_s=LONGEST_GAP_S, coast_s=COAST_S)
+
 
 class FlyingIntruderSection(Section):
     """`[[intruder]]`: one that appears during the mission."""
@@ -82,6 +100,20 @@ class FlyingIntruderSection(Section):
     def seen_by_lidar(self) -> bool:
         """Whether a LiDAR sees it, said or by default."""
         return not self.transponder if self.visible is None else self.visible
+
+    def to_scripted(self, spawn: Spawn) -> ScriptedIntruder:
+        """spawn: what the numbers are relative to."""
+        return ScriptedIntruder(
+            self.name,
+            self.appears_s,
+            np.array(self.position_m),
+            np.array(self.velocity_mps),
+            np.radians(self.spread_deg),
+            self.radius_m,
+            spawn,
+            self.transponder,
+            self.seen_by_lidar,
+        )
 
     def _reported(self) -> Intruder:
         return Intruder(
