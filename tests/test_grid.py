@@ -107,6 +107,11 @@ def test_impossible_grids_are_refused(edges, said):
         AvoidanceGrid(*edges)
 
 
+def test_an_infinite_range_is_refused_without_a_warning():
+    with pytest.raises(ClearwayError, match="range_edges_m: edges must be finite"):
+        AvoidanceGrid.uniform(np.inf)
+
+
 def test_no_cells_are_refused():
     with pytest.raises(ClearwayError, match="columns: 0 cells"):
         AvoidanceGrid.uniform(columns=0)

@@ -137,3 +137,13 @@ def test_mirrored_lines_have_mirrored_cells() -> None:
         one = GRID.shaped(line(GRID, position, velocity).dwell_s)
         other = GRID.shaped(line(GRID, position * flip, velocity * flip).dwell_s)
         np.testing.assert_allclose(one, other[:, ::-1, :], atol=1e-9)
+
+
+def test_rounding_does_not_scatter_what_flies_along_a_border() -> None:
+    noise = 2e-16
+    level = met(EVEN, line(EVEN, [6, 8, -noise], [0, -0.5, 0.1 * noise]))
+    assert level == met(EVEN, line(EVEN, [6, 8, 0], [0, -0.5, 0]))
+    assert {row for _, _, row in level} == {2}
+    falling = met(EVEN, line(EVEN, [6, -noise, 9], [0.1 * noise, noise, -1]))
+    assert falling == met(EVEN, line(EVEN, [6, 0, 9], [0, 0, -1]))
+    assert {column for _, column, _ in falling} == {3}

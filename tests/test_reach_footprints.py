@@ -34,6 +34,14 @@ def test_nine_movements(layers, footprints):
     assert count_full(tree(NINE, layers)).footprints == footprints
 
 
+def test_a_set_that_never_gets_to_the_last_layer_is_measured():
+    tree = build_reach_set(NINE, AvoidanceGrid.uniform(5.6, 4, 45.0, 3, 30.0, 1), "chaotic")
+    coverage = measure(tree)
+    assert (coverage.nodes, coverage.trajectories, coverage.footprints) == (0, 0, 0)
+    assert coverage.side_exits > 0
+    assert coverage.smoothness == 0.0
+
+
 def test_counting_agrees_with_building():
     grid = AvoidanceGrid.uniform((0.5, 5.0), 5, 50.0, 6, (-20.0, 35.0), 4)
     for automaton in (FIVE, MovementAutomaton.plane(1.3, pitch_limit_deg=20.0, diagonals=False)):

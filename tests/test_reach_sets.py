@@ -329,3 +329,16 @@ def test_nodes_stay_within_the_bound(method):
 
 def test_method_names():
     assert set(METHODS) >= {"full", "chaotic", "harmonic", "combined", "primitives", "flying"}
+
+
+def test_sets_of_uneven_grids_that_the_vehicle_soon_leaves():
+    """Leaving out duplicates may take away every trajectory of the longest kind."""
+    azimuth_deg = [-20.0, -14.85193, -8.62768, -2.063207, 0.947202, 9.29149, 11.914919, 17.62, 20.0]
+    elevation_deg = [-10.0, -3.691055, -0.169984, 10.0]
+    grid = AvoidanceGrid(
+        np.linspace(20.0, 200.0, 4), np.radians(azimuth_deg), np.radians(elevation_deg)
+    )
+    vehicle = MovementAutomaton.plane(12.0)
+    tree = build_reach_set(vehicle, grid, "flying", np.radians(30.0))
+    assert tree.nodes > 100
+    assert np.count_nonzero(tree.exit_kind) > 10

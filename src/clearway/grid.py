@@ -74,11 +74,12 @@ class AvoidanceGrid:
         near, far = (0.0, range_m) if not isinstance(range_m, tuple) else range_m
         right, left = _span(azimuth_deg)
         bottom, top = _span(elevation_deg)
-        return cls(
-            np.linspace(near, far, layers + 1),
-            np.radians(np.linspace(right, left, columns + 1)),
-            np.radians(np.linspace(bottom, top, rows + 1)),
-        )
+        with np.errstate(invalid="ignore"):  # What is infinite is refused like all that is no edge.
+            return cls(
+                np.linspace(near, far, layers + 1),
+                np.radians(np.linspace(right, left, columns + 1)),
+                np.radians(np.linspace(bottom, top, rows + 1)),
+            )
 
     @property
     def layers(self) -> int:

@@ -19,6 +19,7 @@ from clearway.intruders.borders import (
     COLUMN,
     COLUMN_CUT,
     ELEVATION,
+    ELEVATION_COS,
     ELEVATION_SIN,
     ENTRY,
     LAYER,
@@ -158,6 +159,9 @@ def _half_planes(
     to_x, to_y, end = last
     times, places = out.times, out.places
     columns = borders.columns
+    # What gets no farther beyond an edge than its tolerance has not crossed it.
+    slack_before = BORDER_TOLERANCE * np.sqrt(from_x * from_x + from_y * from_y)
+    slack_after = BORDER_TOLERANCE * np.sqrt(to_x * to_x + to_y * to_y)
     count = 1
     for n in range(columns if borders.full_circle else columns + 1):
         j = n if left else (columns - 1 - n if borders.full_circle else columns - n)
@@ -166,7 +170,8 @@ def _half_planes(
         after = to_y * cosine - to_x * sine
         # Crossed leftwards by a line that turns left, or rightwards by one that turns right:
         # the other half of the same plane is crossed the other way.
-        if not (before < 0.0 < after if left else after < 0.0 < before):
+        turned = 1.0 if left else -1.0
+        if not (turned * before < -slack_before and turned * after > slack_after):
             continue
         cut = start + (end - start) * before / (before - after)
         # Edges come in order of azimuth, which is the line's unless that passes behind.
@@ -271,7 +276,9 @@ def _cones(
     for n in range(borders.rows + 1):
         k = n if rising else borders.rows - n
         sine = borders.table[ELEVATION_SIN, k]
-        if not (low < sine < high if rising else high < sine < low):
+        # What gets no farther beyond an edge than its tolerance has not crossed it.
+        slack = BORDER_TOLERANCE * borders.table[ELEVATION_COS, k]
+        if not (min(low, high) < sine - slack and sine + slack < max(low, high)):
             continue
         beyond = incline2 - sine * sine
         # Touched but not crossed: the top of the great circle is within the tolerance.

@@ -99,7 +99,7 @@ def _footprint_rows(reach_set: ReachSet, leaves: IntArray, points: Points) -> np
         here = here[reach_set.depth[at[here]] == depth]
         cells[here, depth - 1] = cells_of[at[here]]
         at[here] = reach_set.parent[at[here]]
-    cells = _inside_first(cells.reshape(len(leaves), -1))
+    cells = _inside_first(cells.reshape(len(leaves), deep * cells_of.shape[1]))
     repeated = np.zeros(cells.shape, dtype=np.bool_)
     repeated[:, 1:] = cells[:, 1:] == cells[:, :-1]
     cells[repeated] = -1

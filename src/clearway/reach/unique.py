@@ -32,6 +32,8 @@ def without_duplicate_states(
     longest = int(np.count_nonzero(rows, axis=1).max(initial=0))
     for depth in range(1, longest + 1):
         reaching = np.flatnonzero(rows[:, depth - 1] > 0)
+        if not len(reaching):
+            break
         way, alive = _one_way(
             np.ascontiguousarray(rows[reaching, :depth]), first[reaching], lattice, start_pitch_rad
         )
@@ -39,8 +41,6 @@ def without_duplicate_states(
         keep = np.ones(len(rows), dtype=np.bool_)
         keep[reaching[~alive]] = False
         rows, first = rows[keep], first[keep]
-        if not len(rows):
-            break
     return np.unique(rows, axis=0)
 
 
