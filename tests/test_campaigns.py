@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +30,8 @@ from clearway.campaigns.task import fly_task, tasks_of
 from clearway.cli.campaign_replay import replay_flight
 from clearway.confidence import bootstrap_mean
 from clearway.errors import InputError
+from own_process import CLEARWAY, run_clearway
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 FLIGHTS = 2 * 3 * 4 + 2 * 2
 
 
@@ -52,14 +53,7 @@ def uninterrupted(small: Path) -> list[FlightRow]:
     return rows
 
 
-def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*CLEARWAY, "campaign", *map(str, arguments)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+run = partial(run_clearway, "campaign")
 
 
 def same(one: list[FlightRow], other: list[FlightRow]) -> bool:

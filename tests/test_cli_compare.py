@@ -1,18 +1,10 @@
 """`clearway compare` and `fly --planner` through their real entry point."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
-
-
-def run(*arguments, cwd):
-    return subprocess.run(
-        [*CLEARWAY, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
-    )
+from own_process import run_clearway as run
 
 
 def test_a_comparison_is_one_table_one_file_and_one_picture(tmp_path):

@@ -2,21 +2,16 @@
 
 import csv
 import json
-import subprocess
-import sys
+from functools import partial
 
 import pytest
 
 from clearway.confidence import wilson
 from clearway.encounter import EncounterSettings, random_encounter
 from clearway.encounters import fly_encounter
+from own_process import run_clearway
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
-
-
-def run(*arguments, cwd):
-    command = [*CLEARWAY, "encounters", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+run = partial(run_clearway, "encounters")
 
 
 def test_the_command_prints_intervals_and_writes_every_encounter(tmp_path):

@@ -2,14 +2,12 @@
 
 import csv
 import json
-import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
+from own_process import run_clearway as run
 
 SHORT = """
 [mission]
@@ -25,12 +23,6 @@ shape = "ball"
 position_m = [7, 0.2, 0]
 radius_m = 1
 """
-
-
-def run(*arguments, cwd):
-    return subprocess.run(
-        [*CLEARWAY, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
-    )
 
 
 def mission(tmp_path, text=SHORT, name="short.toml"):

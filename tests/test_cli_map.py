@@ -1,22 +1,15 @@
 """`clearway map` through its real entry point."""
 
 import json
-import subprocess
-import sys
 
 import pytest
+
+from own_process import run_clearway as run
 
 pytest.importorskip("pyproj")
 pytest.importorskip("shapely")
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 TABLE = "name,lat,lon,height,top\nchimney,50.94,6.96,80,130\nmast,50.941,6.961,60,112\n"
-
-
-def run(*arguments, cwd):
-    return subprocess.run(
-        [*CLEARWAY, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
-    )
 
 
 def test_a_map_is_summarised_and_drawn(tmp_path):
@@ -96,14 +89,7 @@ def test_an_absent_package_is_told_by_its_extra(tmp_path, package, file):
         json.dumps({"type": "FeatureCollection", "features": [hall]})
     )
     (tmp_path / "terrain.tif").write_bytes(b"II*\0 anything")
-    absent = f"import sys; sys.modules[{package!r}] = None; {CLEARWAY[2]}"
-    done = subprocess.run(
-        [sys.executable, "-c", absent, "map", file],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run("map", file, cwd=tmp_path, absent=package)
     assert done.returncode == 2
     assert "pip install 'clearway[map]'" in done.stderr
     assert "Traceback" not in done.stderr

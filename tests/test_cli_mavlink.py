@@ -40,6 +40,7 @@ from mavlink_for_tests import (
     origin,
     position,
 )
+from own_process import run_clearway
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples/missions/mavlink.toml"
 MARGIN_M = 0.6
@@ -230,12 +231,7 @@ def test_a_mission_that_is_none_is_refused_before_anything_is_opened() -> None:
 
 
 def test_without_pymavlink_the_extra_is_named() -> None:
-    code = (
-        "import sys; sys.modules['pymavlink'] = None;"
-        f"sys.argv = ['clearway', 'mavlink', {str(EXAMPLE)!r}, '--connect', 'udpin:127.0.0.1:0'];"
-        "from clearway.cli.app import main; main()"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = run_clearway("mavlink", EXAMPLE, "--connect", "udpin:127.0.0.1:0", absent="pymavlink")
     assert done.returncode == 2
     assert done.stderr == (
         "a MAVLink link needs an optional package: pip install 'clearway[mavlink]'\n"

@@ -6,7 +6,6 @@ import re
 import signal
 import socket
 import subprocess
-import sys
 
 import pytest
 
@@ -16,15 +15,8 @@ pytest.importorskip("mcap")
 from clearway.io.toml import dump_toml
 from clearway.replay.writing import write_mcap
 from flown_missions import SHORT, flown
-
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
-
-
-def run(*arguments, cwd, code=None):
-    program = CLEARWAY if code is None else [sys.executable, "-c", code]
-    return subprocess.run(
-        [*program, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
-    )
+from own_process import CLEARWAY
+from own_process import run_clearway as run
 
 
 @pytest.fixture(scope="module")
@@ -51,16 +43,15 @@ def test_a_flight_leaves_its_recording_and_tables(tmp_path):
 def test_a_flight_goes_without_the_extras_and_says_which(tmp_path):
     late = SHORT + "\n[simulation]\ntime_limit_s = 2\n"
     (tmp_path / "short.toml").write_text(late)
-    without = "import sys; sys.modules['{}'] = None; from clearway.cli.app import main; main()"
     options = ("fly", "short.toml", "--no-plots", "--json", "--out", "out")
-    done = run(*options, cwd=tmp_path, code=without.format("foxglove"))
+    done = run(*options, cwd=tmp_path, absent="foxglove")
     assert done.returncode == 1, done.stderr
     assert json.loads(done.stdout)["reached"] is False
     lines = [line for line in done.stderr.splitlines() if "clearway[foxglove]" in line]
     assert len(lines) == 1
     assert (tmp_path / "out" / "decisions.jsonl").is_file()
     assert not (tmp_path / "out" / "run.mcap").exists()
-    done = run(*options, "--parquet", cwd=tmp_path, code=without.format("pyarrow.parquet"))
+    done = run(*options, "--parquet", cwd=tmp_path, absent="pyarrow.parquet")
     assert done.returncode == 2
     assert "clearway[parquet]" in done.stderr
     done = run("replay", "out", cwd=tmp_path)
@@ -69,10 +60,7 @@ def test_a_flight_goes_without_the_extras_and_says_which(tmp_path):
 
 
 def test_reading_without_the_extra_says_which(folder, tmp_path):
-    code = (
-        "import sys; sys.modules['mcap.reader'] = None; from clearway.cli.app import main; main()"
-    )
-    done = run("replay", folder, "--html", "page.html", cwd=tmp_path, code=code)
+    done = run("replay", folder, "--html", "page.html", cwd=tmp_path, absent="mcap.reader")
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].endswith("pip install 'clearway[foxglove]'")
     assert not (tmp_path / "page.html").exists()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
+from functools import partial
 
 import pytest
 
@@ -13,13 +12,9 @@ from clearway.encounter_model import made_up_model
 from clearway.risk.encounter import draw_encounter
 from clearway.risk.flight import STRAIGHT, separation_of
 from clearway.risk.settings import RiskSettings
+from own_process import run_clearway
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
-
-
-def run(*arguments, cwd):
-    command = [*CLEARWAY, "risk", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+run = partial(run_clearway, "risk")
 
 
 def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):

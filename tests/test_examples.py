@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +11,9 @@ from scipy.spatial import cKDTree
 
 from clearway.io.mission_file import read_mission
 from clearway.io.pointcloud import PointCloud, read_points
+from own_process import flown_in
 
 MISSIONS = Path(__file__).resolve().parent.parent / "examples" / "missions"
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 BUILDING, WIRE = 6, 14
 """ASPRS classes."""
 
@@ -33,17 +29,8 @@ def flown(name: str, data_dir: Path, folder: Path) -> tuple[dict[str, Any], Any,
     if not survey.is_file():
         pytest.skip(f"needs data: {survey.name}")
     (folder / "mission.toml").write_text(text.replace(path, str(survey)))
-    done = subprocess.run(
-        [*CLEARWAY, "fly", "mission.toml", "--out", "out", "--no-plots", "--json"],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    rows = list(csv.DictReader((folder / "out" / "track.csv").read_text().splitlines()))
-    track = np.array([[float(row[axis]) for axis in ("x_m", "y_m", "z_m")] for row in rows])
-    return json.loads(done.stdout), track, read_points(survey)
+    result, track = flown_in(folder)
+    return result, track, read_points(survey)
 
 
 def held(result: dict[str, Any], name: str) -> None:

@@ -2,8 +2,6 @@
 
 import csv
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -18,14 +16,10 @@ from clearway.io.fault_section import FaultsSection
 from clearway.io.marked_page import put_between_marks
 from clearway.io.mission_file import read_mission
 from clearway.sensors import Scan
+from own_process import run_clearway as command
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 SCAN = Scan(np.array([[5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [3.0, 4.0, 12.0]]), 1.0, "lidar")
 REPORT = Intruder(np.array([1.0, 2.0, 3.0]), np.array([1.0, 0, 0]), np.zeros(2), 0.5, "A", 1.0)
-
-
-def command(*arguments):
-    return subprocess.run([*CLEARWAY, *arguments], capture_output=True, text=True)
 
 
 def test_without_faults_nothing_changes():

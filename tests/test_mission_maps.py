@@ -1,9 +1,6 @@
 """Maps in missions: what is there, what is known, what is kept out of; the examples, flown."""
 
-import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +12,9 @@ pytest.importorskip("shapely")
 from clearway.errors import InputError
 from clearway.flight import prepare
 from clearway.io.mission_file import read_mission
+from own_process import flown_in
 
 MISSIONS = Path(__file__).resolve().parent.parent / "examples" / "missions"
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 DATA = "../../../shared/data/"
 
 MISSION = """
@@ -167,17 +164,7 @@ def flown(name, data_dir, folder):
         if not (data_dir / file.removeprefix(DATA)).is_file():
             pytest.skip(f"needs data: {Path(file).name}")
     (folder / "mission.toml").write_text(text.replace(DATA, f"{data_dir}/"))
-    done = subprocess.run(
-        [*CLEARWAY, "fly", "mission.toml", "--out", "out", "--no-plots", "--json"],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    rows = list(csv.DictReader((folder / "out" / "track.csv").read_text().splitlines()))
-    track = np.array([[float(row[axis]) for axis in ("x_m", "y_m", "z_m")] for row in rows])
-    result = json.loads(done.stdout)
+    result, track = flown_in(folder)
     assert result["mission"] == name
     assert result["waypoints_reached"] == len(mission.mission.waypoints_m)
     assert result["safety_margin_m"] == mission.safety.margin_m

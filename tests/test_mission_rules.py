@@ -1,8 +1,7 @@
 """Rules in mission files: from tables to flights, and what is refused."""
 
 import json
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,8 @@ from clearway.flight import prepare
 from clearway.io.mission_file import read_mission
 from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle
+from own_process import run_clearway
 
-CLEARWAY = [sys.executable, "-c", "from clearway.cli.app import main; main()"]
 EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "missions" / "rules.toml"
 
 MISSION = """
@@ -30,8 +29,7 @@ def mission(tmp_path, rules):
     return path
 
 
-def fly(*arguments):
-    return subprocess.run([*CLEARWAY, "fly", *arguments], capture_output=True, text=True)
+fly = partial(run_clearway, "fly")
 
 
 def test_rules_of_a_file_are_flown_logged_and_written_into_the_effective_mission(tmp_path):

@@ -1,8 +1,6 @@
 """Intruders that want to hit: what the map of won encounters must look like."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ from clearway.avoidable import Opponent, search
 from clearway.errors import InputError
 from clearway.movements import MovementAutomaton
 from clearway.pursuit import CHOSEN_MOVEMENTS, MOST_MOVEMENTS, win_map
+from own_process import run_clearway
 
 KEEP = 1.2
 BEARINGS = np.radians([0.0, 20.0, 40.0, 60.0])
@@ -86,15 +85,8 @@ def test_impossible_maps_are_refused(arguments, said):
 
 
 def test_the_command_draws_and_prints(tmp_path):
-    call = "from clearway.cli.app import main; main()"
     options = ["--bearing-step-deg", "20", "--accelerations", "0,0.1", "--out", "out", "--json"]
-    done = subprocess.run(
-        [sys.executable, "-c", call, "pursuit", *options],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        check=False,
-    )
+    done = run_clearway("pursuit", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert np.array(result["won"]).shape == (2, 5, 10)
