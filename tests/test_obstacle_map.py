@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from clearway.frames import FloatArray, world_from_body
 from clearway.grid import AvoidanceGrid
 from clearway.obstacle_map import ObstacleMap
-from clearway.obstacles import Obstacle, local_distance, ray_rounded_box
+from clearway.obstacles import Obstacle, local_distance
+from clearway.rounded_box import ray_rounded_box
 
 
 def random_map(seed: int, count: int, extent_m: float) -> ObstacleMap:

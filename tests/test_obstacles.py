@@ -10,13 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.errors import InputError
-from clearway.obstacles import (
-    Obstacle,
-    local_distance,
-    ray_rounded_box,
-    rounded_box_distance,
-    shapes_of,
-)
+from clearway.obstacles import Obstacle, local_distance, shapes_of
+from clearway.rounded_box import ray_rounded_box, rounded_box_distance
 
 
 def random_obstacle(rng: np.random.Generator, spread_m: float = 5.0) -> Obstacle:

@@ -7,7 +7,7 @@ counted by its volume, so that a wire between two sample points does not vanish.
 from __future__ import annotations
 
 from clearway.compiled import compiled
-from clearway.obstacles import box_distance, offset_volume
+from clearway.rounded_box import box_distance, offset_volume
 
 
 @compiled

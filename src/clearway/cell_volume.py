@@ -16,13 +16,8 @@ from clearway.cell_share import blurred_share, half_space_share
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.grid import GridEdges
-from clearway.obstacles import (
-    Shapes,
-    box_distance,
-    local_point,
-    outward_normal,
-    shape_distance,
-)
+from clearway.obstacles import Shapes, shape_distance
+from clearway.rounded_box import box_distance, local_point, outward_normal
 from clearway.state import IntArray
 
 SMOOTH_PARTS = 64.0

@@ -13,13 +13,8 @@ from clearway.compiled import compiled
 from clearway.errors import ClearwayError
 from clearway.frames import FloatArray
 from clearway.grid import AvoidanceGrid
-from clearway.obstacles import (
-    Shapes,
-    box_distance,
-    local_vector,
-    outward_normal,
-    shape_distance,
-)
+from clearway.obstacles import Shapes, shape_distance
+from clearway.rounded_box import box_distance, local_vector, outward_normal
 from clearway.state import BoolArray, IntArray
 
 VolumeMode = Literal["fast", "reference"]

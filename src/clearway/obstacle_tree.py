@@ -12,7 +12,8 @@ import numpy as np
 
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
-from clearway.obstacles import Shapes, distance_beyond, ray_rounded_box, shape_distance
+from clearway.obstacles import Shapes, shape_distance
+from clearway.rounded_box import distance_beyond, ray_rounded_box
 from clearway.state import IntArray
 
 LEAF_SIZE = 4
