@@ -13,7 +13,7 @@ from clearway.encounter_model import (
     step_bins,
     values_of,
 )
-from clearway.encounter_model.network import parse_encounter_model
+from clearway.encounter_model.model_file import parse_encounter_model
 from clearway.errors import ClearwayError, InputError
 from clearway.units import FOOT_M, KNOT_MPS
 

@@ -1,12 +1,7 @@
 """Encounter models: Bayes networks of how aircraft fly, read from their files and sampled."""
 
-from clearway.encounter_model.network import (
-    EncounterModel,
-    Node,
-    Variable,
-    made_up_model,
-    read_encounter_model,
-)
+from clearway.encounter_model.model_file import made_up_model, read_encounter_model
+from clearway.encounter_model.network import EncounterModel, Node, Variable
 from clearway.encounter_model.sample import (
     Tracks,
     sample_initial,
