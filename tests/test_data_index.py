@@ -22,7 +22,7 @@ from clearway.io.maps import read_map
 from clearway.io.pointcloud import read_points
 from clearway.io.qgc_plan import read_plan
 from clearway.io.sequences import open_scans
-from clearway.io.terrain import read_terrain
+from clearway.io.terrain_file import read_terrain
 from clearway.io.traffic import read_traffic
 from clearway.io.ulog import read_ulog
 from clearway.io.waypoint_file import read_waypoints

@@ -226,7 +226,7 @@ def test_truncated_files_are_refused(data_dir, tmp_path, name, share):
 @pytest.mark.parametrize(
     ("name", "text", "cause"),
     [
-        ("a.map", "x", "valid suffixes: .csv, .dat, .json"),
+        ("a.map", "x", "valid suffixes: .csv, .tsv, .dat, .json"),
         ("a.json", "[1]", "a JSON object is needed"),
         ("a.json", '{"type": "Topology"}', "no known map format"),
         ("a.json", '{"type": "CityJSON", "vertices": [[NaN, 0, 0]]}', "NaN is no number"),

@@ -33,6 +33,8 @@ GROUND_TYPES = (
     "Waterway",
 )
 """Kinds of objects that are the ground: a terrain file serves for that."""
+SURFACES = ("Solid", "MultiSolid", "CompositeSolid", "MultiSurface", "CompositeSurface")
+"""Kinds of geometry that are read; points, lines and instances of templates are not."""
 STEP_M = 2.0
 """Surfaces whose heights differ by less share a top."""
 STANDS_M = 1.0
@@ -45,8 +47,10 @@ NO_AREA_M2 = 1e-4
 
 
 class Transform(Foreign):
-    scale: tuple[float, float, float]
-    translate: tuple[float, float, float]
+    """Of the integers that vertices are stored as; version 1.0 need not have it."""
+
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    translate: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Geometry(Foreign):
@@ -65,7 +69,7 @@ class Metadata(Foreign):
 
 
 class CityFile(Foreign):
-    transform: Transform
+    transform: Transform = Transform()
     CityObjects: dict[str, CityObject]
     vertices: list[tuple[float, float, float]]
     metadata: Metadata = Metadata()
@@ -89,6 +93,7 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
         )
     vertices = np.array(city.vertices, dtype=np.float64).reshape(-1, 3)
     vertices = vertices * city.transform.scale + city.transform.translate
+    vertices[:, 2] *= place.up_m or 1.0
     features: list[MapFeature] = []
     counts: dict[str, int] = {}
     for name, part in city.CityObjects.items():
@@ -114,6 +119,9 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
 def _why_none(part: CityObject) -> str:
     if not any(geometry.boundaries for geometry in part.geometry):
         return f"{part.type}: no geometry of its own"
+    kinds = {geometry.type for geometry in part.geometry}
+    if kinds.isdisjoint(SURFACES):
+        return f"{part.type}: {', '.join(sorted(kinds))} instead of surfaces"
     return f"{part.type}: no higher than {STANDS_M:g} m above its lowest point"
 
 
@@ -121,7 +129,7 @@ def _features(
     path: Path, name: str, part: CityObject, vertices: FloatArray, place: Projection
 ) -> list[MapFeature]:
     """Outlines of one object, each with its top."""
-    geometries = [geometry for geometry in part.geometry if geometry.boundaries]
+    geometries = [one for one in part.geometry if one.boundaries and one.type in SURFACES]
     if not geometries:
         return []
     fine = [geometry for geometry in geometries if geometry.lod <= FINEST_LOD]

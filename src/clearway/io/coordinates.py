@@ -17,6 +17,12 @@ class Projection(NamedTuple):
     name: str
     unit: str
     """Of x and y, as pyproj calls it: metre, foot, degree ..."""
+    across_m: float | None
+    """Metres of that unit; None where it is an angle."""
+    up_m: float | None
+    """Metres of the unit of heights; None where the system has none."""
+    ellipsoidal: bool
+    """Whether heights are above the ellipsoid."""
     to_geographic: Any
     """pyproj's transformer from x, y to longitude, latitude."""
 
@@ -44,4 +50,12 @@ def projection(path: Path, stated: object) -> Projection:
         raise InputError(
             str(path), f"its coordinate reference system {stated!r} is not known: {cause}"
         ) from cause
-    return Projection(str(crs.name), str(horizontal.axis_info[0].unit_name), transformer)
+    axes = crs.axis_info
+    return Projection(
+        str(crs.name),
+        str(axes[0].unit_name),
+        None if horizontal.is_geographic else float(axes[0].unit_conversion_factor),
+        float(axes[2].unit_conversion_factor) if len(axes) > 2 else None,
+        len(axes) > 2 and not crs.is_compound,
+        transformer,
+    )

@@ -14,7 +14,10 @@ from clearway.io.foreign import read_text
 from clearway.io.map_features import Disc, Height, MapFeature, ParsedMap
 from clearway.units import FOOT_M, NAUTICAL_MILE_M
 
-RECORD = re.compile(r"\d{2}-\d{6}")
+RECORD = re.compile(r"[0-9A-Z]{2}-\d{6}")
+"""States have numbers, other countries letters."""
+HEADER = re.compile(r"\s*CURRENCY DATE|\s*LATITUDE\s+LONGITUDE|OAS#|\s{20}|-{20}")
+"""Lines above the records, which stand in the midst where files were put together."""
 LEAST_COLUMNS = 127
 HORIZONTAL_M = {
     "1": 20 * FOOT_M,
@@ -51,8 +54,10 @@ def read_faa_obstacles(path: Path, radius_m: float) -> ParsedMap:
     problems: list[str] = []
     counts: dict[str, int] = {}
     unknown = 0
-    for line, record in enumerate(read_text(path).splitlines(), start=1):
+    for line, record in enumerate(read_text(path, western=True).splitlines(), start=1):
         if not record.strip() or not (RECORD.match(record) or features or counts):
+            continue
+        if HEADER.match(record):
             continue
         try:
             if not RECORD.match(record) or len(record) < LEAST_COLUMNS:
@@ -72,19 +77,24 @@ def read_faa_obstacles(path: Path, radius_m: float) -> ParsedMap:
             "no record of a digital obstacle file in it; "
             "valid: 128 columns that begin with a number such as 01-001307",
         )
-    notes = [
-        f"no radius in the file: {radius_m:g} m assumed, plus the stated horizontal accuracy; "
-        "tops are raised by the vertical one"
-    ]
-    if unknown:
-        notes.append(f"{unknown} records state no accuracy: not grown by it")
     return ParsedMap(
         kind="FAA digital obstacle file",
         crs="WGS 84 latitude and longitude",
         features=tuple(features),
         counts=counts,
-        notes=tuple(notes),
+        notes=notes_of(radius_m, unknown),
     )
+
+
+def notes_of(radius_m: float, unknown: int) -> tuple[str, ...]:
+    """What was assumed; unknown: records that state no accuracy."""
+    note = (
+        f"no radius in the file: {radius_m:g} m assumed, plus the stated horizontal accuracy; "
+        "tops are raised by the vertical one"
+    )
+    if not unknown:
+        return (note,)
+    return (note, f"{unknown} records state no accuracy: not grown by it")
 
 
 def _feature(record: str, radius_m: float) -> MapFeature:
@@ -92,15 +102,28 @@ def _feature(record: str, radius_m: float) -> MapFeature:
     longitude = _angle(record[48:51], record[52:54], record[55:60], record[60], "EW", 180.0)
     above_ground = _number("height above ground", record[83:88]) * FOOT_M
     top = _number("height above sea level", record[89:94]) * FOOT_M
+    name = f"{record[0:9]} {record[62:80].strip()}, {record[18:34].strip()}"
+    accuracy = (record[97], record[99])
+    return grown(name, (latitude, longitude), (above_ground, top), accuracy, radius_m)
+
+
+def grown(
+    name: str,
+    place_deg: tuple[float, float],
+    heights_m: tuple[float, float],
+    accuracy: tuple[str, str],
+    radius_m: float,
+) -> MapFeature:
+    """An obstacle grown by its accuracy codes (across, up); heights above ground and sea level."""
+    above_ground, top = heights_m
     if above_ground <= 0.0:
         raise ValueError(f"height above ground {above_ground / FOOT_M:g} ft is not above 0")
-    radius = radius_m + HORIZONTAL_M.get(record[97], 0.0)
-    name = f"{record[0:9]} {record[62:80].strip()}, {record[18:34].strip()}"
+    across, up = accuracy
     return MapFeature(
         name,
-        Disc(latitude, longitude, radius),
+        Disc(*place_deg, radius_m + HORIZONTAL_M.get(across, 0.0)),
         Height(top - above_ground, "sea level"),
-        Height(top + VERTICAL_M.get(record[99], 0.0), "sea level"),
+        Height(top + VERTICAL_M.get(up, 0.0), "sea level"),
     )
 
 

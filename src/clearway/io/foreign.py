@@ -19,12 +19,18 @@ class Foreign(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
 
-def read_text(path: Path) -> str:
-    """The file as text; InputError where it cannot be read, is empty or is no text."""
+def read_text(path: Path, western: bool = False) -> str:
+    """The file as text; InputError where it cannot be read, is empty or is no text.
+
+    western: take what is not UTF-8 as Windows-1252, which tables of names often are.
+    """
+    with naming(path, "read"):
+        content = path.read_bytes()
     try:
-        with naming(path, "read"):
-            text = path.read_bytes().decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError as cause:
+        if western and b"\0" not in content:
+            return content.decode("cp1252", "replace")
         raise InputError(str(path), f"no text: byte {cause.start} is not UTF-8") from cause
     if not text.strip():
         raise InputError(str(path), f"the file is empty ({path.stat().st_size} bytes)")

@@ -116,7 +116,7 @@ class Volume(Foreign):
 
 class OldZone(Foreign):
     identifier: str = ""
-    name: str = ""
+    name: str | None = None
     restriction: str
     applicability: tuple[Applicability, ...] | None = None
     geometry: tuple[Volume, ...]
@@ -124,6 +124,15 @@ class OldZone(Foreign):
 
 class Ed269(Foreign):
     UASZoneList: tuple[OldZone, ...]
+
+
+def is_ed269(data: Mapping[str, Any]) -> bool:
+    """Whether an object has zones of ED-269: a list of them, or features that are no GeoJSON."""
+    features = data.get("features")
+    return "UASZoneList" in data or (
+        isinstance(features, list)
+        and any(isinstance(part, dict) and "restriction" in part for part in features)
+    )
 
 
 def is_ed318(data: Mapping[str, Any]) -> bool:
@@ -163,7 +172,8 @@ def read_ed318(path: Path, data: Mapping[str, Any]) -> ParsedMap:
 def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
     """Zones of an ED-269 file with limits and times; InputError with every zone that has none."""
     zones, problems = [], []
-    for number, part in enumerate(parse_model(str(path), data, Ed269).UASZoneList):
+    listed = data if "UASZoneList" in data else {"UASZoneList": data["features"]}
+    for number, part in enumerate(parse_model(str(path), listed, Ed269).UASZoneList):
         name = part.name or part.identifier
         try:
             features = tuple(_volume(volume, name) for volume in part.geometry)
@@ -206,17 +216,20 @@ def _layers(geometry: Geometry, name: str) -> tuple[MapFeature, ...]:
     low, high = _limits(
         (layer.lower, layer.lowerReference), (layer.upper, layer.upperReference), layer.uom
     )
-    outline: Disc | Polygon
+    outlines: list[Disc | Polygon]
     if geometry.type == "Point" and geometry.extent is not None:
-        outline = Disc(*position_of(geometry.coordinates), _radius(geometry.extent.radius))
+        radius = _radius(geometry.extent.radius)
+        outlines = [Disc(*position_of(geometry.coordinates), radius)]
     elif geometry.type == "Polygon":
-        outline = Polygon(rings_of(geometry.coordinates))
+        outlines = [Polygon(rings_of(geometry.coordinates))]
+    elif geometry.type == "MultiPolygon" and isinstance(geometry.coordinates, list):
+        outlines = [Polygon(rings_of(part)) for part in geometry.coordinates]
     else:
         raise ValueError(
-            f"geometry of type {geometry.type}; valid: Polygon, Point with a circle as extent, "
-            "GeometryCollection of these"
+            f"geometry of type {geometry.type}; valid: Polygon, MultiPolygon, Point with a circle "
+            "as extent, GeometryCollection of these"
         )
-    return (MapFeature(name, outline, low, high),)
+    return tuple(MapFeature(name, outline, low, high) for outline in outlines)
 
 
 def _volume(volume: Volume, name: str) -> MapFeature:

@@ -95,15 +95,16 @@ def read_maps(
 ) -> tuple[MapFile, ...]:
     """Map files of known formats in one local frame; the suffix and the content tell which.
 
-    origin: latitude, longitude, height above sea level; by default amid the first file's places, at
-    its lowest ground. A terrain among the files is the ground that heights of the others are
-    above. bounds_m: lowest and highest x, y; what lies beyond is left out and counted.
+    origin: latitude, longitude, height above sea level; by default amid the places of the first
+    file that has any, at its lowest ground. A terrain among the files is the ground that heights of
+    the others are above. bounds_m: lowest and highest x, y; what lies beyond is left out and
+    counted.
     Raises InputError when a file is absent, empty, truncated or of no known format, and
     MissingExtraError when the package that reads it is not installed.
     """
     parsed = [_parse(Path(path), point_radius_m) for path in paths]
     ground = next((one.terrain for one in parsed if one.terrain is not None), None)
-    place = Place(origin or _middle(parsed[0]), ground, bounds_m)
+    place = Place(origin or _middle(paths, parsed), ground, bounds_m)
     return tuple(_placed(str(path), one, place) for path, one in zip(paths, parsed, strict=True))
 
 
@@ -119,18 +120,25 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
     return reader(path, radius_m)
 
 
-def _middle(parsed: ParsedMap) -> Geodetic:
+def _middle(paths: Sequence[str | Path], maps: Sequence[ParsedMap]) -> Geodetic:
     """Where a local frame begins by default: amid a file's places, at its lowest ground."""
-    features = [*parsed.features, *(one for zone in parsed.zones for one in zone.features)]
-    heights = [part.low.value_m for part in features if part.low.above == "sea level"]
-    if parsed.terrain is not None:
-        latitude, longitude = parsed.terrain.extent().mean(axis=0)
-        return Geodetic(
-            float(latitude), float(longitude), float(np.nanmin(parsed.terrain.height_m))
-        )
-    places = np.concatenate([_places(feature) for feature in features])
-    latitude, longitude = np.median(places, axis=0)
-    return Geodetic(float(latitude), float(longitude), min(heights, default=0.0))
+    for parsed in maps:
+        if parsed.terrain is not None:
+            latitude, longitude = parsed.terrain.extent().mean(axis=0)
+            lowest = float(np.nanmin(parsed.terrain.height_m))
+            return Geodetic(float(latitude), float(longitude), lowest)
+        features = [*parsed.features, *(one for zone in parsed.zones for one in zone.features)]
+        if features:
+            heights = [part.low.value_m for part in features if part.low.above == "sea level"]
+            places = np.concatenate([_places(feature) for feature in features])
+            latitude, longitude = np.median(places, axis=0)
+            return Geodetic(float(latitude), float(longitude), min(heights, default=0.0))
+    counts = (f"{count} {reason}" for one in maps for reason, count in one.counts.items())
+    raise InputError(
+        ", ".join(map(str, paths)),
+        f"nothing to keep clear of in it (left out: {', '.join(counts) or 'nothing'}), so no place "
+        "for the origin; valid: an origin (--origin, origin_geodetic)",
+    )
 
 
 def _places(feature: MapFeature) -> FloatArray:

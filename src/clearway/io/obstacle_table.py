@@ -3,25 +3,48 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from clearway.errors import InputError
+from clearway.io.faa_table import is_faa_table, read_faa_table
 from clearway.io.foreign import read_text
 from clearway.io.map_features import Disc, Height, MapFeature, ParsedMap
+from clearway.units import FOOT_M
 
 COLUMNS: Mapping[str, tuple[str, ...]] = {
-    "latitude": ("lat", "latitude", "latitude_deg", "lat_deg"),
-    "longitude": ("lon", "lng", "longitude", "longitude_deg", "lon_deg"),
-    "height": ("h", "height", "height_m", "agl", "agl_m"),
-    "top": ("z", "top", "top_m", "amsl", "amsl_m", "elevation"),
-    "ground": ("gnd_elev", "ground", "ground_m", "ground_elevation"),
-    "radius": ("radius", "radius_m"),
+    "latitude": ("lat", "latitude"),
+    "longitude": ("lon", "lng", "long", "longitude"),
+    "height": ("h", "height", "agl"),
+    "top": ("z", "top", "amsl", "elevation"),
+    "ground": ("gnd_elev", "ground", "ground_elevation"),
+    "radius": ("radius",),
     "name": ("name", "lac_name", "obstacle_name"),
     "id": ("id", "identifier", "oas"),
 }
-"""Names of columns, in small letters, by what they mean; metres and degrees throughout."""
+"""Names of columns, in small letters and without a unit, by what they mean."""
+LENGTHS = ("height", "top", "ground", "radius")
+UNITS: Mapping[str, float] = {
+    "m": 1.0, "metres": 1.0, "meters": 1.0, "deg": 1.0, "degrees": 1.0,
+    "ft": FOOT_M, "feet": FOOT_M,
+}  # fmt: skip
+UNIT = re.compile(rf"[\s_]*(?:[(\[]\s*|[\s_])({'|'.join(UNITS)})\s*[)\]]?$")
+"""At the end of a name: `height_ft`, `Height (ft)`, `height [m]`."""
+
+
+DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d+),(\d+\s*)$")
+
+
+class Column(NamedTuple):
+    """Where a column stands, and what its numbers are in."""
+
+    place: int
+    metres: float
+    """Of its unit; 1 for degrees."""
+    stated: bool
+    """Whether its name says the unit."""
 
 
 class Row(NamedTuple):
@@ -34,16 +57,17 @@ class Row(NamedTuple):
 def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
     """Upright obstacles of a table with columns for latitude, longitude and height or top.
 
-    radius_m: what is assumed where the table has no radius. Heights above sea level are taken
-    where the table has them, else heights above ground. Raises InputError with every bad line.
+    Degrees, and metres unless the name of a column says feet. radius_m: what is assumed where the
+    table has no radius. Heights above sea level are taken where the table has them, else heights
+    above ground. Raises InputError with every bad line.
     """
-    text = read_text(path)
-    first = text.splitlines()[0]
-    delimiter = max(",;\t", key=first.count)
-    rows = list(csv.reader(text.splitlines(), delimiter=delimiter))
-    columns = _columns(path, [name.strip().lower() for name in rows[0]])
+    first, rows = _rows(read_text(path, western=True))
+    names = [name.strip().lower() for name in rows[0]]
+    if is_faa_table(names):
+        return read_faa_table(path, rows, radius_m)
+    columns = _columns(path, first, names)
     parsed, problems, no_height = [], [], 0
-    for line, row in enumerate(rows[1:], start=2):
+    for line, row in enumerate(rows[1:], start=first + 1):
         if not any(cell.strip() for cell in row):
             continue
         try:
@@ -68,13 +92,32 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
     )
 
 
-def _columns(path: Path, header: list[str]) -> dict[str, int]:
-    """Where each meaning stands in a row."""
-    columns: dict[str, int] = {}
+def _rows(text: str) -> tuple[int, list[list[str]]]:
+    """Line of the header, and cells of it and of the rows below; commas may be decimal signs."""
+    lines = text.splitlines()
+    first = next((n for n, line in enumerate(lines) if _begins(line)), 0)
+    delimiter = max(",;\t", key=lines[first].count)
+    rows = list(csv.reader(lines[first:], delimiter=delimiter))
+    if delimiter != ",":
+        rows[1:] = [[DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row] for row in rows[1:]]
+    return first + 1, rows
+
+
+def _begins(line: str) -> bool:
+    """Whether a table can begin here: neither blank nor a comment."""
+    return bool(line.strip(" \t,;")) and not line.startswith("#")
+
+
+def _columns(path: Path, line: int, header: list[str]) -> dict[str, Column]:
+    """Where each meaning stands in a row, and in what unit."""
+    plain = [UNIT.sub("", name).replace(" ", "_") for name in header]
+    columns: dict[str, Column] = {}
     for meaning, names in COLUMNS.items():
-        found = [header.index(name) for name in names if name in header]
+        found = [plain.index(name) for name in names if name in plain]
         if found:
-            columns[meaning] = found[0]
+            unit = UNIT.search(header[found[0]])
+            metres = UNITS[unit[1]] if unit is not None else 1.0
+            columns[meaning] = Column(found[0], metres, unit is not None)
     missing = [name for name in ("latitude", "longitude") if name not in columns]
     if "height" not in columns and "top" not in columns:
         missing.append("height or top")
@@ -85,22 +128,22 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
         )
         raise InputError(
             str(path),
-            f"line 1: no column for {', '.join(missing)} among {', '.join(header)[:200]}; "
-            f"valid names: {wanted}",
+            f"line {line}: no column for {', '.join(missing)} among {', '.join(header)[:200]}; "
+            f"valid names: {wanted}, with a unit (m, ft) after it or not",
         )
     return columns
 
 
-def _row(line: int, row: list[str], columns: Mapping[str, int], width: int) -> Row:
+def _row(line: int, row: list[str], columns: Mapping[str, Column], width: int) -> Row:
     if len(row) < width:
         raise ValueError(f"{len(row)} of {width} columns: truncated?")
     values = {}
-    for meaning, index in columns.items():
-        cell = row[index].strip()
+    for meaning, column in columns.items():
+        cell = row[column.place].strip()
         if meaning in ("name", "id") or not cell:
             continue
         try:
-            values[meaning] = float(cell)
+            values[meaning] = float(cell) * column.metres
         except ValueError:
             raise ValueError(f"{meaning} is no number: {cell!r}") from None
         if not abs(values[meaning]) < 1e6:
@@ -112,7 +155,9 @@ def _row(line: int, row: list[str], columns: Mapping[str, int], width: int) -> R
             raise ValueError(f"{meaning} {values[meaning]:g} is not within +-{limit:g} degrees")
     if values.get("height", 1.0) <= 0.0:
         raise ValueError(f"height {values['height']:g} is not above 0")
-    names = [row[columns[key]].strip() for key in ("name", "id") if key in columns]
+    if values.get("radius", 1.0) <= 0.0:
+        raise ValueError(f"radius {values['radius']:g} is not above 0")
+    names = [row[columns[key].place].strip() for key in ("name", "id") if key in columns]
     return Row(values, next((name for name in names if name), f"line {line}"))
 
 
@@ -130,8 +175,10 @@ def _feature(row: Row, radius_m: float) -> MapFeature:
     return MapFeature(row.name, outline, Height(0.0, "ground"), top)
 
 
-def _notes(columns: Mapping[str, int], radius_m: float) -> tuple[str, ...]:
+def _notes(columns: Mapping[str, Column], radius_m: float) -> tuple[str, ...]:
     notes = []
+    if not any(columns[name].stated for name in LENGTHS if name in columns):
+        notes.append("no unit of heights in the file: metres assumed")
     if "radius" not in columns:
         notes.append(f"no radius in the file: {radius_m:g} m assumed around each point")
     if "top" in columns:

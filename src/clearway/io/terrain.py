@@ -1,4 +1,4 @@
-"""Terrain rasters (GeoTIFF) through rasterio: heights of the ground, and a floor of blocks.
+"""Heights of the ground on an even grid of places, and a floor of blocks.
 
 The ground between samples is what lies between them, so a block holds the highest sample within
 it and around it: the floor is never below the terrain.
@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from clearway.errors import InputError, MissingExtraError
 from clearway.frames import FloatArray
-from clearway.io.coordinates import Projection, projection
-from clearway.io.map_features import ParsedMap
+from clearway.io.coordinates import Projection
 
 MOST_BLOCKS = 4_000
 FINEST_RELIEF_M = 1.0
@@ -90,60 +87,6 @@ class Terrain:
         highest = _highest_around(self.height_m)
         blocks = _halved(self.height_m, highest, rows, columns)
         return blocks, _lift(self.height_m, blocks)
-
-
-def read_terrain(path: Path) -> ParsedMap:
-    """Heights of a single-band raster whose rows and columns run along its reference system.
-
-    Raises InputError when it is damaged, truncated, not georeferenced or turned; MissingExtraError
-    without rasterio.
-    """
-    try:
-        import rasterio
-        from pyproj import Transformer
-        from rasterio.errors import RasterioError
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {path}", "map") from cause
-    try:
-        with rasterio.open(path) as raster:
-            affine, crs, nodata = raster.transform, raster.crs, raster.nodata
-            heights = raster.read(1).astype(np.float64)
-    except (RasterioError, ValueError, IndexError, MemoryError) as cause:
-        reason = " ".join(str(cause.__cause__ or cause).split())
-        raise InputError(
-            str(path), f"damaged or truncated, or no raster ({reason[:160]})"
-        ) from cause
-    if crs is None or affine.b or affine.d or min(heights.shape) < 2:
-        raise InputError(
-            str(path),
-            "a terrain needs a coordinate reference system, at least 2 x 2 samples, and rows and "
-            f"columns along its axes; it has {heights.shape[0]} x {heights.shape[1]} samples, "
-            f"reference system {crs}, transform {tuple(affine)[:6]}",
-        )
-    if nodata is not None:
-        heights[heights == nodata] = np.nan
-    heights[~np.isfinite(heights)] = np.nan
-    x = affine.c + affine.a * (np.arange(heights.shape[1]) + 0.5)
-    y = affine.f + affine.e * (np.arange(heights.shape[0]) + 0.5)
-    flip = np.s_[:: (1 if affine.e > 0 else -1), :: (1 if affine.a > 0 else -1)]
-    place = projection(path, crs.to_wkt())
-    empty = int(np.isnan(heights).sum())
-    if empty == heights.size:
-        raise InputError(str(path), "no sample with a height in it")
-    terrain = Terrain(
-        np.ascontiguousarray(heights[flip]),
-        np.sort(x),
-        np.sort(y),
-        place,
-        Transformer.from_crs("EPSG:4326", crs.to_wkt(), always_xy=True),
-        path.name,
-    )
-    return ParsedMap(
-        kind=f"terrain raster of {heights.shape[1]} x {heights.shape[0]} samples",
-        crs=place.name,
-        terrain=terrain,
-        counts={"sample without data": empty} if empty else {},
-    )
 
 
 def _around(samples: FloatArray, places: FloatArray) -> tuple[int, int] | None:
