@@ -47,10 +47,10 @@ NO_AREA_M2 = 1e-4
 
 
 class Transform(Foreign):
-    """Of the integers that vertices are stored as; version 1.0 need not have it."""
+    """Of the integers that vertices are stored as."""
 
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    translate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    scale: tuple[float, float, float]
+    translate: tuple[float, float, float]
 
 
 class Geometry(Foreign):
@@ -69,7 +69,8 @@ class Metadata(Foreign):
 
 
 class CityFile(Foreign):
-    transform: Transform = Transform()
+    transform: Transform = Transform(scale=(1.0, 1.0, 1.0), translate=(0.0, 0.0, 0.0))
+    """Version 1.0 need not have it."""
     CityObjects: dict[str, CityObject]
     vertices: list[tuple[float, float, float]]
     metadata: Metadata = Metadata()
