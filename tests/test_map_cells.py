@@ -18,7 +18,7 @@ from clearway.obstacle_map import ObstacleMap
 from clearway.obstacles import Obstacle, local_distance, shapes_of
 
 GRID = AvoidanceGrid.uniform()
-TOLERANCE = {"fast": (0.03, 0.004), "reference": (1e-5, 1e-6)}
+TOLERANCE = {"fast": (0.03, 0.004), "fine": (0.005, 0.001), "reference": (1e-5, 1e-6)}
 QUARTER = np.pi / 2
 
 KNOWN = {
@@ -76,7 +76,7 @@ def random_obstacles(seed: int, count: int) -> list[Obstacle]:
     return obstacles
 
 
-@pytest.mark.parametrize("mode", ["fast", "reference"])
+@pytest.mark.parametrize("mode", ["fast", "fine", "reference"])
 @pytest.mark.parametrize("case", KNOWN)
 def test_known_answers(case: str, mode: VolumeMode, known_answers: dict[str, Any]) -> None:
     expected = np.array(known_answers["map_base_probability"][case]["P_OM_B"]).ravel()
@@ -125,6 +125,16 @@ def test_fast_is_within_its_tolerance_of_the_reference_in_random_worlds(seed: in
     error = np.abs(base_probability(shapes, grid) - base_probability(shapes, grid, "reference"))
     assert error.max() <= 0.03
     assert error.mean() <= 0.004
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_fine_is_near_the_reference_with_few_large_cells_too(seed: int) -> None:
+    grid = (GRID, AvoidanceGrid.uniform(10.0, 1, 45.0, 3, 30.0, 2))[seed % 2]
+    shapes = shapes_of(random_obstacles(seed, 5))
+    fine = base_probability(shapes, grid, "fine")
+    error = np.abs(fine - base_probability(shapes, grid, "reference"))
+    assert error.max() <= 0.005
+    assert error.mean() <= 0.001
 
 
 def test_a_union_counts_what_overlaps_once() -> None:

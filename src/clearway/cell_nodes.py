@@ -37,8 +37,8 @@ class CellNodes(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def cell_nodes(grid: AvoidanceGrid) -> CellNodes:
-    """The nodes of each cell, some 100 of them, as nearly cubes as the cell allows."""
+def cell_nodes(grid: AvoidanceGrid, per_cell: int = NODES_PER_CELL) -> CellNodes:
+    """The nodes of each cell, about so many of them, as nearly cubes as the cell allows."""
     ranges, azimuths, elevations = grid.edges
     center, radius, counts = [], [], []
     for low, high in itertools.pairwise(ranges):
@@ -48,16 +48,18 @@ def cell_nodes(grid: AvoidanceGrid) -> CellNodes:
                 center.append((cell.x, cell.y, cell.z))
                 radius.append(cell.radius)
                 middle = 0.5 * (low + high) / high
-                counts.append(_parts_along(cell.out, cell.across * middle, cell.up * middle))
+                counts.append(
+                    _parts_along(per_cell, cell.out, cell.across * middle, cell.up * middle)
+                )
     parts = np.array(counts, dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(parts.prod(axis=1))]).astype(np.int64)
     nodes = _cut_cells(ranges, azimuths, elevations, parts, first)
     return CellNodes(np.array(center), np.array(radius), first, *nodes)
 
 
-def _parts_along(*extents_m: float) -> list[int]:
+def _parts_along(per_cell: int, *extents_m: float) -> list[int]:
     """In how many near-cubes to cut a cell along distance, azimuth and elevation."""
-    width = (np.prod(extents_m) / NODES_PER_CELL) ** (1.0 / 3.0)
+    width = (np.prod(extents_m) / per_cell) ** (1.0 / 3.0)
     return [max(2 if extent > 0.5 * width else 1, round(extent / width)) for extent in extents_m]
 
 

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from clearway.cell_nodes import CellNodes, cell_nodes
+from clearway.cell_nodes import NODES_PER_CELL, CellNodes, cell_nodes
 from clearway.cell_share import blurred_share
 from clearway.cell_volume import union_shares
 from clearway.compiled import compiled
@@ -17,8 +17,12 @@ from clearway.obstacles import Shapes, shape_distance
 from clearway.rounded_box import box_distance, local_vector, outward_normal
 from clearway.state import BoolArray, IntArray
 
-VolumeMode = Literal["fast", "reference"]
-"""Fast: within 0.03 in each cell and 0.004 on average. Reference: within 1e-5, in a second."""
+VolumeMode = Literal["fast", "fine", "reference"]
+"""Fast: within 0.03 in each cell and 0.004 on average. Fine: within 0.005 and 0.001, with few and
+large cells too, in some milliseconds. Reference: within 1e-5, in a second."""
+
+FINE_NODES, FINE_NODES_IN_ALL = 2_000, 350_000
+"""Parts of a cell in fine mode, and of the grid; as many as in fast mode at least."""
 
 
 def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fast") -> FloatArray:
@@ -28,6 +32,9 @@ def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fa
     """
     if mode == "fast":
         return _blurred_shares(shapes, cell_nodes(grid))
+    if mode == "fine":
+        per_cell = max(NODES_PER_CELL, min(FINE_NODES, FINE_NODES_IN_ALL // grid.cells))
+        return _blurred_shares(shapes, cell_nodes(grid, per_cell))
     if mode == "reference":
         return union_shares(shapes, grid.edges)
     raise ClearwayError(f"volume mode {mode!r} is none of {', '.join(get_args(VolumeMode))}")

@@ -235,7 +235,7 @@ def _evidence(
     )
     evidence = replace(
         Evidence.free(grid),
-        map_base=base_probability(shapes, grid),
+        map_base=base_probability(shapes, grid, "fine"),
         coated=coated_by_map(shapes, grid, margin),
     )
     if intruders:
