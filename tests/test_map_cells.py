@@ -199,7 +199,7 @@ def test_a_covered_grid_is_full() -> None:
 
 
 def test_an_unknown_mode_is_named() -> None:
-    with pytest.raises(ClearwayError, match="fast, reference"):
+    with pytest.raises(ClearwayError, match="fast, fine, reference"):
         base_probability(shapes_of([]), GRID, "slow")  # type: ignore[arg-type]
 
 
