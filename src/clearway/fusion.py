@@ -197,13 +197,7 @@ def _rate(
     threshold: float,
 ) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, FloatArray, FloatArray]:
     nodes, cells = len(parent), len(cell_rating)
-    leaves = np.zeros(nodes, dtype=np.int64)
-    for n in range(nodes - 1, -1, -1):
-        if exit_kind[n] != 0:
-            leaves[n] += 1
-        if parent[n] >= 0:
-            leaves[parent[n]] += leaves[n]
-
+    leaves = _leaves_below(parent, exit_kind)
     rating = np.empty(nodes)
     own = np.empty(nodes)
     best = np.zeros(cells)
@@ -221,10 +215,34 @@ def _rate(
                 arriving[cell] += leaves[n]
         own[n] = product
         rating[n] = before * product
+    feasibility, share = _continuations(parent, exit_kind, leaves, own, threshold)
+    return rating, best, passed, arriving, feasibility, share
 
-    feasibility = np.zeros(nodes)
-    share = np.zeros(nodes)
-    for leaf in range(nodes):
+
+@compiled
+def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
+    """[nodes] complete trajectories through a node, its own end among them."""
+    leaves = np.zeros(len(parent), dtype=np.int64)
+    for n in range(len(parent) - 1, -1, -1):
+        if exit_kind[n] != 0:
+            leaves[n] += 1
+        if parent[n] >= 0:
+            leaves[parent[n]] += leaves[n]
+    return leaves
+
+
+@compiled
+def _continuations(
+    parent: IndexArray,
+    exit_kind: IndexArray,
+    leaves: IntArray,
+    own: FloatArray,
+    threshold: float,
+) -> tuple[FloatArray, FloatArray]:
+    """[nodes] best rating of the ways on from a node, and the share of them above the threshold."""
+    feasibility = np.zeros(len(parent))
+    share = np.zeros(len(parent))
+    for leaf in range(len(parent)):
         if exit_kind[leaf] == 0:
             continue
         n, product = leaf, 1.0
@@ -234,6 +252,6 @@ def _rate(
                 share[n] += 1.0
             product *= own[n]
             n = parent[n]
-    for n in range(nodes):
+    for n in range(len(parent)):
         share[n] /= max(leaves[n], 1)
-    return rating, best, passed, arriving, feasibility, share
+    return feasibility, share

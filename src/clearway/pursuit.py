@@ -66,23 +66,9 @@ def win_map(
     Raises InputError for numbers that cannot be, and for intruders as fast as the ownship, which
     cannot be outrun. progress: called after each encounter.
     """
+    _check(detected_at_m, accelerations_mps2, speeds, keep_m)
     automaton = automaton or MovementAutomaton.plane()
     own_mps = max(movement.speed_mps for movement in automaton.movements)
-    problems = [
-        f"accelerations: must be numbers >= 0, got {value}"
-        for value in accelerations_mps2
-        if not 0.0 <= value < math.inf
-    ]
-    problems += [
-        f"speeds: must be shares within (0, 1), got {value}"
-        for value in speeds
-        if not 0.0 < value < 1.0
-    ]
-    for name, length in (("detected_at_m", detected_at_m), ("keep_m", keep_m)):
-        if not 0.0 < length < math.inf:
-            problems.append(f"{name}: must be a number above 0, got {length}")
-    if problems:
-        raise InputError("win map", problems)
     exists = np.zeros((len(bearings_rad), len(speeds)), dtype=np.bool_)
     won = np.zeros((len(accelerations_mps2), *exists.shape), dtype=np.bool_)
     for b, bearing in enumerate(bearings_rad):
@@ -107,3 +93,26 @@ def win_map(
         exists,
         won,
     )
+
+
+def _check(
+    detected_at_m: float,
+    accelerations_mps2: Sequence[float],
+    speeds: Sequence[float],
+    keep_m: float,
+) -> None:
+    problems = [
+        f"accelerations: must be numbers >= 0, got {value}"
+        for value in accelerations_mps2
+        if not 0.0 <= value < math.inf
+    ]
+    problems += [
+        f"speeds: must be shares within (0, 1), got {value}"
+        for value in speeds
+        if not 0.0 < value < 1.0
+    ]
+    for name, length in (("detected_at_m", detected_at_m), ("keep_m", keep_m)):
+        if not 0.0 < length < math.inf:
+            problems.append(f"{name}: must be a number above 0, got {length}")
+    if problems:
+        raise InputError("win map", problems)

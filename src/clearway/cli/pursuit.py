@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from clearway.cli.report import print_json, say
+
+if TYPE_CHECKING:
+    from clearway.pursuit import WinMap
 
 
 def pursuit(
@@ -41,21 +44,28 @@ def pursuit(
             draw_win_map(result).savefig(scratch / "win-map.png")
         say(f"wrote win-map.png to {out}")
     if as_json:
-        print_json(
-            {
-                "detected_at_m": detected_at,
-                "keep_m": keep,
-                "bearings_deg": bearings_deg.tolist(),
-                "speeds": speeds,
-                "exists": result.exists.tolist(),
-                "accelerations_mps2": result.accelerations_mps2.tolist(),
-                "won": result.won.tolist(),
-                "share": result.share.tolist(),
-            }
-        )
-        return
+        print_json(_as_json(result, bearings_deg.tolist()))
+    else:
+        _print(result)
+
+
+def _as_json(result: WinMap, bearings_deg: list[float]) -> dict[str, Any]:
+    return {
+        "detected_at_m": result.detected_at_m,
+        "keep_m": result.keep_m,
+        "bearings_deg": bearings_deg,
+        "speeds": result.speeds.tolist(),
+        "exists": result.exists.tolist(),
+        "accelerations_mps2": result.accelerations_mps2.tolist(),
+        "won": result.won.tolist(),
+        "share": result.share.tolist(),
+    }
+
+
+def _print(result: WinMap) -> None:
     count = int(result.exists.sum())
-    print(f"{count} collision courses detected at {detected_at:g} m, {keep:g} m to keep")
+    distances = f"detected at {result.detected_at_m:g} m, {result.keep_m:g} m to keep"
+    print(f"{count} collision courses {distances}")
     for bound, share in zip(result.accelerations_mps2, result.share, strict=True):
         kind = "flies straight on" if bound == 0.0 else f"at most {bound:g} m/s2"
         print(f"{kind:20s} {100.0 * share:5.1f} % won for good")

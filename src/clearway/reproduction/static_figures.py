@@ -13,7 +13,9 @@ from clearway.reproduction.target import Exhibit, Findings, Measure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from clearway.fusion import CellAssessment
     from clearway.simulation import LoggedDecision
+    from clearway.state import BoolArray
 
 MISSION = "static-obstacles"
 BALLS = ("first", "second", "third")
@@ -133,65 +135,80 @@ def _whole(flight: Flight) -> Exhibit:
 
 def _assessments(flight: Flight, moment: int) -> tuple[Exhibit, ...]:
     entry = flight.run.decisions[moment]
-    decision = entry.flight.decision
-    grid = decision.cells.evidence.grid
-    reach, cells = decision.reach, decision.cells
+    when = f"first obstacle, {entry.flight.time_s:.1f} s"
+    return _reachability(entry, when), _obstacles(entry, when), _visibility(entry, when)
+
+
+def _reachability(entry: LoggedDecision, when: str) -> Exhibit:
+    reach, grid = entry.flight.decision.reach, entry.flight.decision.cells.evidence.grid
     low = reach.reachability < REACHABLE
     blocked = (reach.passed & low).reshape(grid.shape)
-    obstacle = (cells.obstacle > 0.01).reshape(grid.shape)
-    hidden = (cells.evidence.visibility < 0.99).reshape(grid.shape)
     half = grid.columns // 2
     right, left = int(blocked[:, :half].sum()), int(blocked[:, half + 1 :].sum())
-    rows = ", ".join(str(int(obstacle[:, :, row].sum())) for row in range(grid.rows)[::-1])
-    when = f"first obstacle, {entry.flight.time_s:.1f} s"
-    return (
-        Exhibit(
-            "Figure 6.18",
-            "reachability before the first obstacle",
-            Findings(
-                claim="Reachability is 0 or 1; the right part of all layers cannot be reached, and "
-                "ways of escape are on the left.",
-                ours=f"{int(blocked.sum())} cells with trajectories are rated below 0.5: {right} "
-                f"on the right, {left} on the left of the middle column.",
-                difference="Ratings are probabilities and take values between 0 and 1. On which "
-                "side the ways lie follows from how the vehicle stands to the obstacle by then.",
-                measures=(
-                    Measure("cells with a trajectory", int(reach.passed.sum())),
-                    Measure("of them reachable with 0.5 or more", int((reach.passed & ~low).sum())),
-                ),
+    return Exhibit(
+        "Figure 6.18",
+        "reachability before the first obstacle",
+        Findings(
+            claim="Reachability is 0 or 1; the right part of all layers cannot be reached, and "
+            "ways of escape are on the left.",
+            ours=f"{int(blocked.sum())} cells with trajectories are rated below 0.5: {right} "
+            f"on the right, {left} on the left of the middle column.",
+            difference="Ratings are probabilities and take values between 0 and 1. On which "
+            "side the ways lie follows from how the vehicle stands to the obstacle by then.",
+            measures=(
+                Measure("cells with a trajectory", int(reach.passed.sum())),
+                Measure("of them reachable with 0.5 or more", int((reach.passed & ~low).sum())),
             ),
-            partial(draw_moment, entry, "reachability", f"Figure 6.18: reachability, {when}"),
         ),
-        Exhibit(
-            "Figure 6.19",
-            "obstacle probability before the first obstacle",
-            Findings(
-                claim="Only the visible part of the obstacle counts: what lies behind is without "
-                "obstacle, and the bottom layer has very few cells.",
-                ours=f"{int(obstacle.sum())} cells have an obstacle, by layer from the top {rows}; "
-                f"behind them {int((hidden & ~obstacle).sum())} cells that are wholly or partly "
-                "hidden have none.",
-                difference="",
-                measures=(Measure("cells with obstacle probability", int(obstacle.sum())),),
-            ),
-            partial(draw_moment, entry, "obstacle", f"Figure 6.19: obstacles, {when}"),
-        ),
-        Exhibit(
-            "Figure 6.20",
-            "visibility before the first obstacle",
-            Findings(
-                claim="What is behind the obstacle cannot be seen.",
-                ours=f"{int(hidden.sum())} cells are hidden in part or whole, all of them behind "
-                "cells with hits.",
-                difference="",
-                measures=(
-                    Measure("cells hidden in part or whole", int(hidden.sum())),
-                    Measure("cells in full view", int((~hidden).sum())),
-                ),
-            ),
-            partial(draw_moment, entry, "visibility", f"Figure 6.20: visibility, {when}"),
-        ),
+        partial(draw_moment, entry, "reachability", f"Figure 6.18: reachability, {when}"),
     )
+
+
+def _obstacles(entry: LoggedDecision, when: str) -> Exhibit:
+    cells = entry.flight.decision.cells
+    grid = cells.evidence.grid
+    obstacle = (cells.obstacle > 0.01).reshape(grid.shape)
+    hidden = _hidden(cells)
+    rows = ", ".join(str(int(obstacle[:, :, row].sum())) for row in range(grid.rows)[::-1])
+    return Exhibit(
+        "Figure 6.19",
+        "obstacle probability before the first obstacle",
+        Findings(
+            claim="Only the visible part of the obstacle counts: what lies behind is without "
+            "obstacle, and the bottom layer has very few cells.",
+            ours=f"{int(obstacle.sum())} cells have an obstacle, by layer from the top {rows}; "
+            f"behind them {int((hidden & ~obstacle).sum())} cells that are wholly or partly "
+            "hidden have none.",
+            difference="",
+            measures=(Measure("cells with obstacle probability", int(obstacle.sum())),),
+        ),
+        partial(draw_moment, entry, "obstacle", f"Figure 6.19: obstacles, {when}"),
+    )
+
+
+def _visibility(entry: LoggedDecision, when: str) -> Exhibit:
+    hidden = _hidden(entry.flight.decision.cells)
+    return Exhibit(
+        "Figure 6.20",
+        "visibility before the first obstacle",
+        Findings(
+            claim="What is behind the obstacle cannot be seen.",
+            ours=f"{int(hidden.sum())} cells are hidden in part or whole, all of them behind "
+            "cells with hits.",
+            difference="",
+            measures=(
+                Measure("cells hidden in part or whole", int(hidden.sum())),
+                Measure("cells in full view", int((~hidden).sum())),
+            ),
+        ),
+        partial(draw_moment, entry, "visibility", f"Figure 6.20: visibility, {when}"),
+    )
+
+
+def _hidden(cells: CellAssessment) -> BoolArray:
+    """[layers, columns, rows] hidden in part or whole."""
+    hidden: BoolArray = (cells.evidence.visibility < 0.99).reshape(cells.evidence.grid.shape)
+    return hidden
 
 
 def _crash_distance(flight: Flight) -> Exhibit:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from clearway.metrics import IntruderDistances
-    from clearway.simulation import Run
+    from clearway.simulation import LoggedDecision, Run
 
 MISSION = "intruders"
 COLLIDING = "intruders-collision"
@@ -123,66 +123,72 @@ def _draw_view(flight: Flight, moment: int | None, title: str) -> Figure:
 
 def _assessments(flight: Flight, first: int) -> tuple[Exhibit, ...]:
     entry = flight.run.decisions[first]
-    decision = entry.flight.decision
-    cells, reach = decision.cells, decision.reach
-    grid = cells.evidence.grid
-    met = cells.evidence.intruder.reshape(grid.shape)
-    reached = np.where(reach.passed, reach.reachability, np.nan).reshape(grid.shape)
-    top_down = range(grid.rows)[::-1]
+    when = f"first intruder, {entry.flight.time_s:.1f} s"
+    return _obstacles(entry, when), _reachability(entry, when), _visibility(entry, when)
+
+
+def _obstacles(entry: LoggedDecision, when: str) -> Exhibit:
+    evidence = entry.flight.decision.cells.evidence
+    met = evidence.intruder.reshape(evidence.grid.shape)
+    top_down = range(evidence.grid.rows)[::-1]
     by_row = ", ".join(f"{int((met[:, :, row] > 0).sum())}" for row in top_down)
     largest = ", ".join(f"{met[:, :, row].max():.2f}" for row in top_down)
+    return Exhibit(
+        "Figure 6.25",
+        "obstacle probability at the first intruder",
+        Findings(
+            claim="Layer 3 holds the direct line, with 1, layers 2, 4 and 5 residues of the "
+            "cone, layer 4 of low probability; layer 1 is least impacted.",
+            ours=f"Cells met by layer from the top: {by_row}; largest {largest}.",
+            difference="Half a metre below the vehicle, line and cone meet the middle layer, "
+            "less of the one below and hardly any of the one above, and leave the outermost "
+            "free; the text tells of a wider cone.",
+            measures=(
+                Measure("cells met", int((met > 0).sum())),
+                Measure("largest", float(met.max()), 1.0, "paper", 1e-9),
+            ),
+        ),
+        partial(draw_moment, entry, "obstacle", f"Figure 6.25: obstacles, {when}"),
+    )
+
+
+def _reachability(entry: LoggedDecision, when: str) -> Exhibit:
+    reach, grid = entry.flight.decision.reach, entry.flight.decision.cells.evidence.grid
+    reached = np.where(reach.passed, reach.reachability, np.nan).reshape(grid.shape)
+    top_down = range(grid.rows)[::-1]
     least = ", ".join(f"{np.nanmin(reached[:, :, row]):.2f}" for row in top_down)
-    visibility = cells.evidence.visibility
-    when = f"first intruder, {entry.flight.time_s:.1f} s"
-    return (
-        Exhibit(
-            "Figure 6.25",
-            "obstacle probability at the first intruder",
-            Findings(
-                claim="Layer 3 holds the direct line, with 1, layers 2, 4 and 5 residues of the "
-                "cone, layer 4 of low probability; layer 1 is least impacted.",
-                ours=f"Cells met by layer from the top: {by_row}; largest {largest}.",
-                difference="Half a metre below the vehicle, line and cone meet the middle layer, "
-                "less of the one below and hardly any of the one above, and leave the outermost "
-                "free; the text tells of a wider cone.",
-                measures=(
-                    Measure("cells met", int((met > 0).sum())),
-                    Measure("largest", float(met.max()), 1.0, "paper", 1e-9),
-                ),
+    return Exhibit(
+        "Figure 6.26",
+        "reachability at the first intruder",
+        Findings(
+            claim="Layer 1 is reachable in its upper half, layer 2 partly, layer 3 is "
+            "completely blocked, layer 4 is like layer 2 and layer 5 has one reachable row.",
+            ours=f"Least reachability by layer from the top: {least}; "
+            f"{int(np.nansum(reached < 0.5))} of {int(reach.passed.sum())} cells with a "
+            "trajectory are below 0.5.",
+            difference="Far more stays reachable than the text says: without regard to time "
+            "the line blocks only cells on and behind it.",
+            measures=(
+                Measure("cells with a trajectory", int(reach.passed.sum())),
+                Measure("of them below 0.5", int(np.nansum(reached < 0.5))),
             ),
-            partial(draw_moment, entry, "obstacle", f"Figure 6.25: obstacles, {when}"),
         ),
-        Exhibit(
-            "Figure 6.26",
-            "reachability at the first intruder",
-            Findings(
-                claim="Layer 1 is reachable in its upper half, layer 2 partly, layer 3 is "
-                "completely blocked, layer 4 is like layer 2 and layer 5 has one reachable row.",
-                ours=f"Least reachability by layer from the top: {least}; "
-                f"{int(np.nansum(reached < 0.5))} of {int(reach.passed.sum())} cells with a "
-                "trajectory are below 0.5.",
-                difference="Far more stays reachable than the text says: without regard to time "
-                "the line blocks only cells on and behind it.",
-                measures=(
-                    Measure("cells with a trajectory", int(reach.passed.sum())),
-                    Measure("of them below 0.5", int(np.nansum(reached < 0.5))),
-                ),
-            ),
-            partial(draw_moment, entry, "reachability", f"Figure 6.26: reachability, {when}"),
+        partial(draw_moment, entry, "reachability", f"Figure 6.26: reachability, {when}"),
+    )
+
+
+def _visibility(entry: LoggedDecision, when: str) -> Exhibit:
+    visibility = entry.flight.decision.cells.evidence.visibility
+    return Exhibit(
+        "Figure 6.27",
+        "visibility at the first intruder",
+        Findings(
+            claim="1 for all cells, as nothing hinders the view.",
+            ours=f"{float(visibility.min()):g} at least.",
+            difference="",
+            measures=(Measure("least visibility", float(visibility.min()), 1.0, "paper", 1e-9),),
         ),
-        Exhibit(
-            "Figure 6.27",
-            "visibility at the first intruder",
-            Findings(
-                claim="1 for all cells, as nothing hinders the view.",
-                ours=f"{float(visibility.min()):g} at least.",
-                difference="",
-                measures=(
-                    Measure("least visibility", float(visibility.min()), 1.0, "paper", 1e-9),
-                ),
-            ),
-            partial(draw_moment, entry, "visibility", f"Figure 6.27: visibility, {when}"),
-        ),
+        partial(draw_moment, entry, "visibility", f"Figure 6.27: visibility, {when}"),
     )
 
 
