@@ -10,17 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.compiled import compiled
-from clearway.grid import BORDER_TOLERANCE, interval_of
+from clearway.grid import BORDER_TOLERANCE
 from clearway.intruders.borders import (
-    AZIMUTH,
-    AZIMUTH_COS,
-    AZIMUTH_SIN,
     CELL,
     COLUMN,
     COLUMN_CUT,
-    ELEVATION,
-    ELEVATION_COS,
-    ELEVATION_SIN,
     ENTRY,
     LAYER,
     LAYER_CUT,
@@ -31,6 +25,8 @@ from clearway.intruders.borders import (
     Borders,
     Pieces,
 )
+from clearway.intruders.column_cuts import column_cuts
+from clearway.intruders.row_cuts import row_cuts
 
 
 @compiled
@@ -69,8 +65,8 @@ def traverse(
     if end - start <= BORDER_TOLERANCE:
         return 0
     layers = _layer_cuts(distance2, start, end, borders, out)
-    columns = _column_cuts(closest, direction, start, end, borders, out)
-    rows = _row_cuts(closest, direction, distance2, start, end, borders, out)
+    columns = column_cuts(closest, direction, start, end, borders, out)
+    rows = row_cuts(closest, direction, distance2, start, end, borders, out)
     return _merge(start, end, passed, speed, layers, columns, rows, borders, out)
 
 
@@ -105,211 +101,6 @@ def _layer_cuts(distance2: float, start: float, end: float, borders: Borders, ou
             places[LAYER, count] = j
             count += 1
     return count
-
-
-@compiled
-def _column_cuts(
-    closest: tuple[float, float, float],
-    direction: tuple[float, float, float],
-    start: float,
-    end: float,
-    borders: Borders,
-    out: Pieces,
-) -> int:
-    """Vertical half-planes: the azimuth only rises, or only falls, by less than pi in all."""
-    cx, cy, _ = closest
-    ux, uy, _ = direction
-    moment = cx * uy - cy * ux
-    if moment * moment <= BORDER_TOLERANCE**2 * (ux * ux + uy * uy):
-        return _column_cuts_through_axis(closest, direction, start, end, borders, out)
-    columns = borders.columns
-    left = moment > 0.0
-    count = _half_planes(
-        left,
-        (cx + start * ux, cy + start * uy, start),
-        (cx + end * ux, cy + end * uy, end),
-        borders,
-        out,
-    )
-    out.times[COLUMN_CUT, 0] = start
-    if count == 1:
-        middle = 0.5 * (start + end)
-        azimuth = np.arctan2(cy + middle * uy, cx + middle * ux)
-        out.places[COLUMN, 0] = interval_of(azimuth, borders.table[AZIMUTH, : columns + 1])
-        return 1
-    out.places[COLUMN, 0] = out.places[COLUMN, 1] - 1 if left else out.places[COLUMN, 1] + 1
-    for n in range(count):
-        if borders.full_circle:
-            out.places[COLUMN, n] = out.places[COLUMN, n] % columns
-        elif out.places[COLUMN, n] == columns:
-            out.places[COLUMN, n] = -1
-    return count
-
-
-@compiled
-def _half_planes(
-    left: bool,
-    first: tuple[float, float, float],
-    last: tuple[float, float, float],
-    borders: Borders,
-    out: Pieces,
-) -> int:
-    """Cuts from the second on, in order; first and last are x, y and length of the line's ends."""
-    from_x, from_y, start = first
-    to_x, to_y, end = last
-    times, places = out.times, out.places
-    columns = borders.columns
-    # What gets no farther beyond an edge than its tolerance has not crossed it.
-    slack_before = BORDER_TOLERANCE * np.sqrt(from_x * from_x + from_y * from_y)
-    slack_after = BORDER_TOLERANCE * np.sqrt(to_x * to_x + to_y * to_y)
-    count = 1
-    for n in range(columns if borders.full_circle else columns + 1):
-        j = n if left else (columns - 1 - n if borders.full_circle else columns - n)
-        cosine, sine = borders.table[AZIMUTH_COS, j], borders.table[AZIMUTH_SIN, j]
-        before = from_y * cosine - from_x * sine
-        after = to_y * cosine - to_x * sine
-        # Crossed leftwards by a line that turns left, or rightwards by one that turns right:
-        # the other half of the same plane is crossed the other way.
-        turned = 1.0 if left else -1.0
-        if not (turned * before < -slack_before and turned * after > slack_after):
-            continue
-        cut = start + (end - start) * before / (before - after)
-        # Edges come in order of azimuth, which is the line's unless that passes behind.
-        place = count
-        while place > 1 and times[COLUMN_CUT, place - 1] > cut:
-            times[COLUMN_CUT, place] = times[COLUMN_CUT, place - 1]
-            places[COLUMN, place] = places[COLUMN, place - 1]
-            place -= 1
-        times[COLUMN_CUT, place] = cut
-        places[COLUMN, place] = j if left else j - 1
-        count += 1
-    return count
-
-
-@compiled
-def _column_cuts_through_axis(
-    closest: tuple[float, float, float],
-    direction: tuple[float, float, float],
-    start: float,
-    end: float,
-    borders: Borders,
-    out: Pieces,
-) -> int:
-    """A line in one vertical plane with the z axis: the azimuth turns round where it meets it."""
-    cx, cy, _ = closest
-    ux, uy, _ = direction
-    level2 = ux * ux + uy * uy
-    out.times[COLUMN_CUT, 0] = start
-    azimuth = borders.table[AZIMUTH, : borders.columns + 1]
-    if level2 == 0.0:
-        out.places[COLUMN, 0] = interval_of(np.arctan2(cy, cx), azimuth)
-        return 1
-    axis = -(cx * ux + cy * uy) / level2
-    if axis <= start or axis >= end:
-        sign = 1.0 if axis <= start else -1.0
-        out.places[COLUMN, 0] = interval_of(np.arctan2(sign * uy, sign * ux), azimuth)
-        return 1
-    out.places[COLUMN, 0] = interval_of(np.arctan2(-uy, -ux), azimuth)
-    out.times[COLUMN_CUT, 1] = axis
-    out.places[COLUMN, 1] = interval_of(np.arctan2(uy, ux), azimuth)
-    return 2
-
-
-@compiled
-def _row_cuts(
-    closest: tuple[float, float, float],
-    direction: tuple[float, float, float],
-    distance2: float,
-    start: float,
-    end: float,
-    borders: Borders,
-    out: Pieces,
-) -> int:
-    """Cones: along its great circle the line's elevation rises to a top and falls, or the reverse.
-
-    With c and u the unit vectors to the closest point and along the line, sin(elevation) =
-    c_z cos(psi) + u_z sin(psi) at the length |closest| tan(psi).
-    """
-    uz = direction[2]
-    out.times[ROW_CUT, 0] = start
-    distance = np.sqrt(distance2)
-    if distance <= BORDER_TOLERANCE:
-        return _row_cuts_through_origin(uz, start, end, borders, out)
-    cz = closest[2] / distance
-    top = np.sqrt(cz * cz + uz * uz)
-    sine_from = (closest[2] + start * uz) / np.sqrt(distance2 + start * start)
-    sine_to = (closest[2] + end * uz) / np.sqrt(distance2 + end * end)
-    # Where the elevation turns.
-    turn = distance * uz / cz if cz != 0.0 else -np.inf
-    peak = top if cz > 0.0 else -top
-    arc = (distance, cz, uz, start, end)
-    count = 1
-    if turn > start:
-        count = _cones(arc, sine_from, peak if turn < end else sine_to, count, borders, out)
-    if turn < end:
-        count = _cones(arc, peak if turn > start else sine_from, sine_to, count, borders, out)
-    if count == 1:
-        middle = 0.5 * (start + end)
-        height = closest[2] + middle * uz
-        level = np.sqrt(max(0.0, distance2 + middle * middle - height * height))
-        elevations = borders.table[ELEVATION, : borders.rows + 1]
-        out.places[ROW, 0] = interval_of(np.arctan2(height, level), elevations)
-    for n in range(count):
-        if out.places[ROW, n] == borders.rows:
-            out.places[ROW, n] = -1
-    return count
-
-
-@compiled
-def _cones(
-    arc: tuple[float, float, float, float, float],
-    low: float,
-    high: float,
-    count: int,
-    borders: Borders,
-    out: Pieces,
-) -> int:
-    """Cuts, after `count` of them, of an arc whose elevation's sine goes from low to high."""
-    distance, cz, uz, start, end = arc
-    rising = high > low
-    incline2 = cz * cz + uz * uz
-    for n in range(borders.rows + 1):
-        k = n if rising else borders.rows - n
-        sine = borders.table[ELEVATION_SIN, k]
-        # What gets no farther beyond an edge than its tolerance has not crossed it.
-        slack = BORDER_TOLERANCE * borders.table[ELEVATION_COS, k]
-        if not (min(low, high) < sine - slack and sine + slack < max(low, high)):
-            continue
-        beyond = incline2 - sine * sine
-        # Touched but not crossed: the top of the great circle is within the tolerance.
-        if beyond <= 2.0 * abs(sine) * BORDER_TOLERANCE:
-            continue
-        root = -np.sqrt(beyond) if rising else np.sqrt(beyond)
-        cut = distance * (uz * sine + cz * root) / (cz * sine - uz * root)
-        out.times[ROW_CUT, count] = min(max(cut, start), end)
-        out.places[ROW, count] = k if rising else k - 1
-        if count == 1:
-            out.places[ROW, 0] = k - 1 if rising else k
-        count += 1
-    return count
-
-
-@compiled
-def _row_cuts_through_origin(
-    uz: float, start: float, end: float, borders: Borders, out: Pieces
-) -> int:
-    """A line through the origin: one elevation before it, the opposite one after it."""
-    elevation = np.arcsin(min(1.0, max(-1.0, uz)))
-    if start >= 0.0 or end <= 0.0:
-        sign = 1.0 if start >= 0.0 else -1.0
-        out.places[ROW, 0] = interval_of(
-            sign * elevation, borders.table[ELEVATION, : borders.rows + 1]
-        )
-        return 1
-    out.places[ROW, 0] = interval_of(-elevation, borders.table[ELEVATION, : borders.rows + 1])
-    out.times[ROW_CUT, 1] = 0.0
-    out.places[ROW, 1] = interval_of(elevation, borders.table[ELEVATION, : borders.rows + 1])
-    return 2
 
 
 @compiled
