@@ -175,6 +175,17 @@ def test_a_half_shell_may_be_filled_most_at_once() -> None:
         assert np.abs(found - slow.probability).max() <= 0.02
 
 
+def test_a_body_meets_both_ends_of_a_cell_all_round() -> None:
+    # Short contacts on either side of the vehicle, far apart on the way.
+    rings = AvoidanceGrid.uniform((1.0, 10.0), 24, 180.0, 1, 10.0, 1)
+    cells = body_cells(rings, [Intruder([0.2, 30.0, 0.1], [0.0, -20.0, 0.0], radius_m=0.05)]).of(0)
+    ranges = rings.range_edges_m
+    # The ball's nearest point leads its centre; it passes 0.22 m beside the vehicle.
+    expected = (30.0 - ranges[1:] - 0.05) / 20.0, (30.0 + ranges[1:] + 0.05) / 20.0
+    np.testing.assert_allclose(cells.entry_s, expected[0], atol=0.002)
+    np.testing.assert_allclose(cells.leave_s, expected[1], atol=0.002)
+
+
 def test_a_standing_body_fills_what_it_fills() -> None:
     body = body_cells(GRID, [Intruder([5, 0, 0], [0, 0, 0], radius_m=0.5)]).of(0)
     halves = GRID.cell_of([[4.9, 0, 0], [5.1, 0, 0]])

@@ -18,7 +18,8 @@ SAMPLES = 8
 ROOT_M = 1e-9
 """Accuracy of the lengths of entry and leave."""
 
-GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+STEPS_BETWEEN = 64
+"""Contacts shorter than one of so many parts of a sample's step may be missed."""
 
 
 class Ball(NamedTuple):
@@ -64,15 +65,15 @@ def contact(
 ) -> tuple[float, float, float]:
     """First and last length of contact, and how long it is in all.
 
-    Samples find where the gap changes sign, and its low points between them: it changes by no
-    more than the length, so only low samples need a closer look.
+    Samples find where the gap changes sign; it changes by no more than the length, so only
+    between low samples a closer look is needed.
     """
     if low == high:
         touches = _gap(ball, low, place, borders) < 0.0
         return 0.0, np.inf, np.inf if touches else 0.0
     step = (high - low) / SAMPLES
     first, last, total = np.inf, -np.inf, 0.0
-    before = here = _gap(ball, low, place, borders)
+    here = _gap(ball, low, place, borders)
     s = low
     for q in range(1, SAMPLES + 1):
         after_s = low + q * step
@@ -85,12 +86,12 @@ def contact(
         elif after <= 0.0:
             begin = _root(ball, s, here, after_s, after, place, borders)
             end = after_s
-        elif here < step and here <= before and here <= after:
-            begin, end = _dip(ball, max(low, s - step), s, after_s, place, borders)
+        elif here + after < step:
+            begin, end = _between(ball, s, here, after_s, after, place, borders)
         if end > begin:
             first, last = min(first, begin), max(last, end)
             total += end - begin
-        before, here, s = here, after, after_s
+        here, s = after, after_s
     return first, last, total
 
 
@@ -119,30 +120,33 @@ def _root(
 
 
 @compiled
-def _dip(
-    ball: Ball, a: float, middle: float, b: float, place: tuple[int, int, int], borders: Borders
+def _between(
+    ball: Ball,
+    a: float,
+    gap_a: float,
+    b: float,
+    gap_b: float,
+    place: tuple[int, int, int],
+    borders: Borders,
 ) -> tuple[float, float]:
-    """Contact around a low sample between two others, by golden section; empty if there is none."""
-    low, high = a, b
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    gap_left, gap_right = _gap(ball, left, place, borders), _gap(ball, right, place, borders)
-    for _ in range(40):
-        lowest = left if gap_left < gap_right else right
-        gap = min(gap_left, gap_right)
-        if gap < 0.0:
-            gap_a, gap_b = _gap(ball, a, place, borders), _gap(ball, b, place, borders)
-            return (
-                _root(ball, a, gap_a, lowest, gap, place, borders),
-                _root(ball, lowest, gap, b, gap_b, place, borders),
-            )
-        if gap > high - low:
-            break
-        if gap_left < gap_right:
-            high, right, gap_right = right, left, gap_left
-            left = high - GOLDEN * (high - low)
-            gap_left = _gap(ball, left, place, borders)
-        else:
-            low, left, gap_left = left, right, gap_right
-            right = low + GOLDEN * (high - low)
-            gap_right = _gap(ball, right, place, borders)
-    return middle, middle
+    """First and last contact between two lengths without one; empty if there is none.
+
+    The gap changes by no more than the length, so it is safe to go on by the gap itself.
+    """
+    least = (b - a) / STEPS_BETWEEN
+    s, gap = a, gap_a
+    while gap > 0.0:
+        before, gap_before = s, gap
+        s += max(gap, least)
+        if s >= b:
+            return b, b
+        gap = _gap(ball, s, place, borders)
+    first = _root(ball, before, gap_before, s, gap, place, borders)
+    s, gap = b, gap_b
+    while gap > 0.0:
+        before, gap_before = s, gap
+        s -= max(gap, least)
+        if s <= first:
+            return first, first
+        gap = _gap(ball, s, place, borders)
+    return first, _root(ball, s, gap, before, gap_before, place, borders)
