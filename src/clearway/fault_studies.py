@@ -171,6 +171,15 @@ SPOOF = _faults(spoofed=lambda _: 0.2, spoof_m=lambda level: level)
 LIDAR, WITH_MAP, MAP_ALONE = "LiDAR alone", "LiDAR and map", "map alone"
 REPORTS, TRACKER = "reports as they come", "tracker"
 
+
+def _without_and_with_map(variant: Variant) -> Mapping[str, Variant]:
+    return {LIDAR: variant, WITH_MAP: _charted(variant)}
+
+
+def _without_and_with_tracker(variant: Variant) -> Mapping[str, Variant]:
+    return {REPORTS: variant, TRACKER: _tracked(variant)}
+
+
 STUDIES: Mapping[str, Study] = MappingProxyType(
     {
         "gusts": Study(
@@ -183,7 +192,7 @@ STUDIES: Mapping[str, Study] = MappingProxyType(
             "Steady wind, from anywhere, unknown to the vehicle",
             "m/s",
             (0.0, 0.05, 0.1, 0.2, 0.3, 0.4),
-            {LIDAR: _wind, WITH_MAP: _charted(_wind)},
+            _without_and_with_map(_wind),
         ),
         "actuators": Study(
             "Actuator noise: bound of the input noise v (3.20)",
@@ -195,13 +204,13 @@ STUDIES: Mapping[str, Study] = MappingProxyType(
             "Drop-outs: share of returns lost",
             "share",
             (0.0, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99),
-            {LIDAR: _dropout, WITH_MAP: _charted(_dropout)},
+            _without_and_with_map(_dropout),
         ),
         "range-bias": Study(
             "Biased range: things seem farther than they are",
             "m",
             (-0.5, -0.25, 0.0, 0.1, 0.25, 0.5, 1.0),
-            {LIDAR: BIAS, WITH_MAP: _charted(BIAS)},
+            _without_and_with_map(BIAS),
         ),
         "latency": Study(
             "Latency of scans",
@@ -213,13 +222,13 @@ STUDIES: Mapping[str, Study] = MappingProxyType(
             "Blind sector straight ahead, which claims that all is free",
             "deg",
             (0.0, 2.0, 5.0, 10.0, 20.0, 40.0),
-            {LIDAR: BLIND, WITH_MAP: _charted(BLIND)},
+            _without_and_with_map(BLIND),
         ),
         "dead-sensor": Study(
             "Dead sensor from a time on",
             "s",
             (60.0, 40.0, 30.0, 20.0, 10.0, 0.0),
-            {LIDAR: DEAD, WITH_MAP: _charted(DEAD)},
+            _without_and_with_map(DEAD),
         ),
         "map-missing": Study(
             "Obstacles missing from the map: share",
@@ -237,14 +246,14 @@ STUDIES: Mapping[str, Study] = MappingProxyType(
             "Reports of traffic lost: share",
             "share",
             (0.0, 0.25, 0.5, 0.75, 0.9, 1.0),
-            {REPORTS: LOSS, TRACKER: _tracked(LOSS)},
+            _without_and_with_tracker(LOSS),
             traffic=True,
         ),
         "spoofed-reports": Study(
             "A fifth of the reports spoofed: length of their jump",
             "m",
             (0.0, 1.0, 2.0, 5.0, 10.0, 50.0),
-            {REPORTS: SPOOF, TRACKER: _tracked(SPOOF)},
+            _without_and_with_tracker(SPOOF),
             traffic=True,
         ),
     }

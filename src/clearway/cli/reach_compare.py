@@ -7,24 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli.reach_options import (
-    AsJson,
-    AzimuthDeg,
-    Columns,
-    Duration,
-    ElevationDeg,
-    Layers,
-    Movements,
-    Out,
-    PitchLimitDeg,
-    Plots,
-    RangeM,
-    Rows,
-    Speed,
-    TurnStepDeg,
-    automaton_of,
-    grid_of,
-)
+from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -34,17 +17,17 @@ ESTIMATE = "Full reach set"
 
 
 def compare(
-    layers: Layers = 15,
-    range_m: RangeM = None,
-    columns: Columns = 7,
-    rows: Rows = 5,
-    azimuth_deg: AzimuthDeg = "45",
-    elevation_deg: ElevationDeg = "30",
-    speed: Speed = 1.0,
-    turn_step_deg: TurnStepDeg = 15.0,
-    duration: Duration = 1.0,
-    pitch_limit_deg: PitchLimitDeg = "none",
-    movements: Movements = 9,
+    layers: given.Layers = 15,
+    range_m: given.RangeM = None,
+    columns: given.Columns = 7,
+    rows: given.Rows = 5,
+    azimuth_deg: given.AzimuthDeg = "45",
+    elevation_deg: given.ElevationDeg = "30",
+    speed: given.Speed = 1.0,
+    turn_step_deg: given.TurnStepDeg = 15.0,
+    duration: given.Duration = 1.0,
+    pitch_limit_deg: given.PitchLimitDeg = "none",
+    movements: given.Movements = 9,
     branches: Annotated[
         int, typer.Option(min=1, help="Branches followed by an estimate.", rich_help_panel=ESTIMATE)
     ] = 16,
@@ -52,15 +35,17 @@ def compare(
         int, typer.Option(min=2, help="Independent estimates.", rich_help_panel=ESTIMATE)
     ] = 24,
     seed: Annotated[int, typer.Option(min=0, help="Seed.", rich_help_panel=ESTIMATE)] = 0,
-    as_json: AsJson = False,
-    out: Out = None,
-    plots: Plots = True,
+    as_json: given.AsJson = False,
+    out: given.Out = None,
+    plots: given.Plots = True,
 ) -> None:
     """Measure every method on one grid, beside the paper's table 6.1."""
     from clearway.reach.comparison import compare as compared
 
-    automaton = automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
-    grid = grid_of(range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows)
+    automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
+    grid = given.grid_of(
+        range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
+    )
     result = compared(
         automaton, grid, branches=branches, repetitions=repetitions, seed=seed, progress=say
     )

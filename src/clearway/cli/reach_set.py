@@ -8,25 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from clearway.cli.reach_options import (
-    VEHICLE,
-    AsJson,
-    AzimuthDeg,
-    Columns,
-    Duration,
-    ElevationDeg,
-    Layers,
-    Movements,
-    Out,
-    PitchLimitDeg,
-    Plots,
-    RangeM,
-    Rows,
-    Speed,
-    TurnStepDeg,
-    automaton_of,
-    grid_of,
-)
+from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 from clearway.errors import ClearwayError
 
@@ -45,19 +27,19 @@ def reach_set(
             help="full, chaotic, harmonic, combined, primitives, dispersion, cover, late, flying."
         ),
     ] = "flying",
-    layers: Layers = 10,
-    range_m: RangeM = None,
-    columns: Columns = 7,
-    rows: Rows = 5,
-    azimuth_deg: AzimuthDeg = "45",
-    elevation_deg: ElevationDeg = "30",
-    speed: Speed = 1.0,
-    turn_step_deg: TurnStepDeg = 15.0,
-    duration: Duration = 1.0,
-    pitch_limit_deg: PitchLimitDeg = "30",
-    movements: Movements = 9,
+    layers: given.Layers = 10,
+    range_m: given.RangeM = None,
+    columns: given.Columns = 7,
+    rows: given.Rows = 5,
+    azimuth_deg: given.AzimuthDeg = "45",
+    elevation_deg: given.ElevationDeg = "30",
+    speed: given.Speed = 1.0,
+    turn_step_deg: given.TurnStepDeg = 15.0,
+    duration: given.Duration = 1.0,
+    pitch_limit_deg: given.PitchLimitDeg = "30",
+    movements: given.Movements = 9,
     start_pitch_deg: Annotated[
-        float, typer.Option(help="Pitch at the start, nose down.", rich_help_panel=VEHICLE)
+        float, typer.Option(help="Pitch at the start, nose down.", rich_help_panel=given.VEHICLE)
     ] = 0.0,
     spread: Annotated[
         int | None, typer.Option(help="Nodes per cell of chaotic and combined.")
@@ -68,9 +50,9 @@ def reach_set(
     side_exits: Annotated[
         bool, typer.Option(help="Keep trajectories that leave through the side.")
     ] = True,
-    as_json: AsJson = False,
-    out: Out = None,
-    plots: Plots = True,
+    as_json: given.AsJson = False,
+    out: given.Out = None,
+    plots: given.Plots = True,
 ) -> None:
     """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
     if context.invoked_subcommand is not None:
@@ -79,8 +61,10 @@ def reach_set(
     from clearway.reach.lattice import movements_deep
     from clearway.reach.sets import build_reach_set
 
-    automaton = automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
-    grid = grid_of(range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows)
+    automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
+    grid = given.grid_of(
+        range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
+    )
     tuning = {} if spread is None else {"spread": float(spread)}
     tuning |= {} if harmonic is None else {"harmonic": float(harmonic)}
     tuning |= {} if side_exits else {"side_exits": 0.0}

@@ -245,13 +245,18 @@ def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
             textcoords="offset points",
             horizontalalignment="center",
         )
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("distance (m)")
-    axes.set_ylim(bottom=0.0)
-    axes.set_title(f"{run.mission.name}: distance to obstacles")
-    axes.grid(alpha=0.25)
+    finish_distances(axes, "distance (m)", f"{run.mission.name}: distance to obstacles")
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return figure
+
+
+def finish_distances(axes: Axes, measured: str, title: str) -> None:
+    """Labels of axes that show distances over the time of a flight."""
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(measured)
+    axes.set_ylim(bottom=0.0)
+    axes.set_title(title)
+    axes.grid(alpha=0.25)
 
 
 def draw_tracking(run: Run[Steering]) -> Figure:

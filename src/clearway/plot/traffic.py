@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from clearway.frames import FloatArray
 from clearway.metrics import IntruderDistances
 from clearway.pilot import Steering
-from clearway.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view
+from clearway.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view, finish_distances
 from clearway.plot.ground_plan import draw_ground_plan, draw_kept_out
 from clearway.simulation import LoggedDecision, Run
 from clearway.situation import grid_frame
@@ -64,17 +64,7 @@ def _draw_view(
 ) -> None:
     a, b = columns
     flown = run.states[run.time_s <= until_s + 1e-9, :3]
-    plans = taken if whole else taken[-1:]
-    for number, entry in enumerate(plans):
-        path = entry.flight.decision.path_m
-        axes.plot(
-            path[:, a],
-            path[:, b],
-            color=PLANNED,
-            linewidth=0.6 if whole else 1.8,
-            alpha=0.5 if whole else 1.0,
-            label="planned" if number == 0 else None,
-        )
+    _draw_plans(axes, taken if whole else taken[-1:], columns, thin=whole)
     axes.plot(flown[:, a], flown[:, b], color=EXECUTED, linewidth=1.8, label="executed")
     points = np.array([entry.flight.decision.state.position_m for entry in taken])
     axes.plot(
@@ -96,6 +86,22 @@ def _draw_view(
     axes.plot(goals[:, a], goals[:, b], "s", color=WAYPOINT, markersize=7, label="waypoints")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.25)
+
+
+def _draw_plans(
+    axes: Axes, entries: list[LoggedDecision], columns: tuple[int, int], *, thin: bool
+) -> None:
+    a, b = columns
+    for number, entry in enumerate(entries):
+        path = entry.flight.decision.path_m
+        axes.plot(
+            path[:, a],
+            path[:, b],
+            color=PLANNED,
+            linewidth=0.6 if thin else 1.8,
+            alpha=0.5 if thin else 1.0,
+            label="planned" if number == 0 else None,
+        )
 
 
 def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, int]) -> None:
@@ -174,11 +180,8 @@ def draw_collision_distance(run: Run[Steering]) -> Figure:
         _draw_closest(axes, run, traffic)
         margin = float(traffic.margin_m.max())
         axes.axhline(margin, linestyle="--", color=PLANNED, label=f"margin (6.16): {margin:.2f} m")
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("distance between centres (m)")
-    axes.set_ylim(bottom=0.0)
-    axes.set_title(f"{run.mission.name}: collision distance")
-    axes.grid(alpha=0.25)
+    title = f"{run.mission.name}: collision distance"
+    finish_distances(axes, "distance between centres (m)", title)
     figure.legend(loc="outside lower center", ncols=4, frameon=False)
     return figure
 
