@@ -7,6 +7,7 @@ good to the accuracy that its record states, so an obstacle grows by that much.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from clearway.errors import InputError
@@ -77,24 +78,26 @@ def read_faa_obstacles(path: Path, radius_m: float) -> ParsedMap:
             "no record of a digital obstacle file in it; "
             "valid: 128 columns that begin with a number such as 01-001307",
         )
+    return faa_map(features, counts, radius_m, unknown)
+
+
+def faa_map(
+    features: Sequence[MapFeature], counts: Mapping[str, int], radius_m: float, unknown: int
+) -> ParsedMap:
+    """The map of a file's records; unknown: how many of them state no accuracy."""
+    notes = [
+        f"no radius in the file: {radius_m:g} m assumed, plus the stated horizontal accuracy; "
+        "tops are raised by the vertical one"
+    ]
+    if unknown:
+        notes.append(f"{unknown} records state no accuracy: not grown by it")
     return ParsedMap(
         kind="FAA digital obstacle file",
         crs="WGS 84 latitude and longitude",
         features=tuple(features),
         counts=counts,
-        notes=notes_of(radius_m, unknown),
+        notes=tuple(notes),
     )
-
-
-def notes_of(radius_m: float, unknown: int) -> tuple[str, ...]:
-    """What was assumed; unknown: records that state no accuracy."""
-    note = (
-        f"no radius in the file: {radius_m:g} m assumed, plus the stated horizontal accuracy; "
-        "tops are raised by the vertical one"
-    )
-    if not unknown:
-        return (note,)
-    return (note, f"{unknown} records state no accuracy: not grown by it")
 
 
 def _feature(record: str, radius_m: float) -> MapFeature:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from clearway.errors import InputError
-from clearway.io.faa_obstacles import DISMANTLED, HORIZONTAL_M, VERTICAL_M, grown, notes_of
+from clearway.io.faa_obstacles import DISMANTLED, HORIZONTAL_M, VERTICAL_M, faa_map, grown
 from clearway.io.map_features import MapFeature, ParsedMap
 from clearway.units import FOOT_M
 
@@ -43,13 +43,7 @@ def read_faa_table(path: Path, rows: Sequence[Sequence[str]], radius_m: float) -
         unknown += across not in HORIZONTAL_M or up not in VERTICAL_M
     if problems:
         raise InputError(str(path), problems)
-    return ParsedMap(
-        kind="FAA digital obstacle file",
-        crs="WGS 84 latitude and longitude",
-        features=tuple(features),
-        counts=counts,
-        notes=notes_of(radius_m, unknown),
-    )
+    return faa_map(features, counts, radius_m, unknown)
 
 
 def _feature(cells: dict[str, str], radius_m: float) -> MapFeature:

@@ -20,11 +20,6 @@ NANOSECONDS = re.compile(r"\d{16,19}")
 """A number in a name that can only be a time since 1970."""
 
 
-def is_scan_folder(path: Path) -> bool:
-    """Whether a folder holds files of scans."""
-    return any(one.suffix.lower() in SCAN_SUFFIXES for one in path.iterdir() if one.is_file())
-
-
 def folder_scans(path: Path) -> ScanSequence:
     """Scans in the order of the numbers in their names.
 
