@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say, table_console
-from clearway.io.json_values import finite
+from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say
+from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
     from clearway.encounter_model import EncounterModel
-    from clearway.risk.ratios import Estimate
     from clearway.risk.settings import RiskSettings
     from clearway.risk.study import Study
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 STANDARD = {"near_collision": 0.18, "lost_well_clear": 0.40}
 """Largest risk ratios of ASTM F3442 with intruders that report themselves."""
-CASES_SHOWN = 8
 
 
 def risk(
@@ -78,6 +75,7 @@ def risk(
 ) -> None:
     """Risk ratios: exit status 0 if the first planner's are within those of ASTM F3442."""
     from clearway.risk.settings import RiskSettings
+    from clearway.risk.summary import summary
 
     position_std, velocity_std = number_pair("--noise", noise, "15,1")
     settings = RiskSettings(
@@ -96,12 +94,12 @@ def risk(
     result = _flown(network, planners, range(first, first + count), settings, seed, workers)
     if out is not None:
         _write(result, out)
-    summary = _summary(result, network)
+    told = summary(result, network)
     if as_json:
-        print_json(summary)
+        print_json(told)
     else:
-        _print_tables(result, summary, model)
-    ratios = summary["planners"][planners[0]]
+        print_tables(result, told, model)
+    ratios = told["planners"][planners[0]]
     if any((ratios[name]["ratio"] or 0.0) > most for name, most in STANDARD.items()):
         leave(NOT_REACHED)
 
@@ -153,109 +151,6 @@ def _flown(
         return study(model, planners, numbers, settings, seed, workers, bar.advance)
 
 
-def _summary(result: Study, model: EncounterModel) -> dict[str, Any]:
-    from clearway.risk.flight import STRAIGHT
-    from clearway.risk.ratios import MEASURES, mean_aside_m, risk
-
-    def of(planner: str) -> dict[str, Any]:
-        measures: dict[str, Any] = {}
-        for name in MEASURES:
-            found = risk(result, planner, name)
-            measures[name] = {
-                "rate": finite(found.rate.value),
-                "rate_95": _interval(found.rate),
-                "ratio": finite(found.ratio.value),
-                "ratio_95": _interval(found.ratio),
-                "unresolved": finite(found.unresolved.value),
-                "induced": finite(found.induced.value),
-                "cases": list(found.cases),
-                "induced_cases": list(found.induced_cases),
-            }
-        measures["mean_aside_m"] = mean_aside_m(result, planner)
-        return measures
-
-    emergencies = {
-        name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
-        for name in result.planners
-    }
-    return {
-        "model": Path(model.source).name,
-        "kind": result.settings.in_words,
-        "margin_m": result.settings.margin_m,
-        "encounters": len(result.outcomes),
-        "seed": result.seed,
-        "straight": of(STRAIGHT),
-        "planners": {
-            name: of(name) | {"with_emergency": emergencies[name]} for name in result.planners
-        },
-    }
-
-
-def _interval(estimate: Estimate) -> list[float | None]:
-    return [finite(estimate.low), finite(estimate.high)]
-
-
-def _print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> None:
-    from rich.table import Table
-
-    from clearway.risk.ratios import MEASURES
-
-    console = table_console()
-    console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
-    table = Table(title="risk ratios, 95 % bootstrap; of it unresolved + induced")
-    table.add_column("planner")
-    for name in MEASURES.values():
-        table.add_column(name, justify="right")
-    table.add_column("aside", justify="right")
-    straight = summary["straight"]
-    rates = [f"{straight[name]['rate']:.2g} each" for name in MEASURES]
-    table.add_row("straight", *rates, "")
-    for planner, measures in summary["planners"].items():
-        cells = [_cell(measures[name]) for name in MEASURES]
-        table.add_row(planner, *cells, f"{measures['mean_aside_m']:.0f} m")
-    console.print(table)
-    for planner in result.planners:
-        _print_cases(summary["planners"][planner], planner, result, model)
-
-
-def _cell(measure: dict[str, Any]) -> str:
-    if measure["ratio"] is None:
-        return "no case"
-    low, high = measure["ratio_95"]
-    split = f"{measure['unresolved']:.3f} + {measure['induced']:.3f}"
-    return f"{measure['ratio']:.3f} [{low:.3f}, {high:.3f}]\n{split}"
-
-
-def _print_cases(measures: dict[str, Any], planner: str, result: Study, model: Path | None) -> None:
-    cases = measures["near_collision"]["cases"]
-    if not cases:
-        return
-    some = ", ".join(map(str, cases[:CASES_SHOWN]))
-    more = f" and {len(cases) - CASES_SHOWN} more" if len(cases) > CASES_SHOWN else ""
-    given = f"{model} " if model else ""
-    print(f"{planner}: near mid-air collisions in {some}{more}; see one with "
-          f"clearway risk {given}{_options(result)}-p {planner} --only NUMBER")  # fmt: skip
-
-
-def _options(result: Study) -> str:
-    """The options that make these encounters."""
-    settings = result.settings
-    words = []
-    if result.seed:
-        words.append(f"--seed {result.seed}")
-    if settings.own_kt != 50.0:
-        words.append(f"--own-kt {settings.own_kt:g}")
-    if settings.position_std_m or settings.velocity_std_mps:
-        words.append(f"--noise {settings.position_std_m:g},{settings.velocity_std_mps:g}")
-    if settings.report_s != 1.0:
-        words.append(f"--report-s {settings.report_s:g}")
-    if settings.stretch != 4.0:
-        words.append(f"--stretch {settings.stretch:g}")
-    if settings.layers:
-        words.append(f"--layers {','.join(str(layer + 1) for layer in settings.layers)}")
-    return " ".join([*words, ""])
-
-
 def _fly_one(
     model: EncounterModel,
     number: int,
@@ -285,20 +180,9 @@ def _fly_one(
 
 
 def _write(result: Study, folder: Path) -> None:
-    """One row per encounter and planner."""
     from clearway.io.staging import staged
-    from clearway.risk.flight import STRAIGHT
-    from clearway.risk.ratios import MEASURES
+    from clearway.risk.summary import write_encounters
 
-    with staged(folder) as scratch, (scratch / "encounters.csv").open("w", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow(("number", "weight", "layer", "planner", *MEASURES, "nearest_m", "aside_m"))
-        for each in result.outcomes:
-            for planner in (STRAIGHT, *result.planners):
-                came = each.of(planner)
-                flags = (int(getattr(came, name)) for name in MEASURES)
-                rows.writerow(
-                    (each.number, f"{each.weight:.6g}", each.layer + 1, planner, *flags,
-                     f"{came.nearest_m:.3f}", f"{came.aside_m:.3f}")
-                )  # fmt: skip
+    with staged(folder) as scratch:
+        write_encounters(result, scratch / "encounters.csv")
     say(f"wrote encounters.csv to {folder}")
