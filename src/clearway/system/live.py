@@ -30,7 +30,7 @@ from clearway.system.own_states import OwnStates, carried_on
 from clearway.system.plan import Plan
 from clearway.system.readings import DataLimits, Reading
 from clearway.system.rehearsal import rehearsal, with_something_near
-from clearway.system.reports import LatestReports, Reports, TrackedReports
+from clearway.system.reports import reports_for
 from clearway.system.sight import Sight
 
 
@@ -80,11 +80,7 @@ class AvoidanceSystem:
             ground_m=ground_m,
             follow_movers=follow_movers,
         )
-        self._reports: Reports = (
-            LatestReports(self.limits.intruder_s, address)
-            if tracker is None
-            else TrackedReports(tracker, planner.speed_mps, address)
-        )
+        self._reports = reports_for(tracker, self.limits.intruder_s, planner.speed_mps, address)
         self._plan = Plan()
         self._news = ""
         self._told: Counter[str] = Counter()

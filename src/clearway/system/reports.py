@@ -24,11 +24,21 @@ class Reports(Protocol):
         ...
 
 
-class LatestReports:
-    """The latest report of each intruder, save own, repeated, late and stale ones.
+def reports_for(
+    tracker: TrackerSettings | None, stale_s: float, speed_mps: float, address: str
+) -> Reports:
+    """Tracks where there are settings for them, else the latest reports; nothing heard yet.
 
-    stale_s: reports are no longer believed then. address: the own transponder's.
+    stale_s: how long the latest reports are believed; the tracker has its own limit. speed_mps and
+    address: the own ones.
     """
+    if tracker is None:
+        return LatestReports(stale_s, address)
+    return TrackedReports(tracker, speed_mps, address)
+
+
+class LatestReports:
+    """The latest report of each intruder, save own, repeated, late and stale ones."""
 
     def __init__(self, stale_s: float, address: str) -> None:
         self._stale_s = stale_s
@@ -61,10 +71,7 @@ class LatestReports:
 
 
 class TrackedReports:
-    """Reports as `intruders.tracker` makes tracks of them.
-
-    speed_mps: the own one, by which with the address own echoes are known.
-    """
+    """Reports as `intruders.tracker` makes tracks of them; speed and address tell own echoes."""
 
     def __init__(self, settings: TrackerSettings, speed_mps: float, address: str) -> None:
         self._speed_mps = speed_mps
