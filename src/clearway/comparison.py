@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.flight import FlightSetup
 from clearway.pilot import Steering
-from clearway.simulation import OnDecision, Run
+from clearway.simulation import Run
 
 SetupOf = Callable[[int], FlightSetup]
 """The flight of a seed, ready for any planner."""
@@ -46,17 +46,12 @@ class Standing:
     decision_ms_p99: float
 
 
-def fly_all(
-    setup_of: SetupOf,
-    planners: Sequence[str],
-    seeds: Sequence[int],
-    on_decision: OnDecision[Steering] | None = None,
-) -> Iterator[Flown]:
+def fly_all(setup_of: SetupOf, planners: Sequence[str], seeds: Sequence[int]) -> Iterator[Flown]:
     """Every planner with every seed, all planners of a seed before the next seed."""
     for seed in seeds:
         setup = setup_of(seed)
         for planner in planners:
-            yield Flown(planner, setup.fly_with(planner, on_decision))
+            yield Flown(planner, setup.fly_with(planner))
 
 
 def standing(planner: str, runs: Sequence[Run[Steering]]) -> Standing:

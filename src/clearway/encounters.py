@@ -25,7 +25,7 @@ from clearway.movements import MovementAutomaton
 from clearway.obstacle_map import ObstacleMap
 from clearway.planner import AvoidanceSettings, Planner
 from clearway.reach import ReachLibrary
-from clearway.simulation import OnDecision, Run, SimulationSettings, simulate
+from clearway.simulation import Run, SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem
 from clearway.traffic import ScriptedIntruder, Traffic, TrafficSettings
@@ -122,16 +122,10 @@ def is_avoidable(encounter: Encounter, scale: float = 1.0) -> bool:
     return search(automaton, opponent, distance_to_keep_m(scale)).avoidable
 
 
-def fly_encounter(
-    encounter: Encounter,
-    settings: EncounterSettings | None = None,
-    planner: Planner | None = None,
-    on_decision: OnDecision | None = None,
-) -> Run:
+def fly_encounter(encounter: Encounter, settings: EncounterSettings | None = None) -> Run:
     """One flight: the ownship starts towards a far waypoint, and meets the intruder at once."""
     settings = settings or EncounterSettings()
     scale = settings.scale
-    planner = planner or planner_at(scale)
     lasts_s = 1.5 * encounter.collision_s + AFTERWARDS_S
     far_m = encounter.own_speed_mps * lasts_s + 3.0 * RANGE_M * scale
     mission = Mission(
@@ -144,12 +138,11 @@ def fly_encounter(
     if settings.noisy:
         tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
     return simulate(
-        AvoidanceSystem(planner, mission, tracker=tracker, address="ownship"),
+        AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship"),
         ObstacleMap(),
         (),
         SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s),
-        on_decision,
-        _traffic(encounter, settings, mission),
+        traffic=_traffic(encounter, settings, mission),
     )
 
 

@@ -49,10 +49,9 @@ def is_open(path: Path) -> bool:
     return bool(path.stat().st_mode & 0o077)
 
 
-def signing_time(unix_s: float | None = None) -> int:
-    """Time in the unit of signatures; of now where none is given."""
-    now = time.time() if unix_s is None else unix_s
-    return int(max(0.0, now - EPOCH_S) * TICKS_PER_S)
+def signing_time() -> int:
+    """The present time in the unit of signatures."""
+    return int(max(0.0, time.time() - EPOCH_S) * TICKS_PER_S)
 
 
 class SignatureCheck:

@@ -39,10 +39,10 @@ class Ouster(NamedTuple):
     elevation_rad: Any
 
 
-def ouster_scans(path: Path, metadata: Path | None = None) -> ScanSequence:
+def ouster_scans(path: Path) -> ScanSequence:
     """Sweeps of an Ouster recording: sensor frame, metres, seconds of the sensor's clock.
 
-    metadata: by default the .json beside it whose name its own begins with. Raises InputError where
+    Its metadata is the .json beside it whose name its own begins with. Raises InputError where
     either is damaged or absent, MissingExtraError without [ouster].
     """
     try:
@@ -50,7 +50,7 @@ def ouster_scans(path: Path, metadata: Path | None = None) -> ScanSequence:
         core: Any = import_module("ouster.sdk.core")
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "ouster") from cause
-    beside = metadata or metadata_beside(path)
+    beside = metadata_beside(path)
     with damage_told(beside, "Ouster metadata"):
         info = core.SensorInfo(beside.read_text())
         sensor = _sensor(info, core.XYZLut(info))

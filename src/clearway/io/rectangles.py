@@ -60,7 +60,7 @@ def shapely_or_refuse(purpose: str) -> ModuleType:
         raise MissingExtraError(purpose, "map") from cause
 
 
-def cover(rings_m: Sequence[FloatArray], excess: float = EXCESS) -> Cover:
+def cover(rings_m: Sequence[FloatArray]) -> Cover:
     """Rectangles over a polygon, given by rings [n, 2]: the outer one, then holes.
 
     A ring that crosses itself counts as the areas that it encloses. No area gives no rectangle.
@@ -69,7 +69,7 @@ def cover(rings_m: Sequence[FloatArray], excess: float = EXCESS) -> Cover:
     shape = shapely.Polygon(rings_m[0], rings_m[1:])
     if not shape.is_valid:
         shape = shapely.make_valid(shape)
-    pieces = _cut(shapely, _parts(shapely, shape), excess * shape.area)
+    pieces = _cut(shapely, _parts(shapely, shape), EXCESS * shape.area)
     rectangles = tuple(_rectangle(shapely, piece) for piece in pieces)
     covered = union_of(shapely, [shapely.oriented_envelope(piece) for piece in pieces])
     return Cover(rectangles, float(shape.area), float(covered.area))

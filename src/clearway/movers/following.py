@@ -188,15 +188,13 @@ def forget_movers(memory: PointMemory, following: Following) -> PointMemory:
     return memory
 
 
-def unreported(
-    movers: Sequence[Intruder], reported: Sequence[Intruder], sigmas: float = CERTAIN
-) -> list[Intruder]:
+def unreported(movers: Sequence[Intruder], reported: Sequence[Intruder]) -> list[Intruder]:
     """Movers that no reported intruder accounts for, by place at the mover's time."""
 
     def accounts(report: Intruder, mover: Intruder) -> bool:
         there = report.at(mover.time_s)
         apart = np.linalg.norm(there.position_m - mover.position_m)
-        spare = sigmas * np.hypot(there.position_std_m, mover.position_std_m)
+        spare = CERTAIN * np.hypot(there.position_std_m, mover.position_std_m)
         return bool(apart <= max(report.radius_m, mover.radius_m) + spare)
 
     return [mover for mover in movers if not any(accounts(report, mover) for report in reported)]

@@ -26,6 +26,8 @@ EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
 MOST_DOTS = 12_000
 MOST_TICKS = 8
 """Along the longest axis."""
+ARC_POINTS = 12
+"""In which an arc of the rim is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,22 +114,22 @@ def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
     return points[:: max(1, len(points) // MOST_DOTS)]
 
 
-def field_of_view(entry: LoggedDecision, arc_points: int = 12) -> list[FloatArray]:
+def field_of_view(entry: LoggedDecision) -> list[FloatArray]:
     """Border lines [m, 3] of the avoidance grid of a decision, world frame."""
     decision = entry.flight.decision
     position, world_from_grid = grid_frame(decision.state)
     grid = decision.cells.evidence.grid
-    return [line @ world_from_grid.T + position for line in grid_outline(grid, arc_points)]
+    return [line @ world_from_grid.T + position for line in grid_outline(grid)]
 
 
-def grid_outline(grid: AvoidanceGrid, arc_points: int = 12) -> list[FloatArray]:
+def grid_outline(grid: AvoidanceGrid) -> list[FloatArray]:
     """Border lines [m, 3] of a grid in its own frame: four rays and the rim."""
     right, left = grid.azimuth_edges_rad[[0, -1]]
     bottom, top = grid.elevation_edges_rad[[0, -1]]
     near, far = grid.range_edges_m[[0, -1]]
-    across = np.linspace(right, left, arc_points)
-    up = np.linspace(bottom, top, arc_points)
-    ones = np.ones(arc_points)
+    across = np.linspace(right, left, ARC_POINTS)
+    up = np.linspace(bottom, top, ARC_POINTS)
+    ones = np.ones(ARC_POINTS)
     rim = [
         np.stack([far * ones, across, bottom * ones], axis=1),
         np.stack([far * ones, across, top * ones], axis=1),
