@@ -196,3 +196,12 @@ def test_segments() -> None:
     assert segment_is_clear(world.distance_m, start, end, 0.6, 0.05)
     assert not segment_is_clear(world.distance_m, start, end, 0.75, 0.05)
     assert segment_is_clear(world.distance_m, start, start, 0.6, 0.05)
+
+
+def test_a_segment_of_any_length_is_looked_at() -> None:
+    world = ObstacleMap([Obstacle.ball([1e5, 0, 0], 1.0)])
+    start, beside = np.zeros(3), np.array([0.0, 1.7, 0.0])
+    for end_m in (2e5, 1e9):
+        end = np.array([end_m, 0.0, 0.0])
+        assert not segment_is_clear(world.distance_m, start, end, 0.6, 0.05)
+        assert segment_is_clear(world.distance_m, beside, end + beside, 0.6, 0.05)

@@ -110,9 +110,23 @@ def _neighbours(
 def segment_is_clear(
     distance: Distance, start_m: FloatArray, end_m: FloatArray, margin_m: float, step_m: float
 ) -> bool:
-    """Whether the straight way between two points surely keeps a margin; checked every step."""
-    length = float(np.linalg.norm(end_m - start_m))
-    count = int(np.ceil(length / step_m)) + 1
-    shares = np.linspace(0.0, 1.0, count + 1)[:, None]
-    along = distance(start_m + shares * (end_m - start_m))
-    return bool(np.all(along[1:] + along[:-1] >= 2.0 * margin_m + length / count))
+    """Whether the straight way between two points surely keeps a margin.
+
+    A distance cannot change faster than the place: pieces that are far enough from everything for
+    their length are clear, others are halved until they are no longer than a step.
+    """
+    way = end_m - start_m
+    length = float(np.linalg.norm(way))
+    pieces = np.array([[0.0, 1.0]])
+    while len(pieces):
+        at_ends = distance(start_m + pieces.reshape(-1, 1) * way).reshape(-1, 2)
+        spans = (pieces[:, 1] - pieces[:, 0]) * length
+        doubtful = at_ends.sum(axis=1) < 2.0 * margin_m + spans
+        if np.any(doubtful & ((spans <= step_m) | (at_ends.min(axis=1) < margin_m))):
+            return False
+        first, last = pieces[doubtful].T
+        middle = 0.5 * (first + last)
+        pieces = np.concatenate(
+            [np.stack([first, middle], axis=1), np.stack([middle, last], axis=1)]
+        )
+    return True
