@@ -66,23 +66,7 @@ def _farthest(
         left = budget[cell[start]]
         apart = np.full(end - start, np.inf)
         while left > 0:
-            best, size = -1, 0
-            n = start
-            while n < end:
-                paired = together[n]
-                far = apart[n - start]
-                if paired:
-                    far = min(far, apart[n + 1 - start])
-                if paired and _distance(features[n], features[n + 1]) < SAME_STATE_M:
-                    far = 0.0
-                if (
-                    not taken[n]
-                    and far > SAME_STATE_M
-                    and (2 if paired else 1) <= left
-                    and (best < 0 or far > apart[best - start] + SAME_STATE_M)
-                ):
-                    best, size = n, 2 if paired else 1
-                n += 2 if paired else 1
+            best, size = _next_choice(start, end, left, taken, apart, together, features)
             if best < 0:
                 break
             for chosen in range(best, best + size):
@@ -93,6 +77,41 @@ def _farthest(
             left -= size
         start = end
     return taken
+
+
+@compiled
+def _next_choice(
+    start: int,
+    end: int,
+    left: int,
+    taken: BoolArray,
+    apart: FloatArray,
+    together: BoolArray,
+    features: FloatArray,
+) -> tuple[int, int]:
+    """Of a cell's nodes from start to end the one farthest from those taken, and its size.
+
+    apart: [end - start] distance to the nearest one taken. Size 2 is a pair of mirror images; the
+    node is -1 where nothing fits into the `left` or nothing is apart.
+    """
+    best, size = -1, 0
+    n = start
+    while n < end:
+        paired = together[n]
+        far = apart[n - start]
+        if paired:
+            far = min(far, apart[n + 1 - start])
+        if paired and _distance(features[n], features[n + 1]) < SAME_STATE_M:
+            far = 0.0
+        if (
+            not taken[n]
+            and far > SAME_STATE_M
+            and (2 if paired else 1) <= left
+            and (best < 0 or far > apart[best - start] + SAME_STATE_M)
+        ):
+            best, size = n, 2 if paired else 1
+        n += 2 if paired else 1
+    return best, size
 
 
 @compiled
