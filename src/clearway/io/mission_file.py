@@ -24,17 +24,21 @@ from clearway.io.mission_sections import (
     VerifySection,
 )
 from clearway.io.place_sections import MapSection, PointCloudSection, WorldObstacleSection
-from clearway.io.planned import PLANS, Notice, beside, planned_tables, with_plan
+from clearway.io.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.io.rule_sections import KeepOutSection, RulesSection
 from clearway.io.sections import GridSection
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.traffic_sections import FlyingIntruderSection, TrafficSection
+from clearway.io.what_file import refuse_others
 from clearway.mission import Mission
 from clearway.planner import AvoidanceSettings
 from clearway.state import State
 
 OWN_ADDRESS = "ownship"
 """What the ownship's own transponder would report; no intruder of a mission has it."""
+
+FARTHEST_M = 1e6
+"""No waypoint is farther from the start: beyond, no flat frame would do."""
 
 
 class MissionFile(Section):
@@ -79,6 +83,19 @@ class MissionFile(Section):
             raise ValueError("traffic.recording: mission.origin_geodetic is needed to place it")
         if self.intruder:
             raise ValueError("traffic.recording: there can be no [[intruder]] beside a recording")
+        return self
+
+    @model_validator(mode="after")
+    def _is_on_one_map(self) -> Self:
+        start = np.array(self.vehicle.position_m)
+        for name in ("waypoints_m", "landing_m"):
+            for number, place in enumerate(getattr(self.mission, name)):
+                away_m = float(np.linalg.norm(np.array(place) - start))
+                if not away_m <= FARTHEST_M:
+                    raise ValueError(
+                        f"mission.{name}[{number}]: {away_m / 1e3:,.4g} km from the start; at most "
+                        f"{FARTHEST_M / 1e3:,.0f} km are flown in one flat frame: is it in metres?"
+                    )
         return self
 
     def to_mission(self) -> Mission:
@@ -137,8 +154,10 @@ def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile
     if not path.exists() and path.suffix not in (".toml", *PLANS):
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
-    if path.suffix in PLANS:
+    if plan_reader(path) is not None:
         return parse_model(str(path), planned_tables(path, None, notice), MissionFile)
+    if path.suffix != ".toml":
+        refuse_others(path, "fly")
     mission = parse_model(str(path), with_plan(path, read_toml(path), notice), MissionFile)
     return _with_files_beside(path, mission)
 
