@@ -244,6 +244,53 @@ def test_bad_mission_files_over_a_plan(tmp_path, text, cause):
     assert cause in str(refused.value)
 
 
+def test_a_plan_whose_home_is_not_set_begins_at_its_first_place(tmp_path):
+    def made(*items):
+        home = {"plannedHomePosition": (0, 0, 0), "items": items, "vehicleType": 2}
+        return plan(tmp_path, mission=home)
+
+    mission, said = read(made(item(22, 100, 50), item(16, 150, 50)))
+    assert mission.mission.origin_geodetic == pytest.approx((*place(100, 50), 0.0))
+    np.testing.assert_allclose(mission.vehicle.position_m, (0, 0, 30), atol=0.01)
+    np.testing.assert_allclose(mission.mission.waypoints_m, [(50, 0, 30)], atol=0.1)
+    assert "home is not set in the plan: the first place in it is taken for home" in said
+    with pytest.raises(InputError, match="heights above sea level need its own"):
+        read(made(item(22, 0, 0), item(16, 50, 50, 500, frame=0)))
+
+
+def test_lands_where_a_landing_pattern_ends_and_keeps_a_speed_that_is_not_changed(tmp_path):
+    pattern = {
+        "type": "ComplexItem",
+        "complexItemType": "fwLandingPattern",
+        "landCoordinate": [*place(200, 100), 0],
+        "altitudesAreRelative": True,
+    }
+    keep = item(178, params=[1, -1, -1, 0, 0, 0, 0])
+    mission, said = read(plan(tmp_path, keep, item(22, 0, 0), item(16, 150, 0), pattern))
+    np.testing.assert_allclose(mission.mission.landing_m, [(200, 100, 30)], atol=0.1)
+    assert mission.vehicle.speed_mps == 6.0
+    assert "left out" not in said
+
+
+@pytest.mark.parametrize("name", ["made.PLAN", "made.json", "made.txt", "made"])
+def test_plans_by_other_names(tmp_path, name):
+    path = plan(tmp_path, item(16, 100, 0))
+    other = path.rename(tmp_path / name)
+    if name == "made.txt":  # as Mission Planner may call it
+        where = " ".join(map(str, (*place(100, 0), 30)))
+        home = " ".join(map(str, HOME))
+        other.write_text(f"QGC WPL 110\n0 1 0 16 0 0 0 0 {home} 1\n1 0 3 16 0 0 0 0 {where} 1\n")
+    mission, _ = read(other)
+    np.testing.assert_allclose(mission.mission.waypoints_m, [(100, 0, 30)], atol=0.1)
+
+
+def test_a_map_is_no_mission(tmp_path):
+    path = tmp_path / "city.json"
+    path.write_text('{"type": "CityJSON"}')
+    with pytest.raises(InputError, match=r"looks like a map: `clearway map` takes it"):
+        read(path)
+
+
 # Bad plans
 
 
@@ -256,6 +303,10 @@ def test_bad_mission_files_over_a_plan(tmp_path, text, cause):
         ([item(16, 0, 0, None)], "mission.items[0]: the height is missing"),
         ([item(16, 0, 0, frame=1)], "mission.items[0]: frame 1; valid: 0, 3"),
         ([item(16, 0, 0, params=[0, 0, 0, 0, 99, 8, 30])], "latitude 99"),
+        (
+            [item(16, 0, 120_000)],
+            "goal 1: 120 km from home, where down is another way; at most 100",
+        ),
     ],
 )
 def test_bad_plans_name_the_item(tmp_path, items, cause):
@@ -271,6 +322,7 @@ def test_bad_plans_name_the_item(tmp_path, items, cause):
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 x 1\n", "line 2: could not convert"),
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16 0 0 0 0 0 0 30 1\n", "are missing"),
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 97 8 400 1\n", "line 2: home: latitude 97"),
+        ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 nan 0 0 0 0 47 8 30 1\n", "command"),
         ("QGC WPL 110\n", "no item in it"),
         ("lat,lon\n", "valid: QGC WPL 110"),
     ],

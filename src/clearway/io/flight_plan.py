@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from clearway.errors import InputError
 from clearway.frames import FloatArray, enu_from_geodetic
 from clearway.io.map_features import Disc, Geodetic, Height, MapFeature, Polygon
-from clearway.io.placing import Place, Tally, around_disc, place_features
+from clearway.io.placing import MOST_APART_M, Place, Tally, around_disc, place_features
 from clearway.io.plan_items import Item
 from clearway.io.rectangles import shapely_or_refuse
 from clearway.obstacles import Obstacle
@@ -79,8 +79,11 @@ def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
     """Tables of a mission file that flies the plan; the frame is east, north, up from home.
 
     speed_mps: in place of the plan's. Raises InputError for a plan without a waypoint, or with one
-    on the wrong side of a fence.
+    on the wrong side of a fence or too far away.
     """
+    unset = plan.home[:2] == (0.0, 0.0)
+    if unset:
+        plan = _with_home(plan)
     counts = Counter(plan.counts)
     speed = speed_mps or plan.speed_mps or DEFAULT_SPEED_MPS
     tables = scaled_tables(speed)
@@ -89,6 +92,7 @@ def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
         raise InputError(plan.source, "no waypoint in it")
     radius = tables["mission"]["reach_radius_m"]
     waypoints = _apart(goals, radius, counts)
+    _check_distance(plan, goals)
     _check_fences(plan, [*goals, *landing])
     towards = next((g for g in waypoints if np.linalg.norm(g - start) > radius), waypoints[0])
     yaw = np.degrees(np.arctan2(towards[1] - start[1], towards[0] - start[0]))
@@ -103,7 +107,35 @@ def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
         "attitude_deg": (0.0, 0.0, round(float(yaw), 3)),
     }
     tables["obstacle"] = [_table(one) for one in _fence_volumes(plan)]
-    return Converted(tables, _notes(plan, speed, speed_mps, counts))
+    notes = _notes(plan, speed, speed_mps, counts)
+    if unset:
+        notes = ("home is not set in the plan: the first place in it is taken for home", *notes)
+    return Converted(tables, notes)
+
+
+def _with_home(plan: FlightPlan) -> FlightPlan:
+    """The plan with its first place as home; InputError where heights need to know home's."""
+    first = next((one for one in plan.items if one.latitude_deg is not None), None)
+    if first is None or first.latitude_deg is None or first.longitude_deg is None:
+        return plan
+    if any(item.above == "sea level" for item in plan.items):
+        raise InputError(
+            plan.source,
+            "home is not set (0, 0), and heights above sea level need its own; valid: a home with "
+            "latitude, longitude and height",
+        )
+    return replace(plan, home=Geodetic(first.latitude_deg, first.longitude_deg, 0.0))
+
+
+def _check_distance(plan: FlightPlan, goals: Iterable[FloatArray]) -> None:
+    far = [
+        f"goal {number}: {np.hypot(*goal[:2]) / 1000.0:,.0f} km from home, where down is another "
+        f"way; at most {MOST_APART_M / 1000.0:g} km are flown"
+        for number, goal in enumerate(goals, start=1)
+        if np.hypot(*goal[:2]) > MOST_APART_M
+    ]
+    if far:
+        raise InputError(plan.source, far)
 
 
 def _points(plan: FlightPlan) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:

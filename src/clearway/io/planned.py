@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from clearway.errors import InputError
-from clearway.io.flight_plan import as_mission
+from clearway.errors import InputError, naming
+from clearway.io.flight_plan import FlightPlan, as_mission
 from clearway.io.qgc_plan import read_plan
 from clearway.io.waypoint_file import read_waypoints
 
-PLANS = (".plan", ".waypoints")
+READERS = {".plan": read_plan, ".waypoints": read_waypoints}
+PLANS = tuple(READERS)
 """Suffixes of flight plans of ground stations."""
+SIGNS = {rb"\A(?:\xef\xbb\xbf)?QGC WPL": read_waypoints, rb'"fileType"\s*:\s*"Plan"': read_plan}
+"""What they begin like, whatever they are called: Mission Planner says .txt too."""
+HEAD = 4096
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
@@ -22,12 +27,25 @@ def beside(path: Path, file: str) -> str:
     return str((path.parent / file).absolute())
 
 
+def plan_reader(path: Path) -> Callable[[Path], FlightPlan] | None:
+    """What reads a flight plan, by suffix or content; None for any other file."""
+    reader = READERS.get(path.suffix.lower())
+    if reader is not None or path.suffix == ".toml" or not path.is_file():
+        return reader
+    with naming(path, "read"), path.open("rb") as file:
+        head = file.read(HEAD)
+    return next((reader for sign, reader in SIGNS.items() if re.search(sign, head)), None)
+
+
 def planned_tables(path: Path, speed_mps: float | None, notice: Notice | None) -> dict[str, Any]:
     """Tables of a mission file that flies a plan, at a speed in place of the plan's if it is given.
 
     notice: called with what was assumed or left out.
     """
-    plan = read_plan(path) if path.suffix == ".plan" else read_waypoints(path)
+    read = plan_reader(path)
+    if read is None:
+        raise InputError(str(path), f"no flight plan; valid: {', '.join(PLANS)}")
+    plan = read(path)
     converted = as_mission(plan, speed_mps)
     if notice is not None:
         for note in converted.notes:
@@ -43,7 +61,7 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
     if not all(isinstance(tables.get(name, {}), dict) for name in shared):
         return tables
     place = Path(beside(path, mission["plan"]))
-    if place.suffix not in PLANS:
+    if plan_reader(place) is None:
         raise InputError(
             str(path), f"mission.plan: suffix {place.suffix!r}; valid: {', '.join(PLANS)}"
         )

@@ -15,6 +15,7 @@ from clearway.io.plan_items import CHANGE_SPEED, FRAMES, ItemsRead, Position
 from clearway.io.toml import parse_model
 
 FIXED_WING = 1
+LAND = 21
 
 
 class Transect(Foreign):
@@ -31,6 +32,8 @@ class PlanItem(Foreign):
     AMSLAltAboveTerrain: float | None = None
     complexItemType: str = "complex item"
     TransectStyleComplexItem: Transect | None = None
+    landCoordinate: tuple[float, float, float] | None = None
+    altitudesAreRelative: bool = True
 
 
 class PlanMission(Foreign):
@@ -79,7 +82,8 @@ def read_plan(path: Path) -> FlightPlan:
     speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
     for place, entry in _simple("mission.items", mission.items, items.left_out):
         if entry.command == CHANGE_SPEED and not items.found and len(entry.params) > 1:
-            speed = entry.params[1] or speed
+            told = entry.params[1] or 0.0
+            speed = told if told > 0.0 else speed  # -1 keeps the speed
         else:
             items.take(place, entry.command, *_frame_and_position(entry))
     home, rally, fences = _places(plan, items.problems)
@@ -90,7 +94,7 @@ def read_plan(path: Path) -> FlightPlan:
         path.stem,
         home,
         tuple(items.found),
-        speed or None,
+        speed if speed and speed > 0.0 else None,
         fences,
         rally,
         items.left_out,
@@ -108,8 +112,15 @@ def _simple(
         elif entry.TransectStyleComplexItem is not None and entry.TransectStyleComplexItem.Items:
             inner = entry.TransectStyleComplexItem.Items
             yield from _simple(f"{here}.TransectStyleComplexItem.Items", inner, counts)
+        elif entry.landCoordinate is not None:
+            yield here, _landing(entry.landCoordinate, entry.altitudesAreRelative)
         else:
             counts[entry.complexItemType] += 1
+
+
+def _landing(place: tuple[float, float, float], above_home: bool) -> PlanItem:
+    """The end of a landing pattern, at which it lands."""
+    return PlanItem(command=LAND, frame=3 if above_home else 0, params=(*(None,) * 4, *place))
 
 
 def _frame_and_position(entry: PlanItem) -> tuple[int, Position]:

@@ -44,8 +44,8 @@ def _numbers(words: list[str]) -> list[float]:
         numbers = [float(word) for word in words[:COLUMNS]]
     except ValueError as cause:
         raise ValueError(f"{cause}") from None
-    if not all(math.isfinite(number) for number in numbers[8:11]):
-        raise ValueError("latitude, longitude and height must be finite")
+    if not all(math.isfinite(number) for number in (*numbers[2:4], *numbers[8:11])):
+        raise ValueError("frame, command, latitude, longitude and height must be finite")
     return numbers
 
 
