@@ -342,3 +342,13 @@ def test_sets_of_uneven_grids_that_the_vehicle_soon_leaves():
     tree = build_reach_set(vehicle, grid, "flying", np.radians(30.0))
     assert tree.nodes > 50
     assert np.count_nonzero(tree.exit_kind) > 10
+
+
+@pytest.mark.parametrize("method", ["chaotic", "harmonic", "combined"])
+def test_layers_thicker_than_a_movement_are_crossed(method):
+    grid = AvoidanceGrid(
+        np.array([0.0, 1.0, 3.5, 6.0, 10.0]), GRID.azimuth_edges_rad, GRID.elevation_edges_rad
+    )
+    tree = build_reach_set(PLANE, grid, method)
+    assert np.count_nonzero(tree.exit_kind == LAST_LAYER) > 0
+    assert tree.nodes < 3000

@@ -95,7 +95,8 @@ def trajectories(
 
     A movement's end in the last layer, beyond it, or outside through the side completes one. A
     child in the same layer waits again, a child in an earlier layer is dropped, and so is what
-    is not complete after `deep` movements. Raises ClearwayError when the tree outgrows memory.
+    is not complete after `deep` movements. The cells' budgets are given again for as long as
+    nothing has come beyond the layer. Raises ClearwayError when the tree outgrows memory.
     """
     waiting = _children(_root(lattice, start_pitch_rad, deep), lattice, grid, start_pitch_rad)
     made = len(waiting)
@@ -105,11 +106,16 @@ def trajectories(
         front = waiting.picked(here & (waiting.depth < deep))
         waiting = waiting.picked(~here)
         expanded = np.zeros(grid.cells + 1, dtype=np.int64)
+        gone_beyond = bool(np.any(waiting.place != OUT_SIDE))
         while len(front):
             chosen = keep(_front(front, lattice, grid, start_pitch_rad, expanded))
             going = front.picked(chosen)
             if not len(going):
-                break
+                if gone_beyond or not np.any(expanded):
+                    break
+                # A layer thicker than a movement takes more than what one budget allows.
+                expanded[:] = 0
+                continue
             expanded += np.bincount(_cell_of(going, grid), minlength=grid.cells + 1)
             children = _children(going, lattice, grid, start_pitch_rad)
             made += len(children)
@@ -122,6 +128,7 @@ def trajectories(
             stay = (at == layer) & (children.depth < deep)
             front = front.picked(~chosen).joined(children.picked(stay))
             waiting = waiting.joined(children.picked(at > layer))
+            gone_beyond |= bool(np.any((at > layer) & (children.place != OUT_SIDE)))
     return waiting.picked((waiting.place != OUT_SIDE) | side_exits).buffers
 
 
