@@ -10,7 +10,7 @@ import typer
 
 from clearway.cli.patience import asking_for_patience
 from clearway.cli.report import print_json, say
-from clearway.errors import InputError
+from clearway.errors import ClearwayError, InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,7 +123,12 @@ def assess(
         if not every:
             for note in read.notes:
                 say(note)
-        result, words, draw = (_played if every else _assessed)(read)
+        try:
+            result, words, draw = (_played if every else _assessed)(read)
+        except ClearwayError as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(str(scene or scan), str(error)) from error
     kind = "play" if every else "assess"
     folder = out or Path("clearway-out") / f"{kind}-{read.scene.name}"
     written = _write(read, result, draw if plots else None, folder)
