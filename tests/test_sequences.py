@@ -227,6 +227,32 @@ def test_tables_of_angles_and_of_quaternions_agree(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.degrees(state.attitude_rad), [10.0, -20.0, 30.0])
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time,yaw,pitch,roll,x,y,z\n1.0,30,-20,10,1,2,3\n2.0,30,-20,10,2,2,3\n",
+        "x y z roll_rad pitch_rad yaw_rad time speed\n"
+        "1 2 3 0.17453292519943295 -0.3490658503988659 0.5235987755982988 1.0 7\n"
+        "2 2 3 0.17453292519943295 -0.3490658503988659 0.5235987755982988 2.0 7\n",
+        "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
+        "q_RS_y [], q_RS_z []\n"
+        "{0}000000000,1,2,3,{w},{x},{y},{z}\n{1}000000000,2,2,3,{w},{x},{y},{z}\n",
+        "# timestamp tx ty tz qx qy qz qw\n"
+        "{0}000 1 2 3 {x} {y} {z} {w}\n{1}000 2 2 3 {x} {y} {z} {w}\n",
+    ],
+)
+def test_a_header_says_which_column_is_which(tmp_path: Path, text: str) -> None:
+    w, x, y, z = quaternions_of(world_from_body(np.radians([[10.0, -20.0, 30.0]])))[0]
+    start = 1_700_000_000 if "{0}" in text else 1
+    (tmp_path / "way.csv").write_text(
+        text.format(start, start + 1, w=w, x=x, y=y, z=z) if "{0}" in text else text
+    )
+    state = read_poses(tmp_path / "way.csv").at(7, start + 0.5)
+    assert state is not None
+    np.testing.assert_allclose(state.position_m, [1.5, 2.0, 3.0])
+    np.testing.assert_allclose(np.degrees(state.attitude_rad), [10.0, -20.0, 30.0])
+
+
 CALIBRATION = "P0: 1 2 3\nTr: 0 -1 0 0  0 0 -1 -0.1  1 0 0 -0.3\n"
 
 
@@ -260,6 +286,9 @@ def test_kitti_poses_of_the_camera_become_the_lidar_s(
         ("1,2,3,4,5,6,7\n1,2,3,4,5,6\n", "line 2: 6 values"),
         ("1,2,3,4,5,6,7\n1,2,x,4,5,6,7\n", "line 2: '1,2,x,4,5,6,7' is no row of numbers"),
         ("nan,2,3,4,5,6,7\n", "no usable pose"),
+        ("time,yaw,pitch,roll,x,y,z\n1,2,3\n", "line 2: 3 values"),
+        ("1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 2 0 0 0 0 1 0\n", "pose 1: its first 3 x 3 numbers"),
+        ("1 0 0 nan 0 1 0 0 0 0 1 0\n", "pose 0: its first 3 x 3 numbers are no rotation"),
     ],
 )
 def test_bad_files_of_poses(tmp_path: Path, text: str, message: str) -> None:

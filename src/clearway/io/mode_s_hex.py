@@ -9,7 +9,8 @@ from typing import NamedTuple
 from clearway.errors import InputError
 from clearway.io.json_objects import json_objects
 from clearway.io.mode_s import LONG_BYTES, SHORT_BYTES, Frames, decode_frames
-from clearway.io.traffic_rows import DAMAGED, NO_TIME, Sieve, epoch_s, second_of, text
+from clearway.io.moments import second_of
+from clearway.io.traffic_rows import DAMAGED, NO_TIME, Sieve, epoch_s, text
 from clearway.recordings.report import TrafficRecording
 
 FORM = "Mode S hex"

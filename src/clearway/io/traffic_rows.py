@@ -11,6 +11,7 @@ from typing import Any
 
 from clearway.errors import InputError
 from clearway.io.false_zeros import without_false_zeros
+from clearway.io.moments import second_of
 from clearway.recordings.report import (
     NOT_ICAO,
     AltitudeKind,
@@ -22,7 +23,6 @@ from clearway.recordings.report import (
 from clearway.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 
 LOWEST_M, HIGHEST_M = -1_000.0, 40_000.0
-MOST_SECONDS = 1e11
 LATEST_S = 5e10
 """Sixteen centuries from 1970, either way: what calendars can tell."""
 FASTEST_MPS = 1_200.0
@@ -188,13 +188,6 @@ def epoch_s(value: Any) -> float | None:
     except ValueError:
         return None
     return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
-
-
-def second_of(count: float) -> float:
-    """Seconds of the unit that a time since 1970 is counted in: no calendar knows more seconds."""
-    if not MOST_SECONDS <= abs(count) < math.inf:
-        return 1.0
-    return 1e-3 if abs(count) < 1e14 else 1e-6 if abs(count) < 1e17 else 1e-9
 
 
 def text(value: Any) -> str:
