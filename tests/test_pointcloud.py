@@ -269,7 +269,9 @@ def test_a_scan_10_km_wide_is_refused_but_a_wide_survey_is_not(tmp_path: Path) -
         read_points(write_las(tmp_path / "wider.las", wide * 50.0, [2] * 200))
 
 
-@pytest.mark.parametrize(("suffix", "package"), [(".pcd", "lzf"), (".las", "laspy")])
+@pytest.mark.parametrize(
+    ("suffix", "package"), [(".pcd", "lzf"), (".las", "laspy"), (".las", "pyproj")]
+)
 def test_missing_package_names_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, package: str
 ) -> None:

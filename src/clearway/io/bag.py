@@ -69,8 +69,8 @@ def open_bag(path: Path) -> Iterator[Bag]:
     Raises MissingExtraError without the packages of [lidar], InputError where it is damaged.
     """
     try:
-        import mcap  # noqa: F401
-        import rosbags  # noqa: F401
+        import mcap.reader  # noqa: F401
+        import rosbags.highlevel  # noqa: F401
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "lidar") from cause
     from clearway.io.bag_files import open_files, without_metadata

@@ -53,9 +53,11 @@ def read_las(path: Path) -> PointCloud:
     """
     try:
         import laspy
+        import pyproj  # noqa: F401 (laspy looks for it where a file states a CRS)
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "lidar") from cause
-    _check_header(path)
+    if _is_compressed(path) and not laspy.LazBackend.detect_available():
+        raise MissingExtraError(f"reading {path}", "lidar")
     try:
         las: Any = laspy.read(path)
     except MemoryError as cause:
@@ -85,8 +87,11 @@ def read_las(path: Path) -> PointCloud:
     return _cloud(path, las, _reference(path, las))
 
 
-def _check_header(path: Path) -> None:
-    """Refuse a header that promises more than the file holds: laspy would loop over its counts."""
+def _is_compressed(path: Path) -> bool:
+    """Whether the points are compressed, of a header that promises no more than the file holds.
+
+    Raises InputError for one that does: laspy would loop over its counts.
+    """
     size = path.stat().st_size
     with path.open("rb") as file:
         header = file.read(HEADER_BYTES)
@@ -108,6 +113,7 @@ def _check_header(path: Path) -> None:
             f"truncated: the header promises {count} points of {length} bytes, "
             f"the file holds {max(0, size - start) // max(1, length)}",
         )
+    return bool(form >= COMPRESSED_FORMAT)
 
 
 def _cloud(path: Path, las: Any, reference: Reference) -> PointCloud:
