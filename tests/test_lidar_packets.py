@@ -135,6 +135,17 @@ def test_a_capture_that_ends_in_a_packet_is_read_as_far_as_it_goes(
     assert part.pattern.beams == 128 * 816
 
 
+def test_packets_of_another_sensor_than_the_metadata_are_refused(
+    data_dir: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("ouster.sdk")
+    folder = data_dir / "lidar/ouster"
+    shutil.copy(folder / "OS-0-128-U1_v2.3.0_1024x10.pcap", tmp_path / "a.pcap")
+    shutil.copy(folder / "OS-1-128_v2.3.0_1024x10.json", tmp_path / "a.json")
+    with pytest.raises(InputError, match=r"no packet in it of the sensor of a\.json \(OS-1-128\)"):
+        list(open_scans(tmp_path / "a.pcap"))
+
+
 @pytest.mark.parametrize("kept", [0, 10, 2000])
 def test_damaged_ouster_metadata(data_dir: Path, tmp_path: Path, kept: int) -> None:
     pytest.importorskip("ouster.sdk")

@@ -167,7 +167,8 @@ def test_truncated_real_files_are_refused(
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.ply", b"ply", r"suffix '\.ply'.*valid suffixes: \.pcd, \.las"),
+        ("a.ply", b"ply\r\n", r"suffix '\.ply'.*valid suffixes: \.pcd, \.las.*PLY.*convert it"),
+        ("a.pcd.gz", b"\x1f\x8b\x08", r"suffix '\.gz'.*a file packed by gzip: unpack it"),
         ("a", b"1 2 3", r"suffix '\(none\)'"),
         ("a.las", b"1 2 3\n" * 100, "no LAS or LAZ header"),
         ("a.pcd", b"LASF" + bytes(400), r"\.las or \.laz"),

@@ -56,10 +56,18 @@ def ouster_scans(path: Path) -> ScanSequence:
         sensor = _sensor(info, core.XYZLut(info))
 
     def scans() -> Iterator[TimedScan]:
+        found = 0
         with damage_told(path, "packet capture", (Exception,)):
             source = library.open_source(str(path), meta=[str(beside)])
             for index, frames in enumerate(source):
+                found += 1
                 yield _scan(f"{path} scan {index}", index, frames[0], sensor)
+        if not found:
+            raise InputError(
+                str(path),
+                f"no packet in it of the sensor of {beside.name} ({info.prod_line}): truncated, or "
+                "the metadata of another recording?",
+            )
 
     notes = [f"{path}: metadata of {beside.name}"]
     cut = index_of_cut(path)
