@@ -177,15 +177,17 @@ class Traffic:
 
     def _appear(self, scripted: ScriptedIntruder, own: State) -> _Flyer:
         position, velocity = scripted.position_m, scripted.velocity_mps
+        # Between two steps of the simulation it is where its own time says.
+        since_s = scripted.appears_s
         if scripted.spawn != "world":
-            frame = own
-            if scripted.spawn == "nominal":
-                frame = nominal_state(self._mission, scripted.appears_s, self._speed)
+            frame = nominal_state(self._mission, scripted.appears_s, self._speed)
+            if scripted.spawn == "ownship":
+                frame, since_s = own, own.time_s
             rotation = world_from_body(frame.attitude_rad)
             position = frame.position_m + rotation @ position
             velocity = rotation @ velocity
         rng = np.random.default_rng(self._rng.integers(2**63))
-        return _Flyer(scripted, position, velocity, own.time_s, rng, self.settings.deviates)
+        return _Flyer(scripted, position, velocity, since_s, rng, self.settings.deviates)
 
 
 class _Flyer:
