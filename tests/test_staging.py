@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from clearway.errors import InputError
-from clearway.io.staging import staged
+from clearway.io.staging import RESULTS, folder_of, staged
 
 
 def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
@@ -42,3 +42,18 @@ def test_a_file_in_the_way(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("a file")
     with pytest.raises(InputError, match="cannot be written"), staged(tmp_path / "out"):
         pass
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [
+        ("round-a-ball", "round-a-ball"),
+        ("Übung 3.1", "Übung 3.1"),
+        ("../../etc/x", "etc-x"),
+        ("C:\\x", "C--x"),
+        ("..", "unnamed"),
+        ("", "unnamed"),
+    ],
+)
+def test_names_lead_nowhere_else(name: str, folder: str) -> None:
+    assert folder_of(name) == RESULTS / folder

@@ -62,6 +62,7 @@ def fly(
     from clearway.flight import prepare
     from clearway.io.run_files import summary
     from clearway.io.run_tables import check_tables
+    from clearway.io.staging import folder_of
 
     known_planner(planner)
     if parquet:
@@ -73,7 +74,7 @@ def fly(
         say(note)
     setup.refuse_impossible()
     run = flown_with_bar(setup, planner)
-    folder = out or Path("clearway-out") / file.mission.name
+    folder = out or folder_of(file.mission.name)
     written = write_flight(run, setup, file, folder, plots, planner, mcap=mcap, parquet=parquet)
     if as_json:
         print_json(summary(run, planner))

@@ -36,6 +36,7 @@ def fly_recorded(
 
     Raises InputError for a number, or an aircraft, that is not there.
     """
+    from clearway.io.staging import folder_of
     from clearway.io.substitution_result import substitution_result
     from clearway.recordings.own_part import take_part
     from clearway.substitute import fly_in_place
@@ -55,7 +56,7 @@ def fly_recorded(
     for note in found.setup.notes:
         say(note)
     result = substitution_result(found, recording.clock)
-    folder = out or Path("clearway-out") / found.file.mission.name
+    folder = out or folder_of(found.file.mission.name)
     written = _write(found, result, folder)
     if as_json:
         print_json(result)

@@ -16,7 +16,7 @@ Points = Annotated[tuple[Point, ...], Field(strict=False)]
 class MissionSection(Section):
     """`[mission]`: where to go."""
 
-    name: str
+    name: Annotated[str, Field(min_length=1)]
     """What logs, pictures and the output folder are called."""
     waypoints_m: Annotated[Points, Field(min_length=1)]
     """Points to fly to, in this order, world frame; `plan` can bring them."""

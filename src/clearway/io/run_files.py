@@ -69,7 +69,7 @@ def write_track(run: Run[Steering], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(TRACK_COLUMNS)
         for time_s, state in zip(run.time_s, run.states, strict=True):
-            writer.writerow([f"{time_s:.4f}", *(f"{value:.6f}" for value in state)])
+            writer.writerow([f"{time_s:.6f}", *(f"{value:.6f}" for value in state)])
 
 
 def write_intruders(run: Run[Steering], path: Path) -> None:
@@ -79,7 +79,7 @@ def write_intruders(run: Run[Steering], path: Path) -> None:
         writer.writerow(("name", *TRACK_COLUMNS[:4]))
         for name, track in run.intruder_tracks.items():
             for time_s, *place in track:
-                writer.writerow([name, f"{time_s:.4f}", *(f"{value:.6f}" for value in place)])
+                writer.writerow([name, f"{time_s:.6f}", *(f"{value:.6f}" for value in place)])
 
 
 def write_decisions(run: Run[Steering], path: Path) -> None:

@@ -12,6 +12,16 @@ from pathlib import Path
 from clearway.errors import naming
 
 
+RESULTS = Path("clearway-out")
+"""Where commands write unless told otherwise, below the working folder."""
+
+
+def folder_of(name: str) -> Path:
+    """The folder of results called by a name, which may hold any letters but leads nowhere else."""
+    letters = "".join(c if c.isalnum() or c in " ._-+" else "-" for c in name)
+    return RESULTS / (letters.strip(" .-") or "unnamed")
+
+
 @contextmanager
 def staged(folder: str | Path) -> Iterator[Path]:
     """A scratch folder whose files move into `folder` when the block ends without an error.

@@ -108,7 +108,8 @@ def _message(item: Any, model: type[BaseModel]) -> str:
         return _unknown_key(str(key), sorted(_keys_at(model, table)))
     if kind == "missing":
         return "missing, but needed"
-    message = str(item["msg"]).removeprefix("Value error, ").replace("Input should", "should")
+    message = str(item["msg"]).removeprefix("Value error, ")
+    message = message.replace("Input should", "should").replace("String should", "should")
     if kind == "literal_error" and isinstance(item["input"], str):
         choices = re.findall(r"'([^']*)'", str(item["ctx"]["expected"]))
         message += _nearest(item["input"], choices)
