@@ -11,7 +11,6 @@ from pathlib import Path
 
 from clearway.errors import naming
 
-
 RESULTS = Path("clearway-out")
 """Where commands write unless told otherwise, below the working folder."""
 
