@@ -94,3 +94,21 @@ def test_waypoints_beyond_any_map_are_refused(far_m: float) -> None:
     tables = {"mission": {"name": "far", "waypoints_m": [[0, 0, 0], [far_m, 0, 0]]}}
     with pytest.raises(InputError, match=r"waypoints_m\[1\].*from the start.*in metres\?"):
         parse_model("far.toml", tables, MissionFile)
+
+
+@pytest.mark.parametrize(
+    ("said", "transponder", "follows"),
+    [({}, True, False), ({}, False, True), ({"follow_movers": False}, False, False)],
+)
+def test_movers_are_followed_where_an_intruder_is_silent(
+    said: dict[str, Any], transponder: bool, follows: bool
+) -> None:
+    place = {"appears_s": 1, "position_m": [6, 6, 0], "velocity_mps": [0, -1, 0], "radius_m": 0.5}
+    tables = {
+        "mission": {"name": "silent", "waypoints_m": [[20, 0, 0]]},
+        "traffic": said,
+        "intruder": [{"name": "a", "transponder": transponder, **place}],
+    }
+    mission = parse_model("silent.toml", tables, MissionFile)
+    assert mission.follows_movers is follows
+    assert parse_model("again", mission.effective(), MissionFile).follows_movers is follows

@@ -110,6 +110,12 @@ class MissionFile(Section):
             self.mission.pass_within_m,
         )
 
+    @property
+    def follows_movers(self) -> bool:
+        """Whether what LiDAR alone sees move counts as traffic, said or by default."""
+        said = self.traffic.follow_movers
+        return any(not one.transponder for one in self.intruder) if said is None else said
+
     def to_avoidance(self) -> AvoidanceSettings:
         """How decisions are taken."""
         rating, safety = self.rating, self.safety

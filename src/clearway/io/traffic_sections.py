@@ -39,8 +39,9 @@ class TrafficSection(Section):
     """Time between reports of one intruder."""
     tracker: bool = False
     """Make reports into tracks first, which smooths noisy ones."""
-    follow_movers: bool = False
-    """Count what moves and is seen by LiDAR alone as intruders too."""
+    follow_movers: bool | None = None
+    """Count what moves and is seen by LiDAR alone as intruders too; default: if some intruder has
+    no transponder."""
     recording: str | None = None
     """A recording of real traffic that plays around the flight, relative to the mission file; see
     [traffic.md](traffic.md) for the formats. It needs `origin_geodetic`, whose height is then an
