@@ -39,6 +39,8 @@ STEP_M = 2.0
 """Surfaces whose heights differ by less share a top."""
 STANDS_M = 1.0
 """What is no higher above an object's lowest point is the ground."""
+FARTHEST_M, HIGHEST_M = 1e8, 1e5
+"""Coordinates of projected systems, and heights, are smaller."""
 FINEST_LOD = 2.9
 """Windows and door knobs of finer models are left to the LiDAR."""
 GAP_M = 2.0
@@ -93,8 +95,10 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
             str(path), f"coordinates are in {place.unit}s (CRS {place.name}); valid: metres"
         )
     vertices = np.array(city.vertices, dtype=np.float64).reshape(-1, 3)
-    vertices = vertices * city.transform.scale + city.transform.translate
+    with np.errstate(over="ignore", invalid="ignore"):
+        vertices = vertices * city.transform.scale + city.transform.translate
     vertices[:, 2] *= place.up_m or 1.0
+    _check_vertices(path, vertices)
     features: list[MapFeature] = []
     counts: dict[str, int] = {}
     for name, part in city.CityObjects.items():
@@ -115,6 +119,19 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
         counts=counts,
         notes=(f"surfaces within {STEP_M:g} m of height share a top, objects are solid below",),
     )
+
+
+def _check_vertices(path: Path, vertices: FloatArray) -> None:
+    """Refuse what lies off the Earth: heights are gone through in steps."""
+    far = np.abs(vertices) > [FARTHEST_M, FARTHEST_M, HIGHEST_M]
+    bad = np.flatnonzero(far.any(axis=1) | ~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        x, y, z = vertices[bad[0]]
+        raise InputError(
+            str(path),
+            f"vertices[{bad[0]}]: {x:g}, {y:g}, {z:g} m is no place on Earth; "
+            f"{len(bad)} of {len(vertices)} are none",
+        )
 
 
 def _why_none(part: CityObject) -> str:
@@ -159,11 +176,11 @@ def _faces(boundaries: Sequence[Any], count: int) -> Iterator[npt.NDArray[np.int
         if not isinstance(part, list) or not part:
             raise ValueError("boundaries: lists of vertex numbers are needed")
         if isinstance(part[0], list) and part[0] and isinstance(part[0][0], int):
-            ring = np.array(part[0], dtype=np.int64)
-            if ring.min() < 0 or ring.max() >= count:
-                raise ValueError(f"boundaries: vertex {int(ring.max())}, but there are {count}")
-            if len(ring) >= 3:
-                yield ring
+            wrong = [n for n in part[0] if not (isinstance(n, int) and 0 <= n < count)]
+            if wrong:
+                raise ValueError(f"boundaries: vertex {wrong[0]!r}, but there are {count}")
+            if len(part[0]) >= 3:
+                yield np.array(part[0], dtype=np.int64)
         else:
             yield from _faces(part, count)
 

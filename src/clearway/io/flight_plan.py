@@ -91,8 +91,8 @@ def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
     if not goals:
         raise InputError(plan.source, "no waypoint in it")
     radius = tables["mission"]["reach_radius_m"]
-    waypoints = _apart(goals, radius, counts)
     _check_distance(plan, goals)
+    waypoints = _apart(goals, radius, counts)
     _check_fences(plan, [*goals, *landing])
     towards = next((g for g in waypoints if np.linalg.norm(g - start) > radius), waypoints[0])
     yaw = np.degrees(np.arctan2(towards[1] - start[1], towards[0] - start[0]))

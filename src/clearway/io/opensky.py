@@ -18,7 +18,7 @@ FIELDS = (
 )  # fmt: skip
 """Of a state in a list, by the names that the history has for them."""
 LEAST_FIELDS = 12
-SOURCES: Mapping[object, Source] = {0: "adsb", 2: "mlat"}
+SOURCES: Mapping[float | None, Source] = {0.0: "adsb", 2.0: "mlat"}
 """By `position_source`."""
 
 
@@ -60,7 +60,7 @@ def take_state(row: Mapping[str, Any], sieve: Sieve) -> None:
             None if heading is None else math.radians(heading),
             number(row.get("vertrate")),
             text(row.get("callsign")),
-            SOURCES.get(row.get("source", 0), "unknown"),
+            SOURCES.get(number(row.get("source", 0)), "unknown"),
         )
     )
 

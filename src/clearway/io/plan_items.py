@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 from clearway.io.foreign import position_of
+from clearway.io.map_features import Geodetic
 
 Action = Literal["take-off", "waypoint", "return", "land"]
 ACTIONS: Mapping[int, Action] = {
@@ -34,6 +35,7 @@ FRAMES: Mapping[int, Literal["sea level", "home", "ground"]] = {
     11: "ground",
 }
 """What heights are above, by MAV_FRAME."""
+HIGHEST_M = 100_000.0
 
 
 class Item(NamedTuple):
@@ -69,12 +71,25 @@ def item_of(place: str, command: int, frame: int, position: Position) -> Item | 
     latitude, longitude, height = position
     if height is None:
         raise ValueError("the height is missing")
+    _check_height(height)
     # Take-off and landing without a place, or with zeros for it, mean wherever the vehicle is.
     if not latitude and not longitude:
         if action == "waypoint":
             raise ValueError("latitude and longitude are missing")
         return Item(place, action, None, None, height, above)
     return Item(place, action, *position_of([longitude, latitude]), height, above)
+
+
+def geodetic_of(latitude: float, longitude: float, height: float) -> Geodetic:
+    """A place of a plan; raises ValueError saying what is out of range."""
+    position_of([longitude, latitude])
+    _check_height(height)
+    return Geodetic(latitude, longitude, height)
+
+
+def _check_height(height: float) -> None:
+    if not abs(height) <= HIGHEST_M:
+        raise ValueError(f"height {height:g} m is out of range; valid: +-{HIGHEST_M:g} m")
 
 
 class ItemsRead:

@@ -9,13 +9,14 @@ from typing import Literal
 
 from clearway.errors import InputError
 from clearway.io.flight_plan import Fence, FlightPlan
-from clearway.io.foreign import Foreign, position_of, read_json, rings_of
+from clearway.io.foreign import Foreign, read_json, rings_of
 from clearway.io.map_features import Disc, Geodetic, Polygon
-from clearway.io.plan_items import CHANGE_SPEED, FRAMES, ItemsRead, Position
+from clearway.io.plan_items import CHANGE_SPEED, FRAMES, ItemsRead, Position, geodetic_of
 from clearway.io.toml import parse_model
 
 FIXED_WING = 1
 LAND = 21
+LARGEST_FENCE_M = 100_000.0
 
 
 class Transect(Foreign):
@@ -139,7 +140,7 @@ def _places(
 
     def geodetic(place: str, values: tuple[float, float, float]) -> Geodetic:
         try:
-            position_of([values[1], values[0]])
+            return geodetic_of(*values)
         except ValueError as cause:
             problems.append(f"{place}: {cause}")
         return Geodetic(*values)
@@ -159,8 +160,11 @@ def _places(
     for number, circle in enumerate(plan.geoFence.circles):
         latitude, longitude = circle.circle.center
         geodetic(f"geoFence.circles[{number}]", (latitude, longitude, 0.0))
-        if not circle.circle.radius > 0.0:
-            problems.append(f"geoFence.circles[{number}]: radius must be above 0")
+        if not 0.0 < circle.circle.radius <= LARGEST_FENCE_M:
+            problems.append(
+                f"geoFence.circles[{number}]: radius {circle.circle.radius:g} m is not above 0 and "
+                f"at most {LARGEST_FENCE_M:g} m"
+            )
         disc = Disc(latitude, longitude, circle.circle.radius)
         fences.append(Fence(f"round fence {number}", disc, circle.inclusion))
     return home, rally, tuple(fences)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from clearway.errors import InputError
 from clearway.io.flight_plan import FlightPlan
-from clearway.io.foreign import position_of, read_text
+from clearway.io.foreign import read_text
 from clearway.io.map_features import Geodetic
-from clearway.io.plan_items import CHANGE_SPEED, ItemsRead
+from clearway.io.plan_items import CHANGE_SPEED, ItemsRead, geodetic_of
 
 COLUMNS = 12
 """Index, current, frame, command, four parameters, latitude, longitude, height, autocontinue."""
@@ -54,7 +54,7 @@ def _plan(path: Path, rows: list[tuple[str, list[float]]]) -> FlightPlan:
     (_, first), others = rows[0], rows[1:]
     home = Geodetic(first[8], first[9], first[10])
     try:
-        position_of([home.longitude_deg, home.latitude_deg])
+        geodetic_of(*home)
     except ValueError as cause:
         items.problems.append(f"{rows[0][0]}: home: {cause}")
     for place, row in others:
