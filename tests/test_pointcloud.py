@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -233,6 +234,27 @@ def test_units_of_a_crs_without_a_name(tmp_path: Path, unit: int, told: str) -> 
     else:
         with pytest.raises(InputError, match=told):
             read_points(tmp_path / "a.las")
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "message"),
+    [
+        (4, 0xFFFF_FFF0, "its table has 4294967280 chunks, the file"),
+        (-8, 2**40, r"no chunk table at byte 1099511627776 of"),
+    ],
+)
+def test_laz_whose_table_promises_more_than_memory_holds(
+    tmp_path: Path, at: int, value: int, message: str
+) -> None:
+    """The library would end the process."""
+    path = write_las(tmp_path / "a.laz", POINTS, [2] * 3)
+    content = bytearray(path.read_bytes())
+    (start,) = struct.unpack_from("<I", content, 96)
+    (table,) = struct.unpack_from("<q", content, start)
+    struct.pack_into(*(("<I", content, table + at) if at > 0 else ("<q", content, start)), value)
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        read_points(path)
 
 
 def test_npy_of_another_shape(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clearway.errors import InputError, MissingExtraError
+from clearway.io.laz_chunks import check_chunks
 from clearway.io.pointcloud import PointCloud
 from clearway.units import FOOT_M, US_SURVEY_FOOT_M
 
@@ -56,10 +57,16 @@ def read_las(path: Path) -> PointCloud:
         import pyproj  # noqa: F401 (laspy looks for it where a file states a CRS)
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "lidar") from cause
-    if _is_compressed(path) and not laspy.LazBackend.detect_available():
+    compressed = _is_compressed(path)
+    if compressed and not laspy.LazBackend.detect_available():
         raise MissingExtraError(f"reading {path}", "lidar")
     try:
+        if compressed:
+            with laspy.open(path) as file:
+                check_chunks(path, file.header)
         las: Any = laspy.read(path)
+    except InputError:
+        raise
     except MemoryError as cause:
         raise InputError(
             str(path), "the header promises more points than memory can hold: damaged?"
