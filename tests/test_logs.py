@@ -183,6 +183,18 @@ def test_values_of_a_scenario(tmp_path: Path) -> None:
     assert recording.notes == ("line 4: AB3 begins at EHAM 05",)
 
 
+def test_values_that_no_aircraft_has(tmp_path: Path) -> None:
+    recording = scenario(
+        tmp_path / "a.scn",
+        "0:00:05>CRE AB1 B744 45 14 90 1e9 200\n0:00:05>CRE AB2 B744 45 14 90 100 1e200\n"
+        "0:00:05>CRE AB3 B744 45 14 90 100\n0:00:05>CRE AB4 B744 45 14 90 100 200\n"
+        "0:00:06>DEL AB4\n",
+    )
+    assert [report.address for report in recording.reports] == ["AB4"]
+    assert dict(recording.left_out) == {"impossible value": 2, "damaged": 1}
+    assert recording.notes[0] == "line 3: CRE with 6 values of 7"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -322,6 +322,18 @@ def test_rasters_that_are_no_terrain(tmp_path, options, cause):
         read_map(raster(tmp_path / "a.tif", HILL, **options))
 
 
+@pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
+def test_a_raster_with_a_system_but_no_place_in_it(tmp_path):
+    import rasterio
+
+    profile = {"driver": "GTiff", "width": 9, "height": 8, "dtype": "float32",
+               "crs": "EPSG:25832", "count": 1}  # fmt: skip
+    with rasterio.open(tmp_path / "a.tif", "w", **profile) as file:
+        file.write(HILL.astype("float32"), 1)
+    with pytest.raises(InputError, match=r"transform \(1\.0, 0\.0, 0\.0"):
+        read_map(tmp_path / "a.tif")
+
+
 def test_a_raster_larger_than_memory_is_refused_unread(tmp_path):
     import rasterio
 

@@ -176,6 +176,8 @@ def test_truncated_real_files_are_refused(
         ("a.csv", b"\x93NUMPY" + bytes(100), r"belong to \.npy"),
         ("a.pcd", b"hello\n", "no PCD header"),
         ("a.npy", b"1 2 3\n4 5 6\n", r"\.npy"),
+        ("a.npy", b"\x93NUMPY\x01\0\x0e\0{'descr': [((\n", r"damaged or truncated \.npy file"),
+        ("a.txt", b"//\n1 2 3\n", "line 1: header without x, y, z"),
         ("a.csv", b"a,b,c\n1,2,3\n", "line 1: header without x, y, z"),
         ("a.csv", b"1,2,3\n1,2\nx,2,3\n", "line 2: 2 columns"),
         ("a.csv", b"1,2,3\n1,two,3\n", "line 2: 'two' is no number"),

@@ -286,6 +286,7 @@ def test_kitti_poses_of_the_camera_become_the_lidar_s(
         ("1,2,3,4,5,6,7\n1,2,3,4,5,6\n", "line 2: 6 values"),
         ("1,2,3,4,5,6,7\n1,2,x,4,5,6,7\n", "line 2: '1,2,x,4,5,6,7' is no row of numbers"),
         ("nan,2,3,4,5,6,7\n", "no usable pose"),
+        ("1,2,3,4,5,6,1e308\n", "no usable pose"),
         ("time,yaw,pitch,roll,x,y,z\n1,2,3\n", "line 2: 3 values"),
         ("1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 2 0 0 0 0 1 0\n", "pose 1: its first 3 x 3 numbers"),
         ("1 0 0 nan 0 1 0 0 0 0 1 0\n", "pose 0: its first 3 x 3 numbers are no rotation"),

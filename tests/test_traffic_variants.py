@@ -170,3 +170,10 @@ def test_daidalus_with_columns_in_another_order(tmp_path: Path) -> None:
     assert (report.address, report.altitude_m, report.ground_speed_mps) == ("one", 900.0, 40.0)
     assert report.track_rad == 3.0
     assert report.longitude_deg == pytest.approx(np.degrees(0.26))
+
+
+def test_the_own_aircraft_of_daidalus_is_that_of_the_first_whole_row(tmp_path: Path) -> None:
+    recording = read(
+        tmp_path, "time lat lon alt name\ns deg deg ft none\n0 1\n0 1 2 300 own\n0 1 2.1 300 one\n"
+    )
+    assert (recording.own_address, dict(recording.left_out)) == ("own", {"damaged": 1})

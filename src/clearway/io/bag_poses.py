@@ -15,6 +15,7 @@ import numpy as np
 from clearway.errors import InputError
 from clearway.frames import FloatArray, attitude_from_rotation, world_from_body
 from clearway.io.bag import Bag
+from clearway.io.foreign_errors import damage_told
 from clearway.io.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of
 from clearway.sensors import Mounting
 
@@ -68,10 +69,11 @@ def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
     times, poses, body = [], [], ""
     for message in bag.messages([topic]):
         found = bag.decoded(message)
-        pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
-        times.append(_seconds(found.header.stamp) or message.logged_s)
-        poses.append(_numbers(pose.position, pose.orientation))
-        body = getattr(found, "child_frame_id", "")
+        with damage_told(path, f"message of {topic}"):  # its definition, too, is of the recording
+            pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
+            times.append(_seconds(found.header.stamp) or message.logged_s)
+            poses.append(_numbers(pose.position, pose.orientation))
+            body = getattr(found, "child_frame_id", "")
     return _track(f"{path} {topic}", times, poses), body
 
 
@@ -82,11 +84,13 @@ def _edges(path: Path, bag: Bag) -> dict[str, Edge]:
     poses: Mapping[str, list[list[float]]] = defaultdict(list)
     parents = {}
     for message in bag.messages(topics):
-        for found in bag.decoded(message).transforms:
-            child = found.child_frame_id.lstrip("/")
-            parents[child] = found.header.frame_id.lstrip("/")
-            times[child].append(_seconds(found.header.stamp))
-            poses[child].append(_numbers(found.transform.translation, found.transform.rotation))
+        decoded = bag.decoded(message)
+        with damage_told(path, f"message of {message.topic}"):
+            for found in decoded.transforms:
+                child = found.child_frame_id.lstrip("/")
+                parents[child] = found.header.frame_id.lstrip("/")
+                times[child].append(_seconds(found.header.stamp))
+                poses[child].append(_numbers(found.transform.translation, found.transform.rotation))
     tracks = {child: _track(f"{path} {child}", times[child], poses[child]) for child in parents}
     return {
         child: Edge(parents[child], track) for child, track in tracks.items() if len(track.time_s)

@@ -22,6 +22,9 @@ LARGEST_MACH = 1.0
 GAS_CONSTANT = 287.05287
 """Of air, J/(kg K)."""
 TROPOPAUSE_M = 11_000.0
+LOWEST_M, HIGHEST_M = -1_000.0, 20_000.0
+"""Between these the standard atmosphere is known here."""
+FASTEST_KT = 2_000.0
 
 
 def read_bluesky(source: str, content: bytes) -> TrafficRecording:
@@ -46,7 +49,7 @@ def read_bluesky(source: str, content: bytes) -> TrafficRecording:
         words = [word for word in re.split(r"\s*,\s*|\s+", command.strip()) if word]
         if not words or words[0].upper() not in CREATE:
             sieve.use("other command")
-        elif len(words) < VALUES and last and not whole:
+        elif len(words) <= VALUES and last and not whole:
             raise InputError(source, f"truncated: line {place}, the last one: {line[:60]!r}")
         else:
             time_s = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
@@ -66,8 +69,8 @@ def _lines(content: bytes) -> Iterator[tuple[int, str]]:
 
 def _take(place: int, words: list[str], time_s: float, sieve: Sieve) -> None:
     """One aircraft into the sieve."""
-    if len(words) < VALUES - 1:
-        sieve.drop(DAMAGED, f"line {place}: CRE with {len(words)} values of {VALUES - 1}")
+    if len(words) < VALUES:
+        sieve.drop(DAMAGED, f"line {place}: CRE with {len(words)} values of {VALUES}")
         return
     callsign, _, *numbers = words
     latitude, longitude = (_degrees(word) for word in numbers[:2])
@@ -114,7 +117,9 @@ def _speed_mps(word: str, altitude_m: float) -> float | None:
     value = _number(word)
     if value is None or value < 0.0:
         return None
-    pressure, temperature = _air(altitude_m)
+    if value > FASTEST_KT:
+        return math.inf  # left out as impossible
+    pressure, temperature = _air(min(max(altitude_m, LOWEST_M), HIGHEST_M))
     if value <= LARGEST_MACH:
         return value * math.sqrt(1.4 * GAS_CONSTANT * temperature)
     density = pressure / (GAS_CONSTANT * temperature)

@@ -59,16 +59,17 @@ def read_daidalus(source: str, content: bytes) -> TrafficRecording:
         rows = rows[1:]
     sieve = Sieve(source)
     sieve.notes.extend(notes)
+    own = None
     for number, (place, words) in enumerate(rows, start=1):
         if len(words) >= len(names) and _is_row(words, columns):
             sieve.take(_report(words, columns, factors))
             sieve.heard[words[columns["name"]]] += 1
+            own = own or words[columns["name"]]
         elif number == len(rows) and not content.endswith(b"\n"):
             raise InputError(source, f"truncated: line {place}, the last one, has {len(words)} of "
                              f"{len(names)} values")  # fmt: skip
         else:
             sieve.drop(DAMAGED, f"line {place}: no row of {len(names)} values")
-    own = rows[0][1][columns["name"]] if rows else None
     return sieve.recording(FORM, clock="relative", own_address=own)
 
 

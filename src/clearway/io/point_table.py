@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from tokenize import TokenError
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from clearway.errors import InputError
 from clearway.frames import FloatArray
 from clearway.io.foreign import is_number
+from clearway.io.foreign_errors import damage_told
 from clearway.io.pointcloud import PointCloud
 
 MOST_COLUMNS = 32
@@ -65,10 +67,8 @@ def read_npy(path: Path) -> PointCloud:
 
     Columns after the third, and other fields, are left aside.
     """
-    try:
+    with damage_told(path, ".npy file", (TokenError, SyntaxError)):
         array = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, OSError, MemoryError) as cause:
-        raise InputError(str(path), f"damaged or truncated .npy file ({cause})") from cause
     if array.dtype.names is not None and {"x", "y", "z"} <= set(array.dtype.names):
         array = np.stack([array[axis].ravel() for axis in "xyz"], axis=-1)
     if array.dtype.kind not in "fiu" or array.ndim != 2 or not 3 <= array.shape[1] <= MOST_COLUMNS:
@@ -98,7 +98,7 @@ def _layout(path: Path, lines: list[str]) -> Layout:
         raise InputError(str(path), "no points in it; valid: one point a line, x, y, z in metres")
     text = lines[first].split("#")[0].strip().removeprefix("//")
     delimiter = next((sign for sign in ";\t," if sign in text), None)
-    words = [word.strip().strip('"').lower() for word in text.split(delimiter)]
+    words = [word.strip().strip('"').lower() for word in text.split(delimiter)] or [""]
     if is_number(words[0].replace(",", ".")):
         if len(words) < 3:
             raise InputError(

@@ -18,6 +18,8 @@ ROLES = (
     ("{}", r"(roll|pitch|yaw)"),
 )
 """What a column is called here, by how others name it: TUM, EuRoC, ROS."""
+MOST_RAD = 1e6
+"""Larger angles are none."""
 PLACE, QUATERNION, ANGLES = ("x", "y", "z"), ("qw", "qx", "qy", "qz"), ("roll", "pitch", "yaw")
 
 
@@ -35,8 +37,18 @@ class Columns(NamedTuple):
         """Times as they stand, positions [n, 3], quaternions [n, 4] w, x, y, z."""
         turn = rows[:, self.turn]
         if len(self.turn) == len(ANGLES):
-            turn = quaternions_of(world_from_body(turn if self.radians else np.radians(turn)))
+            turn = _quaternions(turn if self.radians else np.radians(turn))
         return rows[:, self.time], rows[:, self.place], turn
+
+
+def _quaternions(angles_rad: FloatArray) -> FloatArray:
+    """[n, 4] of roll, pitch and yaw [n, 3]; NaN where they are no angles."""
+    quaternions = np.full((len(angles_rad), 4), np.nan)
+    with np.errstate(invalid="ignore"):
+        good = np.all(np.abs(angles_rad) < MOST_RAD, axis=1)
+    if good.any():
+        quaternions[good] = quaternions_of(world_from_body(angles_rad[good]))
+    return quaternions
 
 
 TUM = Columns(0, [1, 2, 3], [7, 4, 5, 6], False)

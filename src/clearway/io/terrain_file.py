@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,7 +46,8 @@ def read_terrain(path: Path) -> ParsedMap:
     """
     raster = _read(path)
     affine, crs = raster.affine, raster.crs
-    if crs is None or affine.b or affine.d or min(raster.heights.shape) < 2:
+    placed = crs is not None and not affine.is_identity
+    if not placed or affine.b or affine.d or min(raster.heights.shape) < 2:
         rows, columns = raster.heights.shape
         raise InputError(
             str(path),
@@ -68,15 +70,14 @@ def read_terrain(path: Path) -> ParsedMap:
 def _read(path: Path) -> Raster:
     try:
         import rasterio
-        from rasterio.errors import RasterioError
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "map") from cause
     try:
-        with rasterio.open(path) as raster:
-            _check_size(path, raster)
-            heights = raster.read(1, masked=True).astype(np.float64).filled(np.nan)
-            heights = heights * raster.scales[0] + raster.offsets[0]
-            return Raster(raster.transform, raster.crs, heights, (raster.units[0] or "").strip())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # refused by its transform
+            with rasterio.open(path) as raster:
+                return _raster(path, raster)
     except (RasterioError, ValueError, IndexError, MemoryError) as cause:
         if isinstance(cause, InputError):
             raise
@@ -84,6 +85,14 @@ def _read(path: Path) -> Raster:
         raise InputError(
             str(path), f"damaged or truncated, or no raster ({reason[:160]})"
         ) from cause
+
+
+def _raster(path: Path, raster: Any) -> Raster:
+    _check_size(path, raster)
+    heights = raster.read(1, masked=True).astype(np.float64).filled(np.nan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        heights = heights * raster.scales[0] + raster.offsets[0]
+    return Raster(raster.transform, raster.crs, heights, (raster.units[0] or "").strip())
 
 
 def _check_size(path: Path, raster: Any) -> None:
@@ -120,7 +129,8 @@ def _unit(path: Path, stated: str, place: Projection) -> tuple[float, tuple[str,
 
 def _ground(path: Path, heights: FloatArray, metres: float) -> tuple[FloatArray, dict[str, int]]:
     """Heights in metres, NaN where there is no ground; and how many of these there are, by why."""
-    heights = heights * metres
+    with np.errstate(over="ignore", invalid="ignore"):
+        heights = heights * metres
     empty = ~np.isfinite(heights)
     with np.errstate(invalid="ignore"):
         beyond = ~empty & ~((heights >= LOWEST_M) & (heights <= HIGHEST_M))
