@@ -242,6 +242,7 @@ def test_ed269_as_the_swiss_publish_it_and_ed318_of_several_parts(tmp_path):
     old = read_map(saved(tmp_path, "a.json", {"title": "Zones", "features": [zone]}), COLOGNE)
     assert old.keep_out[0].limits == ("0 m above ground to 121.92 m above ground",)
     assert old.keep_out[0].name == "X1"
+    assert any("radii are taken in metres" in note for note in old.notes)
     parts = {"type": "MultiPolygon", "coordinates": [square(50.94, 6.95), square(50.95, 6.95)],
              "layer": {"upper": 100, "lower": 0, "uom": "m"}}  # fmt: skip
     new = read_map(

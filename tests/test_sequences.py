@@ -99,6 +99,14 @@ def test_times_beside_or_in_the_folder(
     assert [scan.time_s for scan in open_scans(folder)] == pytest.approx(times, abs=1e-6)
 
 
+def test_names_of_seconds_and_nanoseconds(tmp_path: Path) -> None:
+    for name in ("1700000000.900000000.bin", "1700000001.100000000.bin"):
+        write_bin(tmp_path / name, POINTS)
+    sequence = open_scans(tmp_path)
+    assert [scan.time_s for scan in sequence] == pytest.approx([1_700_000_000.9, 1_700_000_001.1])
+    assert any("times of the names" in note for note in sequence.notes)
+
+
 def test_names_that_are_nanoseconds(data_dir: Path) -> None:
     sequence = open_scans(data_dir / "lidar/pcd")
     assert [scan.time_s for scan in sequence] == pytest.approx(

@@ -129,8 +129,8 @@ def _way_in_words(label: str, way: Mapping[str, Any]) -> str:
         (
             label,
             f"{closest['horizontal_m']:.0f} m",
-            f"{closest['vertical_m']:+.0f} m",
-            f"{closest['vertical_m'] / FOOT_M:+.0f}",
+            f"{round(closest['vertical_m']):+d} m",
+            f"{round(closest['vertical_m'] / FOOT_M):+d}",
             f"{closest['time_s']:.0f} s",
             "yes" if closest["well_clear"] else "LOST",
             "YES" if closest["near_mid_air"] else "no",

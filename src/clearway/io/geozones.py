@@ -173,7 +173,8 @@ def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
     """Zones of an ED-269 file with limits and times; InputError with every zone that has none."""
     zones, problems = [], []
     listed = data if "UASZoneList" in data else {"UASZoneList": data["features"]}
-    for number, part in enumerate(parse_model(str(path), listed, Ed269).UASZoneList):
+    listed_zones = parse_model(str(path), listed, Ed269).UASZoneList
+    for number, part in enumerate(listed_zones):
         name = part.name or part.identifier
         try:
             features = tuple(_volume(volume, name) for volume in part.geometry)
@@ -182,10 +183,23 @@ def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
             problems.append(f"UASZoneList[{number}] ({part.identifier}): {cause}")
             continue
         zones.append(ZoneFeature(part.identifier, name, part.restriction, periods, features))
-    return _parsed(path, "ED-269 zones", zones, problems)
+    notes: tuple[str, ...] = ()
+    if any(_is_round_in_feet(volume) for part in listed_zones for volume in part.geometry):
+        notes = ("radii are taken in metres, also of zones whose limits are in feet",)
+    return _parsed(path, "ED-269 zones", zones, problems, notes)
 
 
-def _parsed(path: Path, kind: str, zones: list[ZoneFeature], problems: list[str]) -> ParsedMap:
+def _is_round_in_feet(volume: Volume) -> bool:
+    return volume.horizontalProjection.type == "Circle" and volume.uomDimensions.upper() == "FT"
+
+
+def _parsed(
+    path: Path,
+    kind: str,
+    zones: list[ZoneFeature],
+    problems: list[str],
+    notes: tuple[str, ...] = (),
+) -> ParsedMap:
     if problems:
         raise InputError(str(path), problems)
     if not zones:
@@ -197,7 +211,10 @@ def _parsed(path: Path, kind: str, zones: list[ZoneFeature], problems: list[str]
         crs="WGS 84 latitude and longitude",
         zones=kept,
         counts={"zone without restriction": free} if free else {},
-        notes=("zones are kept out of, whatever authorization or condition would open them",),
+        notes=(
+            "zones are kept out of, whatever authorization or condition would open them",
+            *notes,
+        ),
     )
 
 

@@ -18,6 +18,8 @@ PERIOD_S = 0.1
 TIME_FILES = ("times.txt", "timestamps.txt")
 NANOSECONDS = re.compile(r"\d{16,19}")
 """A number in a name that can only be a time since 1970."""
+TWO_PARTS = re.compile(r"(?<!\d)(\d{10})[._](\d{9})(?!\d)")
+"""The same as seconds and nanoseconds, as ROS has them."""
 
 
 def folder_scans(path: Path) -> ScanSequence:
@@ -61,7 +63,10 @@ def _read(file: Path) -> PointCloud:
 
 
 def _number(file: Path) -> str:
-    """The last number in a file's name."""
+    """The last number in a file's name; seconds and nanoseconds of a time as one."""
+    moment = TWO_PARTS.search(file.name)
+    if moment is not None:
+        return moment[1] + moment[2]
     return next(iter(re.findall(r"\d+", file.name.split(".")[0])[::-1]), "")
 
 
