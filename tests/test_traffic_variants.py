@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 from typing import Any
@@ -177,3 +178,13 @@ def test_the_own_aircraft_of_daidalus_is_that_of_the_first_whole_row(tmp_path: P
         tmp_path, "time lat lon alt name\ns deg deg ft none\n0 1\n0 1 2 300 own\n0 1 2.1 300 one\n"
     )
     assert (recording.own_address, dict(recording.left_out)) == ("own", {"damaged": 1})
+
+
+def test_a_packed_file_that_unpacks_to_more_than_memory_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("clearway.io.traffic.MOST_BYTES", 100_000)
+    path = tmp_path / "a.gz"
+    path.write_bytes(gzip.compress(b" " * 99_999) + gzip.compress(b" " * 10_000_000))
+    with pytest.raises(InputError, match="unpacks to 100,000 bytes or more: cut a shorter time"):
+        read_traffic(path)

@@ -10,6 +10,8 @@ from clearway.io.what_file import what_content
 from clearway.recordings.report import TrafficRecording
 
 GZIP = b"\x1f\x8b"
+MOST_BYTES = 1_000_000_000
+"""Unpacked: some five million positions. A small file may unpack to more than memory holds."""
 
 
 def read_traffic(path: str | Path) -> TrafficRecording:
@@ -48,13 +50,17 @@ def read_traffic(path: str | Path) -> TrafficRecording:
 
 def _unpacked(source: str, content: bytes) -> bytes:
     """What gzip has packed, all members of it."""
-    parts = []
+    parts: list[bytes] = []
     while content:
         unpacker = zlib.decompressobj(wbits=31)
         try:
-            parts.append(unpacker.decompress(content))
+            parts.append(unpacker.decompress(content, MOST_BYTES - sum(map(len, parts))))
         except zlib.error as cause:
             raise InputError(source, f"damaged gzip file: {cause}") from cause
+        if sum(map(len, parts)) >= MOST_BYTES:
+            raise InputError(
+                source, f"unpacks to {MOST_BYTES:,} bytes or more: cut a shorter time out of it"
+            )
         if not unpacker.eof:
             raise InputError(
                 source,
