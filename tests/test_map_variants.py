@@ -35,6 +35,9 @@ def test_units_and_separators_of_tables(tmp_path, text):
 def test_a_table_without_units_says_what_is_assumed(tmp_path):
     notes = read_map(saved(tmp_path, "a.csv", "LAT,LON,AGL,AMSL\n50.9,6.9,100,160\n")).notes
     assert "no unit of heights in the file: metres assumed" in notes
+    assert not any("cut off?" in note for note in notes)
+    cut = read_map(saved(tmp_path, "b.csv", "lat,lon,h\n50,7,100\n50.1,7,10"))
+    assert any("cut off?" in note for note in cut.notes)
 
 
 def test_names_in_another_code_page(tmp_path):

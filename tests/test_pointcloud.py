@@ -48,7 +48,9 @@ def write_las(path: Path, points: np.ndarray, classes: list[int], epsg: Any = No
 def test_text_tables(tmp_path: Path, name: str, text: str) -> None:
     path = tmp_path / name
     path.write_text(text)
-    np.testing.assert_allclose(read_points(path).points_m, POINTS)
+    cloud = read_points(path)
+    np.testing.assert_allclose(cloud.points_m, POINTS)
+    assert any("cut off?" in note for note in cloud.notes) == (not text.endswith("\n"))
 
 
 def test_npy_keeps_the_first_three_columns(tmp_path: Path) -> None:

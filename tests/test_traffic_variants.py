@@ -188,3 +188,13 @@ def test_a_packed_file_that_unpacks_to_more_than_memory_holds(
     path.write_bytes(gzip.compress(b" " * 99_999) + gzip.compress(b" " * 10_000_000))
     with pytest.raises(InputError, match="unpacks to 100,000 bytes or more: cut a shorter time"):
         read_traffic(path)
+
+
+@pytest.mark.parametrize("content", [
+    "name lat lon alt time\n- deg deg ft s\na 1 2 3 4\nb 1 2 3 4",
+    HISTORY + f"{START:.0f},abcdef,1,2,3,90,0,,true,false,false,,300,,{START},{START}",
+])  # fmt: skip
+def test_a_last_line_without_an_end_is_told(tmp_path: Path, content: str) -> None:
+    for text in (content, content + "\n"):
+        told = any("cut off?" in note for note in read(tmp_path, text).notes)
+        assert told == (text == content)

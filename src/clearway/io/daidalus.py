@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from clearway.errors import InputError
+from clearway.io.foreign import unended
 from clearway.io.traffic_rows import DAMAGED, Sieve
 from clearway.recordings.report import TrafficRecording, TrafficReport
 from clearway.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS, NAUTICAL_MILE_M
@@ -58,7 +59,7 @@ def read_daidalus(source: str, content: bytes) -> TrafficRecording:
         factors, notes = _factors(source, rows[0], columns), []
         rows = rows[1:]
     sieve = Sieve(source)
-    sieve.notes.extend(notes)
+    sieve.notes.extend((*notes, *unended(content)))
     own = None
     for number, (place, words) in enumerate(rows, start=1):
         if len(words) >= len(names) and _is_row(words, columns):

@@ -37,6 +37,12 @@ def read_text(path: Path, western: bool = False) -> str:
     return text
 
 
+def unended(text: str | bytes) -> tuple[str, ...]:
+    """A note where the last line of a table has no end: its last number may have lost digits."""
+    ended = text.endswith(("\n", "\r")) if isinstance(text, str) else text.endswith((b"\n", b"\r"))
+    return () if ended else ("the last line has no line end: cut off?",)
+
+
 def is_number(word: str) -> bool:
     """Whether a word of a file is one, nan and inf too."""
     try:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from clearway.errors import InputError
 from clearway.io.faa_table import is_faa_table, read_faa_table
-from clearway.io.foreign import read_text
+from clearway.io.foreign import read_text, unended
 from clearway.io.map_features import Disc, Height, MapFeature, ParsedMap
 from clearway.units import FOOT_M
 
@@ -61,7 +61,8 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
     table has no radius. Heights above sea level are taken where the table has them, else heights
     above ground. Raises InputError with every bad line.
     """
-    first, rows = _rows(read_text(path, western=True))
+    text = read_text(path, western=True)
+    first, rows = _rows(text)
     names = [name.strip().lower() for name in rows[0]]
     if is_faa_table(names):
         return read_faa_table(path, rows, radius_m)
@@ -88,7 +89,7 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
         crs="WGS 84 latitude and longitude",
         features=tuple(parsed),
         counts={"no height": no_height} if no_height else {},
-        notes=_notes(columns, radius_m),
+        notes=(*_notes(columns, radius_m), *unended(text)),
     )
 
 

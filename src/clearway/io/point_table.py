@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from tokenize import TokenError
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray
-from clearway.io.foreign import is_number
+from clearway.io.foreign import is_number, unended
 from clearway.io.foreign_errors import damage_told
 from clearway.io.pointcloud import PointCloud
 
@@ -35,31 +36,32 @@ def read_point_table(path: Path) -> PointCloud:
     Raises InputError with the line where a value is no number or missing.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as cause:
         raise InputError(
             str(path), f"no text: byte {cause.start} is not UTF-8; valid: a table of x, y, z"
         ) from cause
+    lines = text.splitlines()
     layout = _layout(path, lines)
     numbered = [
-        (number, text)
+        (number, row)
         for number, line in enumerate(lines[layout.header_lines :], layout.header_lines + 1)
-        if (text := line.split("#")[0].replace('"', "").strip())
+        if (row := line.split("#")[0].replace('"', "").strip())
     ]
-    if layout.delimiter in (";", "\t") and not any("." in text for _, text in numbered):
-        numbered = [(number, text.replace(",", ".")) for number, text in numbered]
+    if layout.delimiter in (";", "\t") and not any("." in row for _, row in numbered):
+        numbered = [(number, row.replace(",", ".")) for number, row in numbered]
     if not numbered:
         raise InputError(str(path), "no points in it; valid: one point a line, x, y, z in metres")
     try:
         points = np.loadtxt(
-            [text for _, text in numbered],
+            [row for _, row in numbered],
             delimiter=layout.delimiter,
             usecols=layout.columns,
             ndmin=2,
         )
     except ValueError as cause:
         raise InputError(str(path), _first_bad_lines(numbered, layout) or str(cause)) from cause
-    return _cloud(path, points)
+    return replace(_cloud(path, points), notes=unended(text))
 
 
 def read_npy(path: Path) -> PointCloud:

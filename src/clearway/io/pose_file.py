@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.errors import InputError
 from clearway.frames import FloatArray, attitude_from_rotation
-from clearway.io.foreign import is_number, read_text
+from clearway.io.foreign import is_number, read_text, unended
 from clearway.io.moments import second_of
 from clearway.io.pose_columns import TABLE, TUM, Columns, columns_of
 from clearway.io.pose_track import PoseTrack, pose_track
@@ -55,12 +55,14 @@ def read_poses(path: str | Path) -> Poses:
 
         track = read_ulog(path).track
         return _of_track(track)
-    columns, rows = _numbers(path, read_text(path))
+    text = read_text(path)
+    columns, rows = _numbers(path, text)
     if columns is None:
         return _kitti(path, rows)
     time_s, position, quaternion = columns.track(rows)
     second = second_of(float(np.max(np.abs(time_s), where=np.isfinite(time_s), initial=0.0)))
-    table = pose_track(str(path), time_s * second, position, quaternion)
+    notes = tuple(f"{path}: {note}" for note in unended(text))
+    table = pose_track(str(path), time_s * second, position, quaternion, notes)
     if not len(table.time_s):
         raise InputError(str(path), "no usable pose in it")
     return _of_track(table)

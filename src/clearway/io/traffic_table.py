@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from clearway.errors import InputError
+from clearway.io.foreign import unended
 from clearway.io.opensky import FORM as STATES
 from clearway.io.opensky import take_state
 from clearway.io.traffic_rows import DAMAGED, Sieve
@@ -37,6 +38,7 @@ def read_table(source: str, content: bytes) -> TrafficRecording:
     assert kind is not None  # that is how the file was recognised
     form, take = kind
     sieve = Sieve(source)
+    sieve.notes.extend(unended(content))
     for place, row in enumerate(csv.reader(lines[1:]), start=2):
         if not row:
             continue
