@@ -107,7 +107,7 @@ def test_roofs_of_different_height_become_steps(tmp_path):
     [
         ({"metadata": {}}, "referenceSystem: missing"),
         ({"metadata": {"referenceSystem": "EPSG:99999"}}, "is not known"),
-        ({"metadata": {"referenceSystem": "EPSG:4326"}}, "coordinates are in degrees"),
+        ({"metadata": {"referenceSystem": "EPSG:4326"}}, "coordinates are in degrees of no plane"),
         ({"vertices": [[0, 0, 0]]}, ", but there are 1"),
         ({"vertices": [[0, 0, 0]] * 20 + [[0, 0, 1e308]]}, "vertices[20]: "),
         ({"vertices": "none"}, "vertices"),

@@ -139,6 +139,26 @@ def test_heights_of_cityjson_in_feet(tmp_path):
     assert house.size_m[2] == pytest.approx(6 * US_SURVEY_FOOT_M)
 
 
+def test_cityjson_in_feet_across(tmp_path):
+    """Of the same block in feet: the New York state plane, near its middle."""
+    city = model(metadata={"referenceSystem": "EPSG:2263+6360"})
+    city["vertices"] = [[x + 900_000.0, y - 250_000.0, z] for x, y, z in city["vertices"]]
+    (house,) = read_map(saved(tmp_path, "a.json", city)).obstacles
+    expected = np.array([20.0, 10.0, 6.0]) * US_SURVEY_FOOT_M
+    assert house.size_m == pytest.approx(tuple(expected), rel=2e-3)
+    city["metadata"]["referenceSystem"] = "EPSG:2263"
+    read = read_map(saved(tmp_path, "a.json", city))
+    assert any("US survey foot assumed" in note for note in read.notes)
+    assert read.obstacles[0].size_m == pytest.approx(house.size_m)
+
+
+@pytest.mark.parametrize("system", ["EPSG:4978", "EPSG:4979"])
+def test_cityjson_of_no_plane(tmp_path, system):
+    city = model(metadata={"referenceSystem": system})
+    with pytest.raises(InputError, match=r"of no plane .*valid: a projected reference system"):
+        read_map(saved(tmp_path, "a.json", city))
+
+
 def test_points_lines_and_templates_are_counted(tmp_path):
     city = model()
     for name, kind, geometry, boundaries in (

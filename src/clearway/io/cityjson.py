@@ -90,14 +90,16 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
             str(path), "metadata.referenceSystem: missing, but needed to place the model"
         )
     place = projection(path, city.metadata.referenceSystem)
-    if place.unit != "metre":
+    if place.across_m is None:
         raise InputError(
-            str(path), f"coordinates are in {place.unit}s (CRS {place.name}); valid: metres"
+            str(path),
+            f"coordinates are in {place.unit}s of no plane (CRS {place.name}); valid: a projected "
+            "reference system, in metres or feet",
         )
     vertices = np.array(city.vertices, dtype=np.float64).reshape(-1, 3)
     with np.errstate(over="ignore", invalid="ignore"):
         vertices = vertices * city.transform.scale + city.transform.translate
-    vertices[:, 2] *= place.up_m or 1.0
+    vertices *= [place.across_m, place.across_m, place.up_m or place.across_m]
     _check_vertices(path, vertices)
     features: list[MapFeature] = []
     counts: dict[str, int] = {}
@@ -117,8 +119,15 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
         crs=place.name,
         features=tuple(features),
         counts=counts,
-        notes=(f"surfaces within {STEP_M:g} m of height share a top, objects are solid below",),
+        notes=_notes(place),
     )
+
+
+def _notes(place: Projection) -> tuple[str, ...]:
+    note = f"surfaces within {STEP_M:g} m of height share a top, objects are solid below"
+    if place.up_m is None and place.across_m != 1.0:
+        return (note, f"no unit of heights in the reference system: {place.unit} assumed")
+    return (note,)
 
 
 def _check_vertices(path: Path, vertices: FloatArray) -> None:
@@ -158,11 +167,12 @@ def _features(
         raise InputError(str(path), f"CityObjects.{name}: {cause}") from cause
     if not faces:
         return []
+    across_m = place.across_m or 1.0
     low = Height(min(float(face[:, 2].min()) for face in faces), "sea level")
     return [
         MapFeature(
             f"{part.type} {name}",
-            Polygon(tuple(place.latitude_longitude(ring) for ring in rings)),
+            Polygon(tuple(place.latitude_longitude(ring / across_m) for ring in rings)),
             low,
             Height(top, "sea level"),
         )

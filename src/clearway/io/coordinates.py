@@ -18,7 +18,7 @@ class Projection(NamedTuple):
     unit: str
     """Of x and y, as pyproj calls it: metre, foot, degree ..."""
     across_m: float | None
-    """Metres of that unit; None where it is an angle."""
+    """Metres of that unit; None where x and y are no plane: angles, or from the Earth's middle."""
     up_m: float | None
     """Metres of the unit of heights; None where the system has none."""
     ellipsoidal: bool
@@ -51,10 +51,11 @@ def projection(path: Path, stated: object) -> Projection:
             str(path), f"its coordinate reference system {stated!r} is not known: {cause}"
         ) from cause
     axes = crs.axis_info
+    angular = horizontal.is_geographic or horizontal.is_geocentric
     return Projection(
         str(crs.name),
         str(axes[0].unit_name),
-        None if horizontal.is_geographic else float(axes[0].unit_conversion_factor),
+        None if angular else float(axes[0].unit_conversion_factor),
         float(axes[2].unit_conversion_factor) if len(axes) > 2 else None,
         len(axes) > 2 and not crs.is_compound,
         transformer,
