@@ -145,3 +145,18 @@ def test_times_of_a_real_reach_set() -> None:
     assert np.all(times.entry_s >= near_m - 0.02)
     shaped = GRID.shaped(times.entry_s)
     np.testing.assert_allclose(shaped, shaped[:, ::-1], atol=1e-6)
+
+
+def test_times_along_a_turn_are_those_of_the_curve() -> None:
+    # Seen from the start of a turn the azimuth grows half as fast as the heading, 7.5 deg/s here.
+    heading = np.radians(15.0) * np.array([0.25, 0.5, 0.75, 1.0])
+    radius_m = 1.0 / np.radians(15.0)
+    turn = np.stack([np.sin(heading), 1.0 - np.cos(heading), np.zeros(4)], axis=1) * radius_m
+    ahead, left = (int(cell) for cell in GRID.cell_of([[0.5, 0.0, 0.0], [0.5, 0.1, 0.0]]))
+    tree = chain(np.array([[1.0, 0.0, 0.0]]), [[ahead, left]])
+    tree.samples_m, tree.end_time_s = turn[None], np.array([1.0])
+    times = reach_set_vehicle_times(tree)
+    across_s = np.degrees(GRID.azimuth_edges_rad[4]) / 7.5
+    assert times.leave_s[ahead] == pytest.approx(across_s, abs=1e-4)
+    assert times.entry_s[left] == pytest.approx(across_s, abs=1e-4)
+    assert times.leave_s[left] == pytest.approx(1.0)

@@ -28,6 +28,9 @@ from clearway.intruders.borders import (
 from clearway.intruders.cells import ModelCells
 from clearway.intruders.traverse import traverse
 
+CHORDS = 16
+"""For each sample of a movement."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VehicleTimes:
@@ -71,8 +74,8 @@ def radial_vehicle_times(grid: AvoidanceGrid, speed_mps: float) -> VehicleTimes:
 def reach_set_vehicle_times(reach_set: TimedTree) -> VehicleTimes:
     """Earliest entry and latest leave over all trajectories of a reach set (5.3), (5.4).
 
-    Along the chords between samples; a cell that only the curve between them touches gets the
-    whole movement's time.
+    Along short chords of the curves through the samples, within a ten-thousandth of a movement; a
+    cell that none of them passes gets the whole movement's time.
     """
     grid = reach_set.grid
     entry = np.full(grid.cells, np.inf)
@@ -80,7 +83,7 @@ def reach_set_vehicle_times(reach_set: TimedTree) -> VehicleTimes:
     _reach_set_times(
         np.ascontiguousarray(reach_set.parent, dtype=np.int64),
         np.ascontiguousarray(reach_set.end_time_s, dtype=np.float64),
-        np.ascontiguousarray(reach_set.samples_m, dtype=np.float64),
+        _between_samples(reach_set),
         np.ascontiguousarray(reach_set.cell_start, dtype=np.int64),
         np.ascontiguousarray(reach_set.cell_index, dtype=np.int64),
         borders_of(grid),
@@ -88,6 +91,23 @@ def reach_set_vehicle_times(reach_set: TimedTree) -> VehicleTimes:
         leave,
     )
     return VehicleTimes(entry, leave)
+
+
+def _between_samples(reach_set: TimedTree) -> FloatArray:
+    """[nodes, points, 3] movements by CHORDS times as many points, at equal times, the last at
+    the end; in between they are on the polynomial through a movement's start and samples."""
+    samples = np.asarray(reach_set.samples_m, dtype=np.float64)
+    ends = np.concatenate([samples[:, -1], np.zeros((1, 3))])  # Parent -1 is the start.
+    known = np.concatenate([ends[reach_set.parent][:, None], samples], axis=1)
+    at = np.arange(known.shape[1]) / samples.shape[1]
+    points = np.arange(1, CHORDS * samples.shape[1] + 1) / (CHORDS * samples.shape[1])
+    weights = np.array(
+        [
+            np.prod([(points - other) / (one - other) for other in at if other != one], axis=0)
+            for one in at
+        ]
+    )
+    return np.ascontiguousarray(np.einsum("kp,nkx->npx", weights, known))
 
 
 @compiled
