@@ -19,17 +19,17 @@ from clearway.frames import FloatArray
 from clearway.fusion import ReachAssessment
 from clearway.hazards import Cause, Hazards, MovingHazards
 from clearway.reach.tree import ReachSet
+from clearway.refuge import NO_REFUGE, Refuge, refuge_of
 from clearway.rules.rule import RuleNote, Ruling
 from clearway.state import BoolArray, IntArray
 from clearway.verify import (
     Paths,
-    Refuge,
+    RoomPrice,
     Verification,
     clearances,
     first_clear,
     path_clearance,
     paths_of,
-    refuge_of,
 )
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
@@ -184,6 +184,8 @@ class Candidates:
     """[candidates]"""
     untouched: BoolArray
     """[candidates] whether it passes no coated cell."""
+    room_price_m: FloatArray
+    """[candidates] what it costs to have no room to circle early on the way; 0 at the last goal."""
     broken: IntArray
     """[candidates] which rules it breaks, one bit each: the higher, the worse; 0 obeys all."""
 
@@ -226,7 +228,10 @@ def price_candidates(
         cost += prices.other_plan * step_m * (repertoire.first_movement[nodes] != planned)
     if prices.ahead > 0.0 and movers is not None and len(movers.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, movers)[nodes]
-    return Candidates(nodes, cost, sides, untouched[nodes], np.zeros(len(nodes), dtype=np.int64))
+    ends_here = arrived.reached[nodes] & goal.final
+    room_price = np.where(ends_here, 0.0, prices.no_room * step_m)
+    obeys_all = np.zeros(len(nodes), dtype=np.int64)
+    return Candidates(nodes, cost, sides, untouched[nodes], room_price, obeys_all)
 
 
 def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:
@@ -283,12 +288,16 @@ def choose(
         (Basis.RATED, order[rated & obeys], repertoire.refuge),
         (Basis.VERIFIED, order[~rated & obeys], repertoire.refuge),
         (Basis.AGAINST_RULES, order[~obeys], repertoire.refuge),
-        (Basis.NO_REFUGE, order, None),
+        (Basis.NO_REFUGE, order, NO_REFUGE),
     )
     for basis, tier, refuge in tiers:
-        if refuge is None:
+        if basis is Basis.NO_REFUGE:
             tried.clear()  # The last round looks at all candidates once more.
-        verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m, refuge)
+        # Candidates that break rules are in the order of what they break, not of their cost.
+        price = None
+        if basis in (Basis.RATED, Basis.VERIFIED):
+            price = RoomPrice(candidates.cost_m[tier], candidates.room_price_m[tier])
+        verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m, refuge, price)
         tried.append((tier, verification))
         if verification.chosen >= 0:
             return report.chosen(int(tier[verification.chosen]), basis, margin_m, tried)

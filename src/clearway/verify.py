@@ -13,14 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.clearance import Found, Span, circle_clearance, span_clearance, span_of
+from clearway.clearance import Found, Span, span_clearance, span_of
 from clearway.compiled import compiled
 from clearway.frames import FloatArray
 from clearway.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.obstacles import Shapes
-from clearway.reach.tree import SIDE, ReachSet
-from clearway.state import BoolArray, IndexArray, IntArray
+from clearway.reach.tree import ReachSet
+from clearway.refuge import NO_REFUGE, Refuge, early_room, room_to_circle
+from clearway.state import IndexArray, IntArray
 
+ROUNDING_M = 1e-9
+"""What a clearance may lack of the margin."""
 NEAR_M = 5.0
 """Clearances are looked for within it first, since most hazards can then be passed over."""
 
@@ -32,41 +35,6 @@ class Paths(NamedTuple):
     samples_m: FloatArray
     sagitta_m: FloatArray
     end_time_s: FloatArray
-
-
-class Refuge(NamedTuple):
-    """Circles that a vehicle can hold at the end of trajectories that leave through the side.
-
-    Such a trajectory ends near, possibly in a pocket: it is complete only if the vehicle could
-    circle there, on one side or the other, for as long as it takes.
-    """
-
-    needed: BoolArray
-    """[nodes] where a trajectory leaves through the side."""
-    end_m: FloatArray
-    """[nodes, 3] grid frame."""
-    left: FloatArray
-    """[nodes, 3] level unit vector to the left of the heading there, grid frame."""
-    up: FloatArray
-    """[3] vertical in the grid frame."""
-    radius_m: float
-    """Turning radius."""
-
-
-def refuge_of(reach_set: ReachSet, turning_radius_m: float) -> Refuge:
-    """Circles at the ends of a reach set's side exits; none for a vehicle that need not circle."""
-    pitch = reach_set.start_pitch_rad
-    yaw = reach_set.states[:, 5]
-    across = -np.sin(yaw)
-    left = np.stack([np.cos(pitch) * across, np.cos(yaw), np.sin(pitch) * across], axis=1)
-    circles = np.isfinite(turning_radius_m) and turning_radius_m > 0.0
-    return Refuge(
-        np.equal(reach_set.exit_kind, SIDE) & circles,
-        np.ascontiguousarray(reach_set.states[:, :3]),
-        left,
-        np.array([-np.sin(pitch), 0.0, np.cos(pitch)]),
-        float(turning_radius_m) if circles else 0.0,
-    )
 
 
 def paths_of(reach_set: ReachSet) -> Paths:
@@ -90,17 +58,35 @@ class Verification:
     """[tried] clearance found there."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RoomPrice:
+    """What it costs candidates to have no room to circle early on their way."""
+
+    cost_m: FloatArray
+    """[candidates] their cost otherwise, ascending."""
+    price_m: FloatArray
+    """[candidates] the price; 0 for those that need no room."""
+
+    @classmethod
+    def none(cls, candidates: int) -> RoomPrice:
+        return cls(np.zeros(candidates), np.zeros(candidates))
+
+
 def first_clear(
     paths: Paths,
     candidates: IntArray,
     hazards: Hazards,
     margin_m: float,
-    refuge: Refuge | None = None,
+    refuge: Refuge = NO_REFUGE,
+    room_price: RoomPrice | None = None,
 ) -> Verification:
     """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
 
-    With a refuge, a trajectory out through the side must also leave room to circle at its end.
+    With a refuge, a trajectory out through the side must also leave room to circle at its end. With
+    a price, one that has no room to circle early is taken only where all that have it cost as much
+    more: what is entered without room to turn round may be a dead end.
     """
+    price = room_price or RoomPrice.none(len(candidates))
     return Verification(
         *_first_clear(
             paths,
@@ -109,14 +95,11 @@ def first_clear(
             hazards.shapes,
             hazards.movers,
             margin_m,
-            refuge or NO_REFUGE,
+            refuge,
+            price.cost_m,
+            price.price_m,
         )
     )
-
-
-NO_REFUGE = Refuge(
-    np.zeros(0, dtype=np.bool_), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(3), 0.0
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,19 +154,39 @@ def _node_clearance(
 
 
 @compiled
-def _room_to_circle(
-    refuge: Refuge, n: int, bins: PointBins, shapes: Shapes, enough: float
-) -> Found:
-    """Clearance of the better of the two circles at the end of a node."""
-    best = (-np.inf, 0, -1)
-    for side in (1.0, -1.0):
-        center = refuge.end_m[n] + side * refuge.radius_m * refuge.left[n]
-        found = circle_clearance(center, refuge.up, refuge.radius_m, bins, shapes, enough)
-        if found[0] > best[0]:
-            best = found
-        if best[0] >= enough:
-            break
-    return best
+def _keeps(
+    paths: Paths,
+    path: IndexArray,
+    bins: PointBins,
+    shapes: Shapes,
+    movers: MovingHazards,
+    margin: float,
+    known: FloatArray,
+) -> tuple[int, int, int, float]:
+    """Where a path first lacks the margin: (node or -1, cause, index, clearance there).
+
+    path: its nodes, the first movement last. known: [nodes, 3] (clearance, cause, index) of
+    movements looked at before, nan elsewhere; filled in, since paths share their first movements.
+    """
+    for at in range(len(path) - 1, -1, -1):
+        n = path[at]
+        if np.isnan(known[n, 0]):
+            found = _node_clearance(paths, n, bins, shapes, movers, margin)
+            known[n, 0], known[n, 1], known[n, 2] = found
+        if known[n, 0] < margin - ROUNDING_M:
+            return n, int(known[n, 1]), int(known[n, 2]), known[n, 0]
+    return -1, 0, -1, margin
+
+
+@compiled
+def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
+    """The nodes from `end` back to the first movement, written into the start of `path`."""
+    steps, n = 0, end
+    while n >= 0:
+        path[steps] = n
+        steps += 1
+        n = paths.parent[n]
+    return path[:steps]
 
 
 @compiled
@@ -195,43 +198,38 @@ def _first_clear(
     movers: MovingHazards,
     margin: float,
     refuge: Refuge,
+    cost: FloatArray,
+    price: FloatArray,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
     nodes, tried = len(paths.parent), len(candidates)
-    # 0 not looked at, 1 keeps the margin, -1 does not: paths share their first movements.
-    status = np.zeros(nodes, dtype=np.int8)
-    found = np.zeros((nodes, 2), dtype=np.int64)
-    clearance = np.zeros(nodes)
+    clearance, room = np.full((nodes, 3), np.nan), np.full((nodes, 3), np.nan)
     blocked_at = np.full(tried, -1, dtype=np.int64)
     causes = np.zeros(tried, dtype=np.int64)
     cause_index = np.full(tried, -1, dtype=np.int64)
     shortfall = np.zeros(tried)
-    path = np.empty(nodes, dtype=np.int64)
+    steps = np.empty(nodes, dtype=np.int64)
+    chosen = -1
     for c in range(tried):
-        end, steps = candidates[c], 0
-        n = end
-        while n >= 0:
-            path[steps] = n
-            steps += 1
-            n = paths.parent[n]
-        for at in range(steps - 1, -1, -1):
-            n = path[at]
-            if status[n] == 0:
-                clearance[n], found[n, 0], found[n, 1] = _node_clearance(
-                    paths, n, bins, shapes, movers, margin
-                )
-                status[n] = 1 if clearance[n] >= margin - 1e-9 else -1
-            if status[n] < 0:
-                blocked_at[c], shortfall[c] = n, clearance[n]
-                causes[c], cause_index[c] = found[n, 0], found[n, 1]
-                break
-        if blocked_at[c] < 0 and len(refuge.needed) and refuge.needed[end]:
-            room, cause, index = _room_to_circle(refuge, end, bins, shapes, margin)
-            if room < margin - 1e-9:
-                blocked_at[c], shortfall[c] = end, room
-                causes[c], cause_index[c] = cause, index
-        if blocked_at[c] < 0:
-            return c, blocked_at[:c], causes[:c], cause_index[:c], shortfall[:c]
-    return -1, blocked_at, causes, cause_index, shortfall
+        if chosen >= 0 and cost[c] >= cost[chosen] + price[chosen]:
+            break
+        end = candidates[c]
+        path = _way_to(paths, end, steps)
+        at, cause, index, found = _keeps(paths, path, bins, shapes, movers, margin, clearance)
+        if at < 0 and refuge.radius_m > 0.0:
+            if refuge.needed[end]:
+                found, cause, index = room_to_circle(refuge, end, bins, shapes, margin)
+                at = end if found < margin - ROUNDING_M else -1
+            if at < 0 and price[c] > 0.0:
+                found, cause, index = early_room(refuge, path, bins, shapes, margin, room)
+                if found < margin - ROUNDING_M:
+                    at = path[-1]
+                    chosen = c if chosen < 0 else chosen
+        if at < 0:
+            chosen = c
+            break
+        blocked_at[c], causes[c], cause_index[c], shortfall[c] = at, cause, index, found
+    told = tried if chosen < 0 else chosen
+    return chosen, blocked_at[:told], causes[:told], cause_index[:told], shortfall[:told]
 
 
 @compiled

@@ -132,6 +132,9 @@ class PricesSection(Section):
     """For passing on another side than the one committed to, in movement lengths."""
     other_plan: NotNegative = 0.1
     """For a first movement other than the last plan's, in movement lengths."""
+    no_room: NotNegative = 6.0
+    """For a way without room to circle within its first movements, in movement lengths: what is
+    entered without room to turn round may be a dead end."""
     ahead: NotNegative = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
 
