@@ -166,7 +166,7 @@ def test_bad_scene_files(tmp_path: Path, text: str, message: str) -> None:
         ("short.las", b"LASF" + bytes(50), "truncated"),
         ("nan.csv", b"nan,nan,nan\n", "no usable point"),
         ("wide.csv", b"-5000,0,0\n5000,0,0\n", "points extend 10,000 x 0 x 0 m"),
-        ("scan.ply", b"ply\n", "valid suffixes: .pcd"),
+        ("scan.e57", b"ASTM-E57", "valid suffixes: .pcd"),
     ],
 )
 def test_bad_scans(tmp_path: Path, name: str, content: bytes | None, message: str) -> None:

@@ -58,6 +58,51 @@ def test_npy_keeps_the_first_three_columns(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_points(tmp_path / "a.npy").points_m, POINTS)
 
 
+PLY_HEAD = (
+    "ply\nformat {form} 1.0\ncomment made by hand\nelement vertex 3\nproperty uchar red\n"
+    "property double x\nproperty float y\nproperty int Z\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n"
+)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_ply(tmp_path: Path, form: str, end: str) -> None:
+    points = np.array([[1.0, 2.0, 3.0], [-4.5, 0.25, 0.0], [10.0, -2.0, 1.0]])
+    order = ">" if "big" in form else "<"
+    records = np.zeros(3, [("red", "u1"), ("x", order + "f8"), ("y", order + "f4"),
+                           ("z", order + "i4")])  # fmt: skip
+    records["x"], records["y"], records["z"] = points.T
+    rows = "".join(f"7 {x:g} {y:g} {z:.0f}{end}" for x, y, z in points)
+    data = (rows + f"3 0 1 2{end}").encode() if form == "ascii" else records.tobytes() + b"\3"
+    path = tmp_path / "a.ply"
+    path.write_bytes(PLY_HEAD.format(form=form).replace("\n", end).encode() + data)
+    np.testing.assert_allclose(read_points(path).points_m, points)
+    path.write_bytes(PLY_HEAD.format(form=form).replace("vertex 3", "vertex 9").encode() + data)
+    with pytest.raises(InputError, match="truncated: the header promises 9 vertices, the data"):
+        read_points(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("end_header", "", "no PLY header, or a truncated one"),
+        ("ascii", "zip", "header format 'zip'; valid: ascii, binary_little"),
+        ("element vertex 3", "element vertex many", "its first element must be vertex"),
+        ("element vertex", "element camera", "its first element must be vertex"),
+        ("double x", "double u", "no property x of vertex"),
+        ("double x", "list uchar int x", r"property \['list', 'uchar', 'int', 'x'\]; valid: char"),
+        ("7 1 2 3", "7 1 two 3", "damaged vertices after line 11: could not convert"),
+        ("7 1 2 3", "7 1 2", "truncated: line 12 has less than 4 values"),
+    ],
+)
+def test_bad_ply_files(tmp_path: Path, old: str, new: str, message: str) -> None:
+    text = PLY_HEAD.format(form="ascii") + "7 1 2 3\n7 1 2 3\n7 4 5 6\n"
+    (tmp_path / "a.ply").write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match=message):
+        read_points(tmp_path / "a.ply")
+
+
 def test_npy_of_records(tmp_path: Path) -> None:
     records = np.zeros(3, [("ring", "u2"), ("x", ">f4"), ("y", "f8"), ("z", "f4")])
     records["x"], records["y"], records["z"] = POINTS.T
@@ -170,7 +215,8 @@ def test_truncated_real_files_are_refused(
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.ply", b"ply\r\n", r"suffix '\.ply'.*valid suffixes: \.pcd, \.las.*PLY.*convert it"),
+        ("a.e57", b"ASTM-E57", r"suffix '\.e57'.*valid suffixes: \.pcd, \.ply, \.las"),
+        ("a.csv", b"ply\r\nformat", r"another format: .* belong to \.ply"),
         ("a.pcd.gz", b"\x1f\x8b\x08", r"suffix '\.gz'.*a file packed by gzip: unpack it"),
         ("a", b"1 2 3", r"suffix '\(none\)'"),
         ("a.las", b"1 2 3\n" * 100, "no LAS or LAZ header"),

@@ -32,8 +32,8 @@ def assess(
     scan: Annotated[
         Path | None,
         typer.Option(
-            help="Scan in the sensor's frame: .pcd, .bin, .las, .laz, .csv, .xyz, .npy; of a "
-            "recording: .bag, ROS 2 bag, .mcap, .pcap of Ouster, folder of numbered scans."
+            help="Scan in the sensor's frame: .pcd, .ply, .bin, .las, .laz, .csv, .xyz, .npy; of "
+            "a recording: .bag, ROS 2 bag, .mcap, .pcap of Ouster, folder of numbered scans."
         ),
     ] = None,
     at: Annotated[

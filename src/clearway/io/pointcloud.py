@@ -57,6 +57,12 @@ def _read_pcd(path: Path) -> PointCloud:
     return read_pcd(path)
 
 
+def _read_ply(path: Path) -> PointCloud:
+    from clearway.io.ply import read_ply
+
+    return read_ply(path)
+
+
 def _read_las(path: Path) -> PointCloud:
     from clearway.io.las import read_las
 
@@ -89,6 +95,7 @@ def _read_npy(path: Path) -> PointCloud:
 
 READERS: Mapping[str, Reader] = {
     ".pcd": _read_pcd,
+    ".ply": _read_ply,
     ".las": _read_las,
     ".laz": _read_las,
     ".csv": _read_table,
@@ -106,6 +113,8 @@ MAGIC = {
     b"\x93NUMPY": ".npy",
     b"# .PCD": ".pcd",
     b"VERSION": ".pcd",
+    b"ply\n": ".ply",
+    b"ply\r": ".ply",
     b"#ROSBAG": ".bag",
     b"SQLite format 3": ".db3",
     b"\x89MCAP": ".mcap",

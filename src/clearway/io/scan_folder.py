@@ -12,7 +12,7 @@ from clearway.io.foreign import read_text
 from clearway.io.pointcloud import READERS, PointCloud, check_start, cleaned
 from clearway.io.timed_scans import ScanSequence, TimedScan
 
-SCAN_SUFFIXES = (".bin", ".pcd", ".npy", ".csv", ".xyz", ".las", ".laz")
+SCAN_SUFFIXES = (".bin", ".pcd", ".ply", ".npy", ".csv", ".xyz", ".las", ".laz")
 PERIOD_S = 0.1
 """Between scans whose times nobody tells: most LiDARs turn ten times a second."""
 TIME_FILES = ("times.txt", "timestamps.txt")

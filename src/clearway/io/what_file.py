@@ -33,7 +33,7 @@ KNOWN = (
     (rb"\AII\*\0|\AMM\0\*", "a raster (GeoTIFF): `clearway map` takes terrain"),
     (rb'"beam_altitude_angles"', "metadata of an Ouster LiDAR: `clearway assess --scan` reads it "
      "with the .pcap beside it"),
-    (rb"\Aply\n", "a PLY point cloud, which clearway does not read: convert it to .pcd or .xyz"),
+    (rb"\Aply\n", "a point cloud: `clearway assess --scan` takes it"),
     (rb"\A\x1f\x8b", "a file packed by gzip: unpack it (`clearway traffic` reads it packed)"),
     (rb"\A\x28\xb5\x2f\xfd", "a file packed by zstd: unpack it with `zstd -d`"),
     (rb"rosbag2_bagfile_information", "metadata of a ROS 2 bag: `clearway assess --scan` takes "
