@@ -1,4 +1,4 @@
-"""Zones of the airspace for unmanned aircraft: ED-318 (GeoJSON), and ED-269, its predecessor."""
+"""Zones of the airspace for unmanned aircraft: ED-318 (GeoJSON), and what ED-269 shares."""
 
 from __future__ import annotations
 
@@ -96,45 +96,6 @@ class Ed318(Foreign):
     features: tuple[Feature, ...]
 
 
-class Projection(Foreign):
-    type: str
-    coordinates: Any = None
-    center: Any = None
-    radius: float | None = None
-
-
-class Volume(Foreign):
-    """Outline and limits of ED-269, whose numbers may be text."""
-
-    uomDimensions: str = "M"
-    lowerLimit: float | None = None
-    lowerVerticalReference: Reference = "AGL"
-    upperLimit: float | None = None
-    upperVerticalReference: Reference = "AGL"
-    horizontalProjection: Projection
-
-
-class OldZone(Foreign):
-    identifier: str = ""
-    name: str | None = None
-    restriction: str
-    applicability: tuple[Applicability, ...] | None = None
-    geometry: tuple[Volume, ...]
-
-
-class Ed269(Foreign):
-    UASZoneList: tuple[OldZone, ...]
-
-
-def is_ed269(data: Mapping[str, Any]) -> bool:
-    """Whether an object has zones of ED-269: a list of them, or features that are no GeoJSON."""
-    features = data.get("features")
-    return "UASZoneList" in data or (
-        isinstance(features, list)
-        and any(isinstance(part, dict) and "restriction" in part for part in features)
-    )
-
-
 def is_ed318(data: Mapping[str, Any]) -> bool:
     """Whether a GeoJSON object has features with a layer of heights."""
     features = data.get("features")
@@ -157,7 +118,7 @@ def read_ed318(path: Path, data: Mapping[str, Any]) -> ParsedMap:
         properties = part.properties
         try:
             features = _layers(part.geometry, _name(properties))
-            periods = _periods(properties.limitedApplicability)
+            periods = periods_of(properties.limitedApplicability)
         except ValueError as cause:
             problems.append(f"features[{number}] ({properties.identifier}): {cause}")
             continue
@@ -166,40 +127,17 @@ def read_ed318(path: Path, data: Mapping[str, Any]) -> ParsedMap:
                 properties.identifier, _name(properties), properties.type, periods, features
             )
         )
-    return _parsed(path, "ED-318 zones", zones, problems)
+    return parsed_zones(path, "ED-318 zones", zones, problems)
 
 
-def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
-    """Zones of an ED-269 file with limits and times; InputError with every zone that has none."""
-    zones, problems = [], []
-    listed = data if "UASZoneList" in data else {"UASZoneList": data["features"]}
-    listed_zones = parse_model(str(path), listed, Ed269).UASZoneList
-    for number, part in enumerate(listed_zones):
-        name = part.name or part.identifier
-        try:
-            features = tuple(_volume(volume, name) for volume in part.geometry)
-            periods = _periods(part.applicability)
-        except ValueError as cause:
-            problems.append(f"UASZoneList[{number}] ({part.identifier}): {cause}")
-            continue
-        zones.append(ZoneFeature(part.identifier, name, part.restriction, periods, features))
-    notes: tuple[str, ...] = ()
-    if any(_is_round_in_feet(volume) for part in listed_zones for volume in part.geometry):
-        notes = ("radii are taken in metres, also of zones whose limits are in feet",)
-    return _parsed(path, "ED-269 zones", zones, problems, notes)
-
-
-def _is_round_in_feet(volume: Volume) -> bool:
-    return volume.horizontalProjection.type == "Circle" and volume.uomDimensions.upper() == "FT"
-
-
-def _parsed(
+def parsed_zones(
     path: Path,
     kind: str,
     zones: list[ZoneFeature],
     problems: list[str],
     notes: tuple[str, ...] = (),
 ) -> ParsedMap:
+    """The zones of a file, without those that restrict nothing; InputError with its problems."""
     if problems:
         raise InputError(str(path), problems)
     if not zones:
@@ -230,12 +168,12 @@ def _layers(geometry: Geometry, name: str) -> tuple[MapFeature, ...]:
     if geometry.type == "GeometryCollection":
         return tuple(one for part in geometry.geometries for one in _layers(part, name))
     layer = geometry.layer or Layer()
-    low, high = _limits(
+    low, high = limits_of(
         (layer.lower, layer.lowerReference), (layer.upper, layer.upperReference), layer.uom
     )
     outlines: list[Disc | Polygon]
     if geometry.type == "Point" and geometry.extent is not None:
-        radius = _radius(geometry.extent.radius)
+        radius = radius_of(geometry.extent.radius)
         outlines = [Disc(*position_of(geometry.coordinates), radius)]
     elif geometry.type == "Polygon":
         outlines = [Polygon(rings_of(geometry.coordinates))]
@@ -249,33 +187,20 @@ def _layers(geometry: Geometry, name: str) -> tuple[MapFeature, ...]:
     return tuple(MapFeature(name, outline, low, high) for outline in outlines)
 
 
-def _volume(volume: Volume, name: str) -> MapFeature:
-    low, high = _limits(
-        (volume.lowerLimit, volume.lowerVerticalReference),
-        (volume.upperLimit, volume.upperVerticalReference),
-        volume.uomDimensions,
-    )
-    across = volume.horizontalProjection
-    outline: Disc | Polygon
-    if across.type == "Circle":
-        outline = Disc(*position_of(across.center), _radius(across.radius))
-    elif across.type == "Polygon":
-        outline = Polygon(rings_of(across.coordinates))
-    else:
-        raise ValueError(f"outline of type {across.type}; valid: Polygon, Circle")
-    return MapFeature(name, outline, low, high)
-
-
-def _radius(radius_m: float | None) -> float:
+def radius_of(radius_m: float | None) -> float:
+    """The radius of a circle in metres; raises ValueError where it is none."""
     if radius_m is None or not radius_m > 0.0:
         raise ValueError(f"a circle needs a radius above 0 m, got {radius_m}")
     return radius_m
 
 
-def _limits(
+def limits_of(
     lower: tuple[float | None, Reference], upper: tuple[float | None, Reference], unit: str
 ) -> tuple[Height, Height]:
-    """Limits in metres; none below is the ground, none above is out of reach."""
+    """Limits in metres; none below is the ground, none above is out of reach.
+
+    Raises ValueError for an unknown unit, or an upper limit that is not above the lower one.
+    """
     if unit.lower() not in ("m", "ft"):
         raise ValueError(f"unit of heights {unit!r} is neither m nor ft")
     metres = 1.0 if unit.lower() == "m" else FOOT_M
@@ -290,7 +215,7 @@ def _limits(
     return low, high
 
 
-def _periods(applicability: Iterable[Applicability] | None) -> tuple[Period, ...]:
+def periods_of(applicability: Iterable[Applicability] | None) -> tuple[Period, ...]:
     """When a zone is in force; none means always."""
     periods = []
     for part in applicability or ():

@@ -10,7 +10,8 @@ from clearway.io.cityjson import read_cityjson
 from clearway.io.faa_obstacles import read_faa_obstacles
 from clearway.io.foreign import read_json
 from clearway.io.geojson import read_geojson
-from clearway.io.geozones import is_ed269, is_ed318, read_ed269, read_ed318
+from clearway.io.geozones import is_ed318, read_ed318
+from clearway.io.geozones_ed269 import is_ed269, read_ed269
 from clearway.io.json_sequence import read_sequence
 from clearway.io.map_features import ParsedMap
 from clearway.io.obstacle_table import read_obstacle_table
