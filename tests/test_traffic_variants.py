@@ -190,6 +190,14 @@ def test_a_packed_file_that_unpacks_to_more_than_memory_holds(
         read_traffic(path)
 
 
+def test_kinds_are_told_apart_by_what_only_one_of_them_has(tmp_path: Path) -> None:
+    """A table whose first column is `ID`, as messages of BaseStation may be called too."""
+    daidalus = "ID,lat,lon,alt,time\nnone,deg,deg,ft,s\nA1,1,2,1000,0\n"
+    assert read(tmp_path, daidalus).format == "DAIDALUS"
+    sbs = "AIR,,1,1,ABCDEF,1,,,,\r\n" + SBS.format(3, ",1000,,,1,2,,,0,0,0,0")
+    assert read(tmp_path, sbs).of_use == {"new aircraft": 1}
+
+
 @pytest.mark.parametrize("content", [
     "name lat lon alt time\n- deg deg ft s\na 1 2 3 4\nb 1 2 3 4",
     HISTORY + f"{START:.0f},abcdef,1,2,3,90,0,,true,false,false,,300,,{START},{START}",

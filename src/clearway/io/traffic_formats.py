@@ -24,7 +24,7 @@ HEAD = 4096
 BEAST_FRAME = re.compile(rb"\x1a[\x31-\x35\xe3]")
 HEX_ROW = re.compile(rb"^\s*\"?[0-9.eE+-]+\"?\s*[,;]\s*\"?[0-9A-Fa-f]{14,28}", re.MULTILINE)
 BLUESKY_ROW = re.compile(rb"^\s*\d+:\d\d:\d\d(\.\d+)?\s*>", re.MULTILINE)
-SBS_ROW = re.compile(rb"^(MSG,[1-8]|SEL|ID|AIR|STA|CLK),", re.MULTILINE)
+SBS_ROW = re.compile(rb"^MSG,[1-8],", re.MULTILINE)
 JSON_FRAME = re.compile(rb'"frame"\s*:\s*"[0-9A-Fa-f]{14,28}"')
 DAIDALUS_COLUMNS = {"lat", "latitude", "sx"}
 
@@ -68,7 +68,7 @@ def _is_hex(content: bytes) -> bool:
 
 
 def _is_sbs(content: bytes) -> bool:
-    return SBS_ROW.match(content[:HEAD].lstrip()) is not None
+    return SBS_ROW.search(content[:HEAD]) is not None
 
 
 def _is_daidalus(content: bytes) -> bool:
