@@ -17,8 +17,8 @@ from clearway.units import FOOT_M
 COLUMNS: Mapping[str, tuple[str, ...]] = {
     "latitude": ("lat", "latitude"),
     "longitude": ("lon", "lng", "long", "longitude"),
-    "height": ("h", "height", "agl"),
-    "top": ("z", "top", "amsl", "elevation"),
+    "height": ("h", "height", "agl", "height_agl", "agl_height"),
+    "top": ("z", "top", "amsl", "elevation", "height_amsl", "amsl_height", "top_elevation"),
     "ground": ("gnd_elev", "ground", "ground_elevation"),
     "radius": ("radius",),
     "name": ("name", "lac_name", "obstacle_name"),
