@@ -230,6 +230,15 @@ def test_features_one_a_line(tmp_path):
     assert read.counts == {"height not above its base": 1, "no height": 1}
 
 
+def test_an_outline_across_the_date_line(tmp_path):
+    ring = [[179.999, 10.0], [-179.999, 10.0], [-179.999, 10.001], [179.999, 10.001]]
+    part = feature({"type": "Polygon", "coordinates": [[*ring, ring[0]]]}, height=5)
+    read = read_map(saved(tmp_path, "a.geojson", part))
+    assert abs(read.origin.longitude_deg) == pytest.approx(180.0)
+    (box,) = read.obstacles
+    assert sorted(box.size_m) == pytest.approx([5.0, 110.6, 219.2], rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("changes", "properties", "cause"),
     [

@@ -131,14 +131,21 @@ def _middle(paths: Sequence[str | Path], maps: Sequence[ParsedMap]) -> Geodetic:
         if features:
             heights = [part.low.value_m for part in features if part.low.above == "sea level"]
             places = np.concatenate([_places(feature) for feature in features])
-            latitude, longitude = np.median(places, axis=0)
-            return Geodetic(float(latitude), float(longitude), min(heights, default=0.0))
+            latitude, longitude = np.median(_on_one_side(places), axis=0)
+            east = (float(longitude) + 180.0) % 360.0 - 180.0
+            return Geodetic(float(latitude), east, min(heights, default=0.0))
     counts = (f"{count} {reason}" for one in maps for reason, count in one.counts.items())
     raise InputError(
         ", ".join(map(str, paths)),
         f"nothing to keep clear of in it (left out: {', '.join(counts) or 'nothing'}), so no place "
         "for the origin; valid: an origin (--origin, origin_geodetic)",
     )
+
+
+def _on_one_side(places: FloatArray) -> FloatArray:
+    """Places [n, 2] with longitudes from 0 to 360 degrees where that keeps them closer together."""
+    around = np.stack([places[:, 0], places[:, 1] % 360.0], axis=-1)
+    return around if np.ptp(around[:, 1]) < np.ptp(places[:, 1]) else places
 
 
 def _places(feature: MapFeature) -> FloatArray:
