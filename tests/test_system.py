@@ -51,6 +51,24 @@ def test_unusable_readings_are_counted_by_reason():
     }
 
 
+def test_readings_from_the_future_are_counted_and_shut_nothing_out():
+    live = system()
+    live.update(state(0.0))
+    live.update(Scan(np.zeros((0, 3)), 60.0, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), np.nan, "lidar"))
+    live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=60.0))
+    assert dict(live.counts) == {"scan: from the future": 2, "intruder: from the future": 1}
+    live.update(Scan(np.zeros((0, 3)), 0.0, "lidar"))
+    live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=0.5))
+    situation, scan_age_s = live.situation(1.0)
+    assert scan_age_s == 1.0
+    assert [intruder.name for intruder in situation.intruders] == ["i"]
+    # Whoever asks tells the time, without own states too.
+    live.due(60.0)
+    live.update(Scan(np.zeros((0, 3)), 60.0, "lidar"))
+    assert live.counts["scan: from the future"] == 2
+
+
 def test_nan_points_of_a_scan_do_no_harm():
     live = system()
     live.update(state(0.0))

@@ -82,6 +82,7 @@ class AvoidanceSystem:
         )
         self._reports = reports_for(tracker, self.limits.intruder_s, planner.speed_mps, address)
         self._plan = Plan()
+        self._clock_s = -np.inf  # The latest time that an own state or a question told.
         self._news = ""
         self._told: Counter[str] = Counter()
 
@@ -101,10 +102,18 @@ class AvoidanceSystem:
         if flaw:
             self.counts[flaw] += 1
         else:
+            self._clock_s = max(self._clock_s, state.time_s)
             self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
 
+    def _ahead(self, what: str, time_s: float) -> str | None:
+        """Of a time that no right clock tells yet: believed, it would shut out all that follows."""
+        known = np.isfinite(self._clock_s)
+        if not known or time_s <= self._clock_s + self.limits.ahead_s:
+            return None
+        return f"{what}: from the future"
+
     def _take_scan(self, scan: Scan) -> None:
-        flaw = self._sight.flaw_of(scan)
+        flaw = self._sight.flaw_of(scan) or self._ahead("scan", scan.time_s)
         if flaw:
             self.counts[flaw] += 1
         elif not self._own_states.reach_back_to(scan.time_s):
@@ -117,7 +126,7 @@ class AvoidanceSystem:
                 self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
 
     def _take_report(self, report: Intruder) -> None:
-        flaw = self._reports.take(report)
+        flaw = self._ahead("intruder", report.time_s) or self._reports.take(report)
         if flaw:
             self.counts[flaw] += 1
         else:
@@ -137,6 +146,7 @@ class AvoidanceSystem:
 
     def due(self, now_s: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on."""
+        self._clock_s = max(self._clock_s, now_s)
         return self._plan.due(now_s, self.progress.goal) or self._news or None
 
     def warm_up(self) -> None:
@@ -192,6 +202,7 @@ class AvoidanceSystem:
 
         Raises ClearwayError if no own state has come yet.
         """
+        self._clock_s = max(self._clock_s, now_s)
         state, age = self._expected_state(now_s)
         self._leave_dead_end(state, now_s)
         for name in self._sight.silent(now_s):

@@ -21,6 +21,8 @@ class DataLimits:
     """Scans; without a fresh one the sensor's columns count as unseen."""
     intruder_s: float = 10.0
     """Intruder reports."""
+    ahead_s: float = 5.0
+    """Scans and reports later than the latest own state or question by more have a wrong clock."""
     history_s: float = 10.0
     """Own states kept, to place late scans."""
     memory_s: float = 120.0
