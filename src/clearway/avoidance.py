@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from clearway.evidence import gather_evidence, hazards_of
 from clearway.frames import FloatArray
 from clearway.fusion import (
     CellAssessment,
+    Evidence,
     ReachAssessment,
     assess_cells,
     rate_reach_set,
@@ -34,7 +36,7 @@ from clearway.intruders import up_seen_from
 from clearway.planner import Planner
 from clearway.rules import RuleView, rule_on
 from clearway.situation import Situation, goal_of, grid_frame, margin_m
-from clearway.state import IntArray, State
+from clearway.state import BoolArray, IntArray, State
 
 NO_ROLL = np.array([0.0, 1.0, 1.0])
 
@@ -65,49 +67,26 @@ def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
     """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6)."""
-    settings, grid = planner.settings, planner.grid
-    position, world_from_grid = grid_frame(situation.state)
+    settings = planner.settings
     margin = margin_m(settings, situation)
-
-    seen_from = replace(situation.state, attitude_rad=situation.state.attitude_rad * NO_ROLL)
-    rotation = seen_from.world_from_body
-    intruders = [intruder.seen_at(seen_from, rotation) for intruder in situation.intruders]
-    hazards = hazards_of(planner, situation, intruders, margin)
-    up = up_seen_from(seen_from)
-    evidence = gather_evidence(grid, situation.detections, hazards, margin, intruders, settings, up)
+    seen = _see(planner, situation, margin)
     cells = assess_cells(
-        evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
+        seen.evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
     )  # (4.17), (5.54)
 
     repertoire = planner.repertoire(float(situation.state.attitude_rad[1]))
     reach = rate_reach_set(repertoire.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
-    clear = untouched(repertoire.reach_set, evidence.coated)  # def. 6
+    clear = untouched(repertoire.reach_set, seen.evidence.coated)  # def. 6
 
     goal = goal_of(situation)
-    arrived = arrival(repertoire.reach_set, goal)
-
-    def to_go(nodes: IntArray) -> FloatArray:
-        return planner.terminal_cost(repertoire.reach_set, nodes, goal, arrived, planner.automaton)
-
-    candidates = price_candidates(
-        repertoire,
-        reach,
-        clear,
-        goal,
-        arrived,
-        to_go,
-        settings.prices,
-        commitment or Commitment(),
-        hazards.movers,
-    )  # (4.6)
-    names = tuple(intruder.name for intruder in intruders)
+    candidates = _candidates(planner, repertoire, reach, clear, goal, commitment, seen.hazards)
 
     def choose_among(candidates: Candidates) -> Choice:
         return choose(
             repertoire,
             reach,
             candidates,
-            hazards,
+            seen.hazards,
             margin_m=margin,
             threshold=settings.threshold,
             verify=settings.verify,
@@ -115,31 +94,85 @@ def decide(
 
     ruling = None
     if planner.rules:
-        ruling = rule_on(planner.rules, _rule_view(planner, situation, goal, hazards, names))
+        ruling = rule_on(planner.rules, _rule_view(planner, situation, goal, seen))
     if ruling is None:
         choice = choose_among(candidates)
     else:
         choice = choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
-    path = _path(repertoire, choice.node) @ world_from_grid.T + position
+    position, world_from_grid = grid_frame(situation.state)
     return Decision(
         state=situation.state,
         choice=choice,
         movements=repertoire.reach_set.movements_to(choice.node),
-        path_m=path,
+        path_m=_path(repertoire, choice.node) @ world_from_grid.T + position,
         goal=goal,
         margin_m=margin,
         cells=cells,
         reach=reach,
         repertoire=repertoire,
-        hazards=hazards,
-        decide_within_s=_decide_within(planner, repertoire, choice, hazards, margin),
-        intruders=names,
+        hazards=seen.hazards,
+        decide_within_s=_decide_within(planner, repertoire, choice, seen.hazards, margin),
+        intruders=seen.intruders,
     )
 
 
-def _rule_view(
-    planner: Planner, situation: Situation, goal: Goal, hazards: Hazards, names: tuple[str, ...]
-) -> RuleView:
+class _Seen(NamedTuple):
+    """What is known about the surroundings at a decision."""
+
+    hazards: Hazards
+    evidence: Evidence
+    intruders: tuple[str, ...]
+    """Names of the movers in `hazards`."""
+
+
+def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
+    """Bring map, returns and intruders into the grid's frame, and into its cells."""
+    state = situation.state
+    seen_from = replace(state, attitude_rad=state.attitude_rad * NO_ROLL)
+    rotation = seen_from.world_from_body
+    intruders = [intruder.seen_at(seen_from, rotation) for intruder in situation.intruders]
+    hazards = hazards_of(planner, situation, intruders, margin)
+    evidence = gather_evidence(
+        planner.grid,
+        situation.detections,
+        hazards,
+        margin,
+        intruders,
+        planner.settings,
+        up_seen_from(seen_from),
+    )
+    return _Seen(hazards, evidence, tuple(intruder.name for intruder in intruders))
+
+
+def _candidates(
+    planner: Planner,
+    repertoire: Repertoire,
+    reach: ReachAssessment,
+    clear: BoolArray,
+    goal: Goal,
+    commitment: Commitment | None,
+    hazards: Hazards,
+) -> Candidates:
+    """The complete trajectories with their costs, (4.6)."""
+    arrived = arrival(repertoire.reach_set, goal)
+
+    def to_go(nodes: IntArray) -> FloatArray:
+        return planner.terminal_cost(repertoire.reach_set, nodes, goal, arrived, planner.automaton)
+
+    return price_candidates(
+        repertoire,
+        reach,
+        clear,
+        goal,
+        arrived,
+        to_go,
+        planner.settings.prices,
+        commitment or Commitment(),
+        hazards.movers,
+    )
+
+
+def _rule_view(planner: Planner, situation: Situation, goal: Goal, seen: _Seen) -> RuleView:
     """What the rules of a decision see."""
     start = situation.state.position_m if situation.from_m is None else situation.from_m
     route = [start, situation.target_m]
@@ -152,8 +185,8 @@ def _rule_view(
         np.array(route),
         margin_m(planner.settings, situation),
         planner.speed_mps,
-        hazards.movers,
-        names,
+        seen.hazards.movers,
+        seen.intruders,
     )
 
 
