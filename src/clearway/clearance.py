@@ -162,7 +162,7 @@ def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
     corners = span.corners_m
     step = (span.end_s - span.start_s) / (len(corners) - 1)
     for k in range(len(movers.radius_m)):
-        if _mover_bound(span, movers, k) >= best:
+        if _is_far(span, movers, k, best):
             continue
         px, py, pz = movers.position_m[k, 0], movers.position_m[k, 1], movers.position_m[k, 2]
         vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
@@ -186,18 +186,18 @@ def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
 
 
 @compiled
-def _mover_bound(span: Span, movers: MovingHazards, k: int) -> float:
-    """What the clearance from a mover cannot be below: both stay in balls about their middles."""
+def _is_far(span: Span, movers: MovingHazards, k: int, best: float) -> bool:
+    """Whether a mover's clearance cannot be below `best`: both stay in balls about their middles."""
     half_s = 0.5 * (span.end_s - span.start_s)
     middle_s = span.start_s + half_s
     vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
     dx = span.middle_m[0] - movers.position_m[k, 0] - vx * middle_s
     dy = span.middle_m[1] - movers.position_m[k, 1] - vy * middle_s
     dz = span.middle_m[2] - movers.position_m[k, 2] - vz * middle_s
-    apart = np.sqrt(dx * dx + dy * dy + dz * dz)
     moved = half_s * np.sqrt(vx * vx + vy * vy + vz * vz)
     grown = movers.radius_m[k] + movers.growth_mps[k] * span.end_s
-    return float(apart - span.reach_m - moved - grown)
+    near = max(0.0, span.reach_m + moved + grown + best)
+    return bool(dx * dx + dy * dy + dz * dz >= near * near)
 
 
 @compiled

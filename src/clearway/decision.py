@@ -293,6 +293,8 @@ def choose(
     for basis, tier, refuge in tiers:
         if basis is Basis.NO_REFUGE:
             tried.clear()  # The last round looks at all candidates once more.
+        if not len(tier):
+            continue
         # Candidates that break rules are in the order of what they break, not of their cost.
         price = None
         if basis in (Basis.RATED, Basis.VERIFIED):

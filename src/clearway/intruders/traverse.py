@@ -119,20 +119,21 @@ def _merge(
     column_count = borders.columns
     row_count = borders.rows
     i = j = k = 0
-    here = start
+    here, here_s = start, max(0.0, (start + passed) / speed)
     count = 0
     while here < end:
         next_i = out.times[LAYER_CUT, i + 1] if i + 1 < layers else end
         next_j = out.times[COLUMN_CUT, j + 1] if j + 1 < columns else end
         next_k = out.times[ROW_CUT, k + 1] if k + 1 < rows else end
         following = min(next_i, next_j, next_k)
+        following_s = (following + passed) / speed
         layer, column, row = out.places[LAYER, i], out.places[COLUMN, j], out.places[ROW, k]
         if following - here > BORDER_TOLERANCE and layer >= 0 and column >= 0 and row >= 0:
             out.places[CELL, count] = (layer * column_count + column) * row_count + row
-            out.times[ENTRY, count] = max(0.0, (here + passed) / speed)
-            out.times[LEAVE, count] = (following + passed) / speed
+            out.times[ENTRY, count] = here_s
+            out.times[LEAVE, count] = following_s
             count += 1
-        here = following
+        here, here_s = following, following_s
         if i + 1 < layers and next_i <= following:
             i += 1
         if j + 1 < columns and next_j <= following:
