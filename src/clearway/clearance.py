@@ -187,7 +187,7 @@ def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
 
 @compiled
 def _is_far(span: Span, movers: MovingHazards, k: int, best: float) -> bool:
-    """Whether a mover's clearance cannot be below `best`: both stay in balls about their middles."""
+    """Whether a mover cannot come nearer than `best`: both stay in balls about their middles."""
     half_s = 0.5 * (span.end_s - span.start_s)
     middle_s = span.start_s + half_s
     vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
