@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,8 +37,8 @@ def test_nine_movements(layers, footprints):
 
 
 def test_a_set_that_never_gets_to_the_last_layer_is_measured():
-    tree = build_reach_set(NINE, AvoidanceGrid.uniform(5.6, 4, 45.0, 3, 30.0, 1), "chaotic")
-    coverage = measure(tree)
+    turns_only = replace(NINE, movements=tuple(m for m in NINE.movements if m.name == "Left"))
+    coverage = measure(build_reach_set(turns_only, AvoidanceGrid.uniform(), "full"))
     assert (coverage.nodes, coverage.trajectories, coverage.footprints) == (0, 0, 0)
     assert coverage.side_exits > 0
     assert coverage.smoothness == 0.0
