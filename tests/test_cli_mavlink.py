@@ -263,6 +263,45 @@ def test_ticks_that_come_late_are_counted_and_left_out() -> None:
     assert report.skipped >= 6
 
 
+class SlowVehicle:
+    """A link to a vehicle in lock-step, one message at a time: it goes on when it is answered."""
+
+    stream, name = False, "slow"
+
+    def __init__(self, *moments: tuple[Any, ...]) -> None:
+        self._moments = [[framed(message) for message in moment] for moment in moments]
+
+    def wait(self, seconds: float) -> None:
+        time.sleep(min(0.005, seconds))
+
+    def receive(self) -> list[tuple[bytes, Any]]:
+        return [(self._moments[0].pop(0), None)] if self._moments[0] else []
+
+    def answer_to(self, peer: Any) -> None: ...
+
+    def send(self, _data: bytes) -> bool:
+        if not self._moments[0] and len(self._moments) > 1:
+            self._moments.pop(0)
+        return True
+
+    def close(self) -> None: ...
+
+
+def test_in_lock_step_a_tick_waits_for_the_own_position_of_its_time() -> None:
+    bench = Bench(speedup=None)
+    link = SlowVehicle(
+        (heartbeat(), origin(), attitude(10.0), distances(10.0), position(10.0)),
+        (attitude(10.2), distances(10.2), position(10.2, (0.0, 0.2, 0.0))),
+    )
+    loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.2)
+    ticks: list[tuple[float, float | None]] = []
+    loop.run(
+        lambda _elapsed, _outcome: len(ticks) == 2,
+        lambda outcome: ticks.append((outcome.time_s, bench.session.own_s)),
+    )
+    assert ticks == [(10.0, 10.0), (10.2, 10.2)]
+
+
 def test_the_loop_ends_when_the_autopilot_restarts() -> None:
     bench, link = Bench(), open_link("udpin:127.0.0.1:0", Counter())
     bench.all_well(100.0)

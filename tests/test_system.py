@@ -111,6 +111,16 @@ def test_the_state_is_carried_to_the_decision_time_along_the_plan():
     assert live.decide(2.5).counts["state: stale"] == 1
 
 
+def test_a_scan_before_its_own_state_is_placed_along_the_plan():
+    live = system_after_free_flight()
+    ahead = Obstacle.ball([8.0, 0.0, 0.0], 1.5)
+    live.update(simulate_scan(LIDAR, ObstacleMap([ahead]), state(1.5, x=1.5)))
+    remembered = live._sight.remembered.position_m
+    assert remembered[:, 0].min() == pytest.approx(8.0 - 1.5, abs=0.15)
+    hazards = live.decide(1.5).decision.hazards
+    assert hazards.points.position_m[:, 0].min() == pytest.approx(8.0 - 1.5 - 1.5, abs=0.15)
+
+
 def test_the_buffer_holds_what_was_decided_from_then_on():
     live = system_after_free_flight()
     assert live.buffer.start_s == 0.0

@@ -46,11 +46,6 @@ class VehicleClock:
         self._strays = 0
 
     @property
-    def known(self) -> bool:
-        """Whether any message has told the time."""
-        return self._delay_s is not None
-
-    @property
     def newest_s(self) -> float:
         """The newest time told."""
         return self._newest_s

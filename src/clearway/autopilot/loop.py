@@ -13,7 +13,7 @@ from clearway.autopilot.outbox import Outbox
 from clearway.autopilot.session import Outcome, Session
 
 IDLE_S = 0.2
-"""In lock-step, a tick is due after so long even if the vehicle's clock stands still."""
+"""In lock-step, a tick is due after so long even if no own position comes."""
 
 
 @dataclass(slots=True)
@@ -98,12 +98,15 @@ class Loop:
         return due
 
     def _until_vehicle(self, last: Outcome | None) -> None:
-        """Read until the vehicle's clock has moved on by a period, or nothing comes."""
+        """Read until there is an own position a period later, or nothing comes.
+
+        The vehicle's clock alone would not do: attitude tells it too, and comes before the rest.
+        """
         before = None if last is None else last.time_s
         until = time.monotonic() + IDLE_S
         while time.monotonic() < until:
             self.link.wait(until - time.monotonic())
             self._read()
-            now = self.session.vehicle_s
+            now = self.session.own_s
             if now is not None and (before is None or now >= before + self.period_s - 1e-6):
                 return

@@ -15,15 +15,14 @@ from clearway.autopilot import dialect as known
 from clearway.autopilot.adsb import AdsbPicture, AdsbSettings
 from clearway.autopilot.clock import Tick, VehicleClock
 from clearway.autopilot.dialect import Message
-from clearway.autopilot.distances import Sectors, scan_of
 from clearway.autopilot.health import LinkFacts, LinkLimits, LinkState, link_state
 from clearway.autopilot.inbox import Arrival
 from clearway.autopilot.mode import AutopilotMode
 from clearway.autopilot.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
 from clearway.autopilot.own_state import Motion, OwnPlace
-from clearway.autopilot.past import PastStates
 from clearway.autopilot.plan import FlownPlan
 from clearway.autopilot.reasons import Approach, Sayings, approaches
+from clearway.autopilot.sector_scans import SectorScans
 from clearway.autopilot.setpoints import SetPoint
 from clearway.frames import FloatArray
 from clearway.intruders import Intruder
@@ -35,8 +34,6 @@ HEARTBEAT_S = 1.0
 """Between our heartbeats."""
 SLOWEST = 0.3
 """Share of the speed of a movement below which the heading stands for the direction of flight."""
-OLD_SCAN_S = 0.5
-"""How far distances and own position may lie apart in time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +101,7 @@ class Session:
         self._news = ""
         self._motion: Motion | None = None
         self._own: State | None = None
-        self._past = PastStates()
-        self._scan_s = -math.inf
+        self._distances = SectorScans(sensor, counts)
         self._heartbeat_s = -math.inf
         self._said_s = -math.inf
         self._restarted = False
@@ -113,9 +109,9 @@ class Session:
         self._sayings = Sayings()
 
     @property
-    def vehicle_s(self) -> float | None:
-        """Newest time told by the vehicle; None before any."""
-        return self._clock.newest_s if self._clock.known else None
+    def own_s(self) -> float | None:
+        """Time of the newest own position; None before any."""
+        return None if self._own is None else self._own.time_s
 
     # --- in -------------------------------------------------------------------------------
 
@@ -135,7 +131,7 @@ class Session:
         elif number == known.ADSB_VEHICLE:
             self._take_traffic(message, wall_s)
         elif number == known.OBSTACLE_DISTANCE:
-            self._take_distances(message, wall_s)
+            self._distances.take(message, self._clock.now(wall_s))
         return False
 
     def _take_timed(self, message: Message, number: int, wall_s: float) -> None:
@@ -166,7 +162,7 @@ class Session:
             state = self._plan.turned_onto(state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self._motion, self._own = motion, state
-            self._past.add(state, motion.heading_rad)
+            self._distances.move(state, motion.heading_rad)
         self.system.update(state)
 
     def _take_traffic(self, message: Message, wall_s: float) -> None:
@@ -177,28 +173,12 @@ class Session:
             self._intruders = {k: i for k, i in self._intruders.items() if i.time_s >= oldest}
             self._intruders[intruder.name] = self._reports[intruder.name] = intruder
 
-    def _take_distances(self, message: Message, wall_s: float) -> None:
-        if self._sensor is None:
-            self.counts["distances: the mission has no sensor"] += 1
-            return
-        sectors = Sectors.of(message, self.counts)
-        if sectors is None:
-            return
-        time_s = _measured_at(message.time_usec, self._clock.now(wall_s))
-        there = self._past.at(time_s, OLD_SCAN_S)
-        if there is None:
-            self.counts["distances: no own position of their time"] += 1
-            return
-        self._scan_s = max(self._scan_s, time_s)
-        self.system.update(scan_of(sectors, self._sensor, *there, self.counts))
-        if sectors.shows_anything:
-            self._news = "new returns"
-
     # --- out ------------------------------------------------------------------------------
 
     def tick(self, wall_s: float) -> Outcome:
         """Decide if it is due and allowed, and say what is to be sent."""
         now = self._clock.now(wall_s)
+        self._see()
         before, self.state = self.state, self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
         close: list[Approach] = []
@@ -229,6 +209,13 @@ class Session:
         """What is said last."""
         return self._sayings.text("ends, set-points stop")
 
+    def _see(self) -> None:
+        scans, shows_anything = self._distances.placed()
+        for scan in scans:
+            self.system.update(scan)
+        if shows_anything:
+            self._news = "new returns"
+
     def _state_at(self, now: float, wall_s: float) -> LinkState:
         if self.mode is None or not (self.mode.armed and self.mode.follows):
             # Patience with a goal that does not come nearer begins when we are followed.
@@ -236,7 +223,7 @@ class Session:
         facts = LinkFacts(
             heartbeat_age_s=wall_s - self._heartbeat_s,
             position_age_s=math.inf if self._own is None else now - self._own.time_s,
-            distances_age_s=None if self._sensor is None else now - self._scan_s,
+            distances_age_s=None if self._sensor is None else now - self._distances.newest_s,
             restarted=self._restarted,
             arrived=self.system.progress.done(self.system.mission),
         )
@@ -286,9 +273,3 @@ class Session:
         if self.state is LinkState.WAITING:
             return [heartbeat(STANDBY)]
         return [heartbeat(ACTIVE if self.state.steers else CRITICAL)]
-
-
-def _measured_at(time_usec: int, now_s: float) -> float:
-    """When distances were measured, by a time since boot that makes sense; else now."""
-    told = time_usec * 1e-6
-    return told if now_s - OLD_SCAN_S <= told <= now_s else now_s

@@ -48,8 +48,10 @@ SOMEWHERE = (52.0, 4.3, 10.0)
 TARGET, TARGET_NAME = 84, "SET_POSITION_TARGET_LOCAL_NED"
 HEARD = (known.HEARTBEAT, TARGET, 247, 253)
 """Beside them COLLISION and STATUSTEXT."""
-ANSWER_S, SILENT_S = 2.0, 0.05
-"""In lock-step, how long an answer is waited for; and where there was none to the last message."""
+ANSWER_S, SILENT_S = 5.0, 0.05
+"""In lock-step, how long a set-point is waited for; and where none has come for a while."""
+UNANSWERED = 3
+"""So many moments without any set-point are a while."""
 PATIENCE_S = 30.0
 """Without any set-point for so long by our clock, it ends."""
 
@@ -75,7 +77,8 @@ class SimulatedAutopilot:
         self._origin = np.array(file.mission.origin_geodetic or SOMEWHERE)
         self._began_s: float | None = None
         self.target: SetPoint | None = None
-        self.target_ms = self.told_ms = -1
+        self.target_ms = -1
+        self.unanswered = 0
         speed, seed = setup.planner.speed_mps, setup.simulation.seed
         self._traffic = Traffic(setup.script, setup.mission, speed, setup.traffic, seed)
         self._names = sorted(intruder.name for intruder in setup.script)
@@ -219,13 +222,14 @@ def run(
 
 def _await_answer(autopilot: SimulatedAutopilot, link: Link) -> None:
     """Until the set-point of this moment has come, but not for ever."""
-    answers = autopilot.target_ms >= autopilot.told_ms > 0
-    autopilot.told_ms = autopilot.boot_ms
-    patience = ANSWER_S if answers else SILENT_S
+    before = autopilot.heard[TARGET_NAME]
+    patience = ANSWER_S if autopilot.unanswered < UNANSWERED else SILENT_S
     until = time.monotonic() + patience
     while autopilot.target_ms != autopilot.boot_ms and time.monotonic() < until:
         link.wait(until - time.monotonic())
         autopilot.listen()
+    any_came = autopilot.heard[TARGET_NAME] > before
+    autopilot.unanswered = 0 if any_came else autopilot.unanswered + 1
 
 
 def main(arguments: list[str] | None = None) -> int:

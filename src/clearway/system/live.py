@@ -119,7 +119,7 @@ class AvoidanceSystem:
         elif not self._own_states.reach_back_to(scan.time_s):
             self.counts["scan: no own state of its time"] += 1
         else:
-            self._sight.take(scan, self._own_states.at(scan.time_s))
+            self._sight.take(scan, self._own_state_at(scan.time_s))
             if len(scan.points_m):
                 self._news = "new returns"
             if not self._sight.believes(scan.sensor):
@@ -214,7 +214,7 @@ class AvoidanceSystem:
             next_m=self.progress.following(self.mission),
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
-            detections=self._sight.detections(scans, state, self._own_states),
+            detections=self._sight.detections(scans, state, self._own_state_at),
             remembered=self._sight.remembered_near(state.position_m),
             obstacle_map=self.obstacle_map,
             intruders=self._traffic(state, now_s),
@@ -230,6 +230,13 @@ class AvoidanceSystem:
         if age > self.limits.state_s:
             self.counts["state: stale"] += 1
         return carried_on(latest, now_s, self._plan.buffer, self.planner.automaton), age
+
+    def _own_state_at(self, time_s: float) -> State:
+        """Between own states, or carried on from the latest: a scan may come before its own."""
+        latest = self._own_states.latest
+        if time_s <= latest.time_s:
+            return self._own_states.at(time_s)
+        return carried_on(latest, time_s, self._plan.buffer, self.planner.automaton)
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:
         """Reported intruders, and those that LiDAR alone sees."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +28,6 @@ from clearway.sensors import (
 from clearway.sensors.detection import Rule
 from clearway.situation import grid_frame
 from clearway.state import State
-from clearway.system.own_states import OwnStates
 from clearway.system.readings import DataLimits
 
 MEMORY_REACH = 1.5
@@ -154,11 +153,11 @@ class Sight:
         return name in self._scans and now_s - self._scans[name].time_s <= self._fresh_s
 
     def detections(
-        self, scans: Mapping[str, Scan], state: State, own_states: OwnStates
+        self, scans: Mapping[str, Scan], state: State, own_state_at: Callable[[float], State]
     ) -> list[Detection]:
         """One per sensor, in the grid frame of an own state; without a scan all is unseen."""
         return [
-            self._detection(scans[name], state, own_states.at(scans[name].time_s))
+            self._detection(scans[name], state, own_state_at(scans[name].time_s))
             if name in scans
             else unseen(self._planner.grid, sensor)
             for name, sensor in self.sensors.items()
