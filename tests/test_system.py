@@ -69,6 +69,28 @@ def test_readings_from_the_future_are_counted_and_shut_nothing_out():
     assert live.counts["scan: from the future"] == 2
 
 
+def test_an_own_state_from_the_future_shuts_nothing_out():
+    live = system()
+    live.update(state(0.0))
+    live.update(state(1e6, x=90.0))
+    live.update(state(0.5, x=0.5))
+    assert dict(live.counts) == {"state: from the future": 1}
+    assert live.decide(0.5).decision.state.position_m[0] == 0.5
+
+
+@pytest.mark.parametrize("told_by", ["the next state", "the question"])
+def test_an_own_state_after_a_long_silence_is_believed_once_borne_out(told_by):
+    live = system()
+    live.update(state(0.0))
+    live.update(state(60.0, x=20.0))
+    if told_by == "the next state":
+        live.update(state(60.5, x=20.5))
+    situation, _ = live.situation(60.5)
+    assert situation.state.position_m[0] >= 20.0
+    assert not live.counts["state: from the future"]
+    assert live.progress.nearest_s > 0.0
+
+
 def test_nan_points_of_a_scan_do_no_harm():
     live = system()
     live.update(state(0.0))

@@ -71,7 +71,7 @@ class AvoidanceSystem:
         self._tracker = tracker
         self._address = address
         self._follow_movers = follow_movers
-        self._own_states = OwnStates(self.limits.history_s)
+        self._own_states = OwnStates(self.limits.history_s, self.limits.ahead_s)
         self._sight = Sight(
             planner,
             range_sensors(lidars),
@@ -98,12 +98,23 @@ class AvoidanceSystem:
             self._take_report(reading)
 
     def _take_state(self, state: State) -> None:
-        flaw = self._own_states.take(state)
-        if flaw:
-            self.counts[flaw] += 1
-        else:
+        before = self._own_states.newest
+        self.counts.update(self._own_states.take(state, self._clock_s))
+        self._advance(before)
+
+    def _advance(self, before: State | None) -> None:
+        """Mission and clock go on with a new own state."""
+        state = self._own_states.newest
+        if state is not None and state is not before:
             self._clock_s = max(self._clock_s, state.time_s)
             self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
+
+    def _tell_time(self, now_s: float) -> None:
+        """Whoever asks tells the time, and an own state that waited for it may be right."""
+        before = self._own_states.newest
+        self._clock_s = max(self._clock_s, now_s)
+        self._own_states.believe(self._clock_s)
+        self._advance(before)
 
     def _ahead(self, what: str, time_s: float) -> str | None:
         """Of a time that no right clock tells yet: believed, it would shut out all that follows."""
@@ -146,7 +157,7 @@ class AvoidanceSystem:
 
     def due(self, now_s: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on."""
-        self._clock_s = max(self._clock_s, now_s)
+        self._tell_time(now_s)
         return self._plan.due(now_s, self.progress.goal) or self._news or None
 
     def warm_up(self) -> None:
@@ -202,7 +213,7 @@ class AvoidanceSystem:
 
         Raises ClearwayError if no own state has come yet.
         """
-        self._clock_s = max(self._clock_s, now_s)
+        self._tell_time(now_s)
         state, age = self._expected_state(now_s)
         self._leave_dead_end(state, now_s)
         for name in self._sight.silent(now_s):

@@ -18,22 +18,54 @@ TIME_TOLERANCE_S = 1e-6
 
 
 class OwnStates:
-    """The own states of the last seconds, in the order of their times."""
+    """The own states of the last seconds, in the order of their times.
 
-    def __init__(self, history_s: float) -> None:
-        self._history_s = history_s
+    A state far ahead of the clock waits: believed at once, one with a wrong time would shut out all
+    that follow. The next state, or the clock itself, shows whether its time has come.
+    """
+
+    def __init__(self, history_s: float, ahead_s: float) -> None:
+        self._history_s, self._ahead_s = history_s, ahead_s
         self._states: deque[State] = deque()
+        self._early: State | None = None
 
-    def take(self, state: State) -> str | None:
-        """Keep a state, or say why it cannot be used."""
+    def take(self, state: State, clock_s: float) -> list[str]:
+        """Keep a state; returns why it, or one that waited for it, cannot be used.
+
+        clock_s: the latest time told by anything else, -inf before any.
+        """
         if not np.all(np.isfinite(state.vector)) or not np.isfinite(state.time_s):
-            return "state: not finite"
-        if self._states and state.time_s <= self._states[-1].time_s:
-            return "state: late or repeated"
+            return ["state: not finite"]
+        early, self._early = self._early, None
+        flaws = []
+        if early is not None and early.time_s <= state.time_s <= early.time_s + self._ahead_s:
+            self._keep(early)
+            clock_s = early.time_s
+        elif early is not None:
+            flaws.append("state: from the future")
+        if np.isfinite(clock_s) and state.time_s > clock_s + self._ahead_s:
+            self._early = state
+        elif self._states and state.time_s <= self._states[-1].time_s:
+            flaws.append("state: late or repeated")
+        else:
+            self._keep(state)
+        return flaws
+
+    def believe(self, clock_s: float) -> None:
+        """Keep a state that waited, if the clock has come near to its time."""
+        if self._early is not None and self._early.time_s <= clock_s + self._ahead_s:
+            self._keep(self._early)
+            self._early = None
+
+    def _keep(self, state: State) -> None:
         self._states.append(state)
         while self._states[0].time_s < state.time_s - self._history_s:
             self._states.popleft()
-        return None
+
+    @property
+    def newest(self) -> State | None:
+        """None if no own state has come yet."""
+        return self._states[-1] if self._states else None
 
     @property
     def latest(self) -> State:

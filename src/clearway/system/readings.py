@@ -22,7 +22,8 @@ class DataLimits:
     intruder_s: float = 10.0
     """Intruder reports."""
     ahead_s: float = 5.0
-    """Scans and reports later than the latest own state or question by more have a wrong clock."""
+    """Scans and reports later than the latest own state or question by more have a wrong clock; an
+    own state has one unless the next or a question bears it out."""
     history_s: float = 10.0
     """Own states kept, to place late scans."""
     memory_s: float = 120.0
