@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from clearway.errors import InputError
 from clearway.intruders import Intruder, up_seen_from
+from clearway.intruders.many import deviations_m, seen_at
 from clearway.state import State
 
 
@@ -55,9 +56,9 @@ def test_time_running_backwards_is_predicted_backwards_with_growth() -> None:
 
 def test_deviation_covers_the_wider_spread_or_the_acceleration() -> None:
     spread = Intruder([0, 0, 0], [2, 0, 0], spread_rad=[0.2, 0.1])
-    assert spread.deviation_m(3.0) == pytest.approx(6.0 * math.tan(0.2))
     turning = Intruder([0, 0, 0], [2, 0, 0], acceleration_bound_mps2=1.0, velocity_std_mps=0.1)
-    assert turning.deviation_m(3.0, sigmas=3.0) == pytest.approx(4.5 + 0.9)
+    found = deviations_m([spread, turning], np.array([3.0, -3.0]), sigmas=3.0)
+    assert found == pytest.approx([6.0 * math.tan(0.2), 4.5 + 0.9])
 
 
 @given(
@@ -77,16 +78,22 @@ def test_seen_from_keeps_distance_and_speed(position: list[float], attitude: lis
     assert height == pytest.approx(2.0 - position[2], abs=1e-9)
 
 
-def test_seen_at_is_predicted_and_then_seen_from():
+def test_many_are_predicted_and_then_seen_from():
     state = State(np.array([3.0, -2.0, 1.0]), np.array([0.1, -0.3, 2.0]), 4.5)
     report = Intruder(
         np.array([9.0, 4.0, 2.0]), np.array([-1.0, 0.5, 0.2]), np.array([0.2, 0.1]), 0.5, "A", 1.25,
         0.3, 0.1,
     )  # fmt: skip
-    once = report.seen_at(state, state.world_from_body)
+    other = Intruder([1.0, 0.0, -7.0], [0.0, 0.0, 0.0], time_s=9.0)
+    once, *_ = both = seen_at([report, other], state, state.world_from_body)
     twice = report.at(4.5).seen_from(state)
     for key in ("position_m", "velocity_mps", "spread_rad"):
-        assert np.array_equal(getattr(once, key), getattr(twice, key))
+        assert getattr(once, key) == pytest.approx(getattr(twice, key), rel=1e-12)
         assert not getattr(once, key).flags.writeable
+        # Whoever else is there changes nothing, not by a bit.
+        (alone,) = seen_at([report], state, state.world_from_body)
+        assert np.array_equal(getattr(once, key), getattr(alone, key))
+    assert [each.time_s for each in both] == [4.5, 4.5]
+    assert seen_at([], state, state.world_from_body) == []
     for key in ("position_std_m", "velocity_std_mps", "time_s", "name", "radius_m"):
         assert getattr(once, key) == getattr(twice, key)

@@ -33,6 +33,7 @@ from clearway.fusion import (
 )
 from clearway.hazards import Hazards
 from clearway.intruders import up_seen_from
+from clearway.intruders.many import seen_at
 from clearway.planner import Planner
 from clearway.rules import RuleView, rule_on
 from clearway.situation import Situation, goal_of, grid_frame, margin_m
@@ -130,7 +131,7 @@ def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
     state = situation.state
     seen_from = replace(state, attitude_rad=state.attitude_rad * NO_ROLL)
     rotation = seen_from.world_from_body
-    intruders = [intruder.seen_at(seen_from, rotation) for intruder in situation.intruders]
+    intruders = seen_at(situation.intruders, seen_from, rotation)
     hazards = hazards_of(planner, situation, intruders, margin)
     evidence = gather_evidence(
         planner.grid,

@@ -12,6 +12,7 @@ from clearway.fusion import Evidence
 from clearway.grid import AvoidanceGrid
 from clearway.hazards import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
 from clearway.intruders import Intruder, assess_intruders
+from clearway.intruders.many import deviations_m, speeds_mps, spread_tangents
 from clearway.map_cells import base_probability
 from clearway.map_cells import coated_cells as coated_by_map
 from clearway.obstacles import Shapes
@@ -110,20 +111,16 @@ def _movers(
     """
     if not intruders:
         return no_movers()
-    ages = [situation.state.time_s - report.time_s for report in situation.intruders]
-    start = [
-        intruder.radius_m + report.deviation_m(age, settings.sigmas)
-        for intruder, report, age in zip(intruders, situation.intruders, ages, strict=True)
-    ]
-    growth = [
-        np.tan(max(intruder.spread_rad)) * intruder.speed_mps
-        + settings.sigmas * intruder.velocity_std_mps
-        + 0.5 * (intruder.acceleration_bound_mps2 or 0.0) * horizon_s
-        for intruder in intruders
-    ]
+    reports = situation.intruders
+    ages = situation.state.time_s - np.array([report.time_s for report in reports])
+    start = np.array([i.radius_m for i in intruders])
+    start += deviations_m(reports, ages, settings.sigmas)
+    turning = 0.5 * horizon_s * np.array([i.acceleration_bound_mps2 or 0.0 for i in intruders])
     return MovingHazards(
         np.array([i.position_m for i in intruders]),
         np.array([i.velocity_mps for i in intruders]),
-        np.array(start),
-        np.array(growth),
+        start,
+        spread_tangents(intruders) * speeds_mps(intruders)
+        + settings.sigmas * np.array([i.velocity_std_mps for i in intruders])
+        + turning,
     )

@@ -14,6 +14,8 @@ from clearway.autopilot.session import Outcome, Session
 
 IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
+TOLD_S = 1.1e-3
+"""Vehicles tell whole milliseconds."""
 
 
 @dataclass(slots=True)
@@ -108,5 +110,5 @@ class Loop:
             self.link.wait(until - time.monotonic())
             self._read()
             now = self.session.own_s
-            if now is not None and (before is None or now >= before + self.period_s - 1e-6):
+            if now is not None and (before is None or now >= before + self.period_s - TOLD_S):
                 return

@@ -65,15 +65,19 @@ def _arrival_on_edge(
     """The same at a part of the edge that runs along an axis of the grid from a corner."""
     i, j, k = place
     table = borders.table
-    r, azimuth, elevation = table[RANGE, i], table[AZIMUTH, j], table[ELEVATION, k]
+    r = table[RANGE, i]
+    azimuth_cos, azimuth_sin = table[AZIMUTH_COS, j], table[AZIMUTH_SIN, j]
+    elevation_cos, elevation_sin = table[ELEVATION_COS, k], table[ELEVATION_SIN, k]
     if along == 0:
         r += part * (table[RANGE, i + 1] - r)
     elif along == 1:
-        azimuth += part * (table[AZIMUTH, j + 1] - azimuth)
+        azimuth = table[AZIMUTH, j] + part * (table[AZIMUTH, j + 1] - table[AZIMUTH, j])
+        azimuth_cos, azimuth_sin = np.cos(azimuth), np.sin(azimuth)
     else:
-        elevation += part * (table[ELEVATION, k + 1] - elevation)
-    level = r * np.cos(elevation)
-    return _arrival(level * np.cos(azimuth), level * np.sin(azimuth), r * np.sin(elevation), cone)
+        elevation = table[ELEVATION, k] + part * (table[ELEVATION, k + 1] - table[ELEVATION, k])
+        elevation_cos, elevation_sin = np.cos(elevation), np.sin(elevation)
+    level = r * elevation_cos
+    return _arrival(level * azimuth_cos, level * azimuth_sin, r * elevation_sin, cone)
 
 
 @compiled

@@ -93,18 +93,6 @@ class Intruder:
             time_s=time_s,
         )
 
-    def deviation_m(self, elapsed_s: float, sigmas: float = 0.0) -> float:
-        """How far from its straight path the intruder may be after a while, in metres.
-
-        The wider of its spreads (by tan, so that all of the stated spread is covered) or what its
-        acceleration bound allows, plus `sigmas` standard deviations of the predicted position.
-        """
-        elapsed = abs(elapsed_s)
-        spread = math.tan(max(self.spread_rad)) * self.speed_mps * elapsed
-        turned = 0.5 * (self.acceleration_bound_mps2 or 0.0) * elapsed**2
-        deviation = math.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
-        return max(spread, turned) + sigmas * deviation
-
     def seen_from(self, state: State) -> Intruder:
         """The intruder in the body frame of a world state: the frame of the avoidance grid."""
         world_from_body = state.world_from_body
@@ -113,15 +101,19 @@ class Intruder:
             velocity_mps=self.velocity_mps @ world_from_body,
         )
 
-    def seen_at(self, state: State, world_from_body: FloatArray) -> Intruder:
-        """`at` the time of a state, and then `seen_from` it, with its rotation worked out once."""
-        elapsed = state.time_s - self.time_s
-        position = self.position_m + self.velocity_mps * elapsed
+    def moved(
+        self,
+        position_m: FloatArray,
+        velocity_mps: FloatArray,
+        position_std_m: float,
+        time_s: float,
+    ) -> Intruder:
+        """The same intruder at another time or in another frame, of numbers that follow from it."""
         return self._with(
-            position_m=(position - state.position_m) @ world_from_body,
-            velocity_mps=self.velocity_mps @ world_from_body,
-            position_std_m=math.hypot(self.position_std_m, self.velocity_std_mps * elapsed),
-            time_s=state.time_s,
+            position_m=position_m,
+            velocity_mps=velocity_mps,
+            position_std_m=position_std_m,
+            time_s=time_s,
         )
 
     def _with(self, **changed: FloatArray | float) -> Intruder:

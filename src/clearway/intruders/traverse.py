@@ -64,10 +64,37 @@ def traverse(
     end = min(end_s * speed - passed, half_chord)
     if end - start <= BORDER_TOLERANCE:
         return 0
-    layers = _layer_cuts(distance2, start, end, borders, out)
     columns = column_cuts(closest, direction, start, end, borders, out)
     rows = row_cuts(closest, direction, distance2, start, end, borders, out)
-    return _merge(start, end, passed, speed, layers, columns, rows, borders, out)
+    first, last = _between_walls(start, end, columns, rows, out)
+    if not first < last:
+        return 0
+    layers = _layer_cuts(distance2, first, last, borders, out)
+    return _merge(first, last, passed, speed, layers, columns, rows, borders, out)
+
+
+@compiled
+def _between_walls(
+    start: float, end: float, columns: int, rows: int, out: Pieces
+) -> tuple[float, float]:
+    """Where the grid's columns and rows are entered first and left last; empty if they never are.
+
+    Most lines pass the grid's walls, and what is beyond them need not be walked.
+    """
+    j = 0
+    while j < columns and out.places[COLUMN, j] < 0:
+        j += 1
+    k = 0
+    while k < rows and out.places[ROW, k] < 0:
+        k += 1
+    if j == columns or k == rows:
+        return end, start
+    first = max(out.times[COLUMN_CUT, j], out.times[ROW_CUT, k])
+    if out.places[COLUMN, columns - 1] < 0:
+        end = min(end, out.times[COLUMN_CUT, columns - 1])
+    if out.places[ROW, rows - 1] < 0:
+        end = min(end, out.times[ROW_CUT, rows - 1])
+    return first, end
 
 
 @compiled
@@ -115,29 +142,32 @@ def _merge(
     borders: Borders,
     out: Pieces,
 ) -> int:
-    """Walk the three lists of cuts together and write the cells between them."""
-    column_count = borders.columns
-    row_count = borders.rows
-    i = j = k = 0
+    """Walk the three lists of cuts together and write the cells between them.
+
+    Which list has the next cut cannot be foretold, so no branch asks: what is not to be written is
+    written over.
+    """
+    times, places = out.times, out.places
+    times[LAYER_CUT, layers] = times[COLUMN_CUT, columns] = times[ROW_CUT, rows] = end
+    i = j = k = count = 0
+    while times[COLUMN_CUT, j + 1] <= start:
+        j += 1
+    while times[ROW_CUT, k + 1] <= start:
+        k += 1
     here, here_s = start, max(0.0, (start + passed) / speed)
-    count = 0
     while here < end:
-        next_i = out.times[LAYER_CUT, i + 1] if i + 1 < layers else end
-        next_j = out.times[COLUMN_CUT, j + 1] if j + 1 < columns else end
-        next_k = out.times[ROW_CUT, k + 1] if k + 1 < rows else end
+        next_i = times[LAYER_CUT, i + 1]
+        next_j = times[COLUMN_CUT, j + 1]
+        next_k = times[ROW_CUT, k + 1]
         following = min(next_i, next_j, next_k)
         following_s = (following + passed) / speed
-        layer, column, row = out.places[LAYER, i], out.places[COLUMN, j], out.places[ROW, k]
-        if following - here > BORDER_TOLERANCE and layer >= 0 and column >= 0 and row >= 0:
-            out.places[CELL, count] = (layer * column_count + column) * row_count + row
-            out.times[ENTRY, count] = here_s
-            out.times[LEAVE, count] = following_s
-            count += 1
+        layer, column, row = places[LAYER, i], places[COLUMN, j], places[ROW, k]
+        places[CELL, count] = (layer * borders.columns + column) * borders.rows + row
+        times[ENTRY, count] = here_s
+        times[LEAVE, count] = following_s
+        count += (following - here > BORDER_TOLERANCE) & (layer >= 0) & (column >= 0) & (row >= 0)
         here, here_s = following, following_s
-        if i + 1 < layers and next_i <= following:
-            i += 1
-        if j + 1 < columns and next_j <= following:
-            j += 1
-        if k + 1 < rows and next_k <= following:
-            k += 1
+        i += next_i <= following
+        j += next_j <= following
+        k += next_k <= following
     return count

@@ -23,6 +23,10 @@ class Plan:
     """Later, the vehicle could no longer turn away inside what it has seen."""
     side: Side = Side.STRAIGHT
     """On which something is being passed."""
+    turning: Side = Side.STRAIGHT
+    """Where the trajectory leads."""
+    turns_until_s: float = -np.inf
+    """End of its first movement."""
 
     def due(self, now_s: float, goal: int) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on to the same goal."""
@@ -35,19 +39,28 @@ class Plan:
         return None
 
     def commitment(self, now_s: float) -> Commitment:
-        """What the next decision should stay with."""
+        """What the next decision should stay with.
+
+        In the middle of a movement the vehicle has turned by less than any movement does, so that
+        the other way round always looks shorter: decided over and over, it would never turn.
+        """
         held = self.buffer.at(now_s + 1e-6)
-        return Commitment(self.side, held.name if held else "")
+        in_a_movement = now_s < self.turns_until_s - 1e-6
+        side = self.turning if in_a_movement and self.side is Side.STRAIGHT else self.side
+        return Commitment(side, held.name if held else "")
 
     def after(
         self, decision: Decision, now_s: float, goal: int, automaton: MovementAutomaton
     ) -> Plan:
         """The plan that a decision makes, flown from `now_s` on."""
+        buffer = MovementBuffer.of(automaton.chain(decision.movements), now_s)
         return Plan(
-            MovementBuffer.of(automaton.chain(decision.movements), now_s),
+            buffer,
             goal,
             now_s + decision.decide_within_s,
             self._side_after(decision),
+            decision.choice.side,
+            buffer.entries[0].end_s,
         )
 
     def _side_after(self, decision: Decision) -> Side:
