@@ -116,18 +116,21 @@ def test_a_mission_without_a_sensor_asks_for_none() -> None:
     assert bench.counts == {"distances: the mission has no sensor": 1}
 
 
-def test_late_reports_and_distances_are_news() -> None:
+def test_late_reports_and_distances_count_at_once_if_they_endanger_the_plan() -> None:
     bench = Bench()
     bench.all_well(1.0)
     assert bench.all_well(1.1, ned=(0, 0.1, 0)).flight is None
-    late = bench.tick(1.2, aircraft(tslc=2))
-    assert late.flight is not None
-    assert late.why_now == "new reports of traffic"
-    assert late.flight.decision.intruders == ("abcdef",)
+    harmless = bench.tick(1.2, aircraft(0xA, tslc=2, lat=520_010_000))
+    assert harmless.flight is None
     bench.tick(1.3, attitude(1.3), position(1.3, (0, 0.3, 0)))
     behind = bench.tick(1.4, distances(1.2, {36: 400}))
-    assert behind.flight is not None
-    assert behind.why_now == "new returns"
+    assert behind.flight is None
+    bench.tick(1.5, attitude(1.5), position(1.5, (0, 0.5, 0)))
+    ahead = bench.tick(1.6, distances(1.4, {0: 400}))
+    assert ahead.flight is not None
+    assert ahead.why_now.startswith("the plan comes within ")
+    assert ahead.why_now.endswith(" m of a return")
+    assert ahead.flight.decision.intruders == ("00000a",)
 
 
 def test_old_traffic_is_left_out() -> None:
@@ -181,11 +184,11 @@ def turning(bench: Bench, **beat: Any) -> list[float]:
     yaws = []
     for n in range(8):
         t = 1.0 + 0.1 * n
-        outcome = bench.tick(
+        bench.tick(
             t, heartbeat(**beat), attitude(t), position(t, (0, 0.1 * n, 0)), distances(t, wall)
         )
-        assert outcome.flight is not None
-        yaws.append(abs(math.degrees(outcome.flight.state.attitude_rad[2])))
+        situation, _ = bench.system.situation(t)
+        yaws.append(abs(math.degrees(situation.state.attitude_rad[2])))
     return yaws
 
 

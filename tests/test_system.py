@@ -1,5 +1,7 @@
 """Live use: readings in any order, bad data counted, decisions when due, no compiling in flight."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from clearway.sensors import Scan, simulate_scan
 from clearway.simulation import SimulationSettings, simulate
 from clearway.state import State
 from clearway.system import AvoidanceSystem
+from clearway.worlds import ball_world
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner()
@@ -153,6 +156,49 @@ def test_the_buffer_holds_what_was_decided_from_then_on():
     assert live.buffer.names == again.decision.movements
 
 
+def test_in_the_middle_of_a_movement_news_counts_if_it_endangers_the_plan():
+    live = system_after_free_flight()
+    live.update(state(0.4, x=0.4))
+    aside = ObstacleMap([Obstacle.ball([4.0, 4.0, 0.0], 1.0)])
+    live.update(simulate_scan(LIDAR, aside, state(0.4, x=0.4)))
+    assert live.due(0.4) is None
+    live.update(state(0.6, x=0.6))
+    live.update(simulate_scan(LIDAR, BALL, state(0.6, x=0.6)))
+    assert "m of a return" in (live.due(0.6) or "")
+    assert live.due(0.6) is None, "told once, until there is more news"
+    # At the movement's end any news counts, harmless or not.
+    assert live.due(1.0) == "new returns"
+
+
+def test_without_verification_all_news_counts():
+    careless = replace(PLANNER, settings=replace(PLANNER.settings, verify=False))
+    live = AvoidanceSystem(careless, MISSION, (LIDAR,))
+    live.update(state(0.0))
+    live.decide(0.0)
+    live.update(Scan(np.array([[0.0, 5.0, 0.0]]), 0.0, "lidar"))
+    assert live.due(0.4) == "new returns"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
+    world, there = ball_world(seed)
+    live = AvoidanceSystem(PLANNER, there, (LIDAR,), world)
+    automaton, at = PLANNER.automaton, there.start.vector
+    for second in range(12):
+        live.update(State(at[:3], at[3:], float(second)))
+        flight = live.decide(float(second))
+        if flight.mode is Mode.EMERGENCY:
+            break
+        for part in (0.0, 0.3, 0.7, 0.99):
+            flown, _ = live.buffer.split(second + part)
+            if flown.entries:
+                now = flown.rollout(automaton, at, np.inf).states[-1]
+                live.update(State(now[:3], now[3:], second + part))
+            assert live._endangered_at(second + part) is None
+        flown, _ = live.buffer.split(second + 1.0)
+        at = flown.rollout(automaton, at, np.inf).states[-1]
+
+
 def test_a_decision_is_due_when_something_changes():
     live = system()
     live.update(state(0.0))
@@ -263,8 +309,9 @@ def test_what_was_measured_before_a_decision_and_comes_after_it_makes_the_next_o
     assert live.due(0.5) is None
     late = Intruder(np.array([9.0, 1.0, 0.0]), np.array([-1.0, 0, 0]), np.zeros(2), 0.5, "A", -0.5)
     live.update(late)
-    assert live.due(0.5) == "new reports of traffic"
+    assert live.due(0.5) == "the plan comes within -0.46 m of an intruder"
     live.decide(0.5)
     assert live.due(0.6) is None
     live.update(Scan(np.array([[7.0, 0.0, 0.0]]), 0.4, "lidar"))
-    assert live.due(0.6) == "new returns"
+    assert live.due(0.6) is None
+    assert live.due(1.5) is not None

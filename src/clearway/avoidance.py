@@ -32,7 +32,7 @@ from clearway.fusion import (
     untouched,
 )
 from clearway.hazards import Hazards
-from clearway.intruders import up_seen_from
+from clearway.intruders import Intruder, up_seen_from
 from clearway.intruders.many import seen_at
 from clearway.planner import Planner
 from clearway.rules import RuleView, rule_on
@@ -126,13 +126,20 @@ class _Seen(NamedTuple):
     """Names of the movers in `hazards`."""
 
 
-def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
-    """Bring map, returns and intruders into the grid's frame, and into its cells."""
+def hazards_seen(
+    planner: Planner, situation: Situation, margin: float
+) -> tuple[Hazards, list[Intruder]]:
+    """Map, returns and intruders in reach, and the latter themselves, in the grid's frame."""
     state = situation.state
     seen_from = replace(state, attitude_rad=state.attitude_rad * NO_ROLL)
-    rotation = seen_from.world_from_body
-    intruders = seen_at(situation.intruders, seen_from, rotation)
-    hazards = hazards_of(planner, situation, intruders, margin)
+    intruders = seen_at(situation.intruders, seen_from, seen_from.world_from_body)
+    return hazards_of(planner, situation, intruders, margin), intruders
+
+
+def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
+    """Bring map, returns and intruders into the grid's frame, and into its cells."""
+    hazards, intruders = hazards_seen(planner, situation, margin)
+    state = situation.state
     evidence = gather_evidence(
         planner.grid,
         situation.detections,
@@ -140,7 +147,7 @@ def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
         margin,
         intruders,
         planner.settings,
-        up_seen_from(seen_from),
+        up_seen_from(replace(state, attitude_rad=state.attitude_rad * NO_ROLL)),
     )
     return _Seen(hazards, evidence, tuple(intruder.name for intruder in intruders))
 

@@ -93,11 +93,6 @@ class Sectors:
             0.01 * reach,
         )
 
-    @property
-    def shows_anything(self) -> bool:
-        """Whether any sector has something within the sensor's range."""
-        return bool(np.isfinite(self.distance_m).any())
-
     def towards(self, clockwise_rad: FloatArray) -> FloatArray:
         """[n] distances of the sectors in which directions lie; NaN where none is known."""
         step = abs(self.increment_rad)

@@ -52,10 +52,9 @@ class SectorScans:
             self._waiting.pop(0)
         self._waiting.append((_measured_at(message.time_usec, now_s), sectors))
 
-    def placed(self) -> tuple[list[Scan], bool]:
-        """Scans of what has come since the last call, and whether they show anything."""
+    def placed(self) -> list[Scan]:
+        """Scans of what has come since the last call."""
         scans: list[Scan] = []
-        shows_anything = False
         for time_s, sectors in self._waiting:
             there = self._past.at(time_s, OLD_SCAN_S)
             if there is None or self._sensor is None:
@@ -63,9 +62,8 @@ class SectorScans:
                 continue
             self.newest_s = max(self.newest_s, time_s)
             scans.append(scan_of(sectors, self._sensor, *there, self._counts))
-            shows_anything |= sectors.shows_anything
         self._waiting.clear()
-        return scans, shows_anything
+        return scans
 
 
 def _measured_at(time_usec: int, now_s: float) -> float:

@@ -98,7 +98,6 @@ class Session:
         self._traffic = AdsbPicture(settings.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
         self._reports: dict[str, Intruder] = {}
-        self._news = ""
         self._motion: Motion | None = None
         self._own: State | None = None
         self._distances = SectorScans(sensor, counts)
@@ -210,11 +209,8 @@ class Session:
         return self._sayings.text("ends, set-points stop")
 
     def _see(self) -> None:
-        scans, shows_anything = self._distances.placed()
-        for scan in scans:
+        for scan in self._distances.placed():
             self.system.update(scan)
-        if shows_anything:
-            self._news = "new returns"
 
     def _state_at(self, now: float, wall_s: float) -> LinkState:
         if self.mode is None or not (self.mode.armed and self.mode.follows):
@@ -232,15 +228,12 @@ class Session:
     def _decide(self, now: float) -> tuple[FlightDecision | None, str, float]:
         if not self.state.decides:
             return None, "", 0.0
-        news = self._news or ("new reports of traffic" if self._reports else "")
         for report in self._reports.values():
             self.system.update(report)
         self._reports.clear()
-        # What was measured before the last decision and came after it is news too.
-        why = self.system.due(now) or news
-        if not why:
+        why = self.system.due(now)
+        if why is None:
             return None, "", 0.0
-        self._news = ""
         started = time.perf_counter()
         flight = self.system.decide(now)
         self._plan = FlownPlan.of(self.system.planner.automaton, flight)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -84,6 +85,7 @@ class AvoidanceSystem:
         self._plan = Plan()
         self._clock_s = -np.inf  # The latest time that an own state or a question told.
         self._news = ""
+        self._unchecked = False  # Whether the plan has not been held against the news.
         self._told: Counter[str] = Counter()
 
     # --- readings -------------------------------------------------------------------------
@@ -132,7 +134,7 @@ class AvoidanceSystem:
         else:
             self._sight.take(scan, self._own_state_at(scan.time_s))
             if len(scan.points_m):
-                self._news = "new returns"
+                self._news, self._unchecked = "new returns", True
             if not self._sight.believes(scan.sensor):
                 self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
 
@@ -141,7 +143,7 @@ class AvoidanceSystem:
         if flaw:
             self.counts[flaw] += 1
         else:
-            self._news = self._news or "new reports of traffic"
+            self._news, self._unchecked = self._news or "new reports of traffic", True
 
     @property
     def trust(self) -> dict[str, float]:
@@ -156,9 +158,29 @@ class AvoidanceSystem:
         return self._plan.buffer
 
     def due(self, now_s: float) -> str | None:
-        """Why a decision is due now, or None while the plan may be flown on."""
+        """Why a decision is due now, or None while the plan may be flown on.
+
+        In the middle of the plan's first movement news counts only if it endangers the plan:
+        decided anew with every scan, from between two movements, it would waver for ever.
+        """
         self._tell_time(now_s)
-        return self._plan.due(now_s, self.progress.goal) or self._news or None
+        due = self._plan.due(now_s, self.progress.goal)
+        if due or not self._news:
+            return due
+        if not (self.planner.settings.verify and self._plan.in_first_movement(now_s)):
+            return self._news
+        if not self._unchecked:
+            return None
+        self._unchecked = False
+        return self._endangered_at(now_s)
+
+    def _endangered_at(self, now_s: float) -> str | None:
+        """By what the plan being flown lacks the margin, as far as is known now."""
+        path = self._plan.path
+        if path is None:
+            return None
+        state = self._own_state_at(now_s)
+        return path.endangered(self.planner, self._known(state, now_s), now_s)
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -178,6 +200,7 @@ class AvoidanceSystem:
             for reading in readings:
                 trial.update(reading)
             trial.decide(time_s)
+            trial._endangered_at(time_s)
         trial._known_way(start.position_m, self.mission.goals_m[0])
 
     def decide(self, now_s: float) -> FlightDecision:
@@ -192,7 +215,7 @@ class AvoidanceSystem:
     def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
         goal = self.progress.goal
         self._plan = self._plan.after(decision, now_s, goal, self.planner.automaton)
-        self._news = ""
+        self._news, self._unchecked = "", False
         mode = mode_of(decision, landing=self.progress.landing(self.mission))
         fresh = self.counts - self._told
         self._told = Counter(self.counts)
@@ -214,33 +237,36 @@ class AvoidanceSystem:
         Raises ClearwayError if no own state has come yet.
         """
         self._tell_time(now_s)
-        state, age = self._expected_state(now_s)
+        state = self._expected_state(now_s)
         self._leave_dead_end(state, now_s)
         for name in self._sight.silent(now_s):
             self.counts[f"scan: none fresh of {name}"] += 1
         scans = self._sight.usable_scans(now_s)
-        situation = Situation(
+        detections = self._sight.detections(scans, state, self._own_state_at)
+        situation = replace(self._known(state, now_s), detections=detections)
+        return situation, max((now_s - scan.time_s for scan in scans.values()), default=np.nan)
+
+    def _known(self, state: State, now_s: float) -> Situation:
+        """All that is known but for the cells that sensors see."""
+        return Situation(
             state=state,
             target_m=self.progress.target(self.mission),
             next_m=self.progress.following(self.mission),
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
-            detections=self._sight.detections(scans, state, self._own_state_at),
             remembered=self._sight.remembered_near(state.position_m),
             obstacle_map=self.obstacle_map,
             intruders=self._traffic(state, now_s),
-            state_age_s=age,
+            state_age_s=now_s - self._own_states.latest.time_s,
             range_sigma_m=self._sight.sigma_m,
         )
-        return situation, max((now_s - scan.time_s for scan in scans.values()), default=np.nan)
 
-    def _expected_state(self, now_s: float) -> tuple[State, float]:
-        """The latest own state carried to the decision time, and how old it is."""
+    def _expected_state(self, now_s: float) -> State:
+        """The latest own state carried to the decision time."""
         latest = self._own_states.latest
-        age = now_s - latest.time_s
-        if age > self.limits.state_s:
+        if now_s - latest.time_s > self.limits.state_s:
             self.counts["state: stale"] += 1
-        return carried_on(latest, now_s, self._plan.buffer, self.planner.automaton), age
+        return carried_on(latest, now_s, self._plan.buffer, self.planner.automaton)
 
     def _own_state_at(self, time_s: float) -> State:
         """Between own states, or carried on from the latest: a scan may come before its own."""

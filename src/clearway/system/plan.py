@@ -10,6 +10,7 @@ from clearway.avoidance import Decision
 from clearway.decision import Commitment, Side
 from clearway.movement_buffer import MovementBuffer
 from clearway.movements import MovementAutomaton
+from clearway.system.planned_path import PlannedPath
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,10 +24,8 @@ class Plan:
     """Later, the vehicle could no longer turn away inside what it has seen."""
     side: Side = Side.STRAIGHT
     """On which something is being passed."""
-    turning: Side = Side.STRAIGHT
-    """Where the trajectory leads."""
-    turns_until_s: float = -np.inf
-    """End of its first movement."""
+    path: PlannedPath | None = None
+    """Where it leads; None before the first decision."""
 
     def due(self, now_s: float, goal: int) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on to the same goal."""
@@ -39,15 +38,9 @@ class Plan:
         return None
 
     def commitment(self, now_s: float) -> Commitment:
-        """What the next decision should stay with.
-
-        In the middle of a movement the vehicle has turned by less than any movement does, so that
-        the other way round always looks shorter: decided over and over, it would never turn.
-        """
+        """What the next decision should stay with."""
         held = self.buffer.at(now_s + 1e-6)
-        in_a_movement = now_s < self.turns_until_s - 1e-6
-        side = self.turning if in_a_movement and self.side is Side.STRAIGHT else self.side
-        return Commitment(side, held.name if held else "")
+        return Commitment(self.side, held.name if held else "")
 
     def after(
         self, decision: Decision, now_s: float, goal: int, automaton: MovementAutomaton
@@ -59,9 +52,12 @@ class Plan:
             goal,
             now_s + decision.decide_within_s,
             self._side_after(decision),
-            decision.choice.side,
-            buffer.entries[0].end_s,
+            PlannedPath.of(decision, buffer.entries[0].end_s, now_s),
         )
+
+    def in_first_movement(self, now_s: float) -> bool:
+        """Whether the plan's first movement has not come to its end."""
+        return self.path is not None and now_s < self.path.first_until_s - 1e-9
 
     def _side_after(self, decision: Decision) -> Side:
         """A side once forced is kept until the way is clear."""
