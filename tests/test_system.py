@@ -271,6 +271,13 @@ def test_nothing_compiles_in_flight_after_the_warm_up():
     live.warm_up()
     with event.install_listener("numba:compile", Listener()):
         simulate(live, BALL, (LIDAR,), SimulationSettings(time_limit_s=12.0))
+        for time_s in (13.0, 13.4):
+            live.update(state(time_s))
+            live.update(simulate_scan(LIDAR, BALL, state(time_s)))
+            live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=time_s))
+            live.due(time_s)
+            if time_s == 13.0:
+                live.decide(time_s)
     assert compiled == []
 
 
