@@ -199,6 +199,33 @@ def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
         at = flown.rollout(automaton, at, np.inf).states[-1]
 
 
+def flown_live(begin_s):
+    """Why and what is decided at ten scans a second, with an obstacle and an intruder ahead."""
+    live, automaton, at = system(), PLANNER.automaton, np.zeros(6)
+    told = []
+    for n in range(60):
+        now = begin_s + 0.1 * n
+        here = State(at[:3], at[3:], now)
+        live.update(here)
+        live.update(simulate_scan(LIDAR, BALL, here))
+        if n % 10 == 0:
+            place = [14.0 - 0.1 * n, 4.0, 0.0]
+            live.update(Intruder(place, [-1.0, 0.0, 0.0], name="i", time_s=now))
+        why = live.due(now)
+        if why is not None:
+            told.append((n, why, live.decide(now).movements))
+        _, ahead = live.buffer.split(now)
+        flown, _ = ahead.split(now + 0.1)
+        at = flown.rollout(automaton, at, np.inf).states[-1]
+    return told
+
+
+def test_the_clock_may_count_from_1970():
+    told = flown_live(0.0)
+    assert [n for n, _, _ in told] == [0, 10, 20, 30, 40, 50]
+    assert flown_live(1_763_700_000.0) == told
+
+
 def test_a_decision_is_due_when_something_changes():
     live = system()
     live.update(state(0.0))

@@ -126,20 +126,27 @@ class _Seen(NamedTuple):
     """Names of the movers in `hazards`."""
 
 
-def hazards_seen(
-    planner: Planner, situation: Situation, margin: float
-) -> tuple[Hazards, list[Intruder]]:
-    """Map, returns and intruders in reach, and the latter themselves, in the grid's frame."""
+class InReach(NamedTuple):
+    """What is around, in the grid's frame."""
+
+    hazards: Hazards
+    intruders: list[Intruder]
+    up: FloatArray
+    """[3] world up."""
+
+
+def in_reach(planner: Planner, situation: Situation, margin: float) -> InReach:
+    """Bring map, returns and intruders into the grid's frame."""
     state = situation.state
     seen_from = replace(state, attitude_rad=state.attitude_rad * NO_ROLL)
     intruders = seen_at(situation.intruders, seen_from, seen_from.world_from_body)
-    return hazards_of(planner, situation, intruders, margin), intruders
+    hazards = hazards_of(planner, situation, intruders, margin)
+    return InReach(hazards, intruders, up_seen_from(seen_from))
 
 
 def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
-    """Bring map, returns and intruders into the grid's frame, and into its cells."""
-    hazards, intruders = hazards_seen(planner, situation, margin)
-    state = situation.state
+    """What is around, in the grid's frame and in its cells."""
+    hazards, intruders, up = in_reach(planner, situation, margin)
     evidence = gather_evidence(
         planner.grid,
         situation.detections,
@@ -147,7 +154,7 @@ def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
         margin,
         intruders,
         planner.settings,
-        up_seen_from(replace(state, attitude_rad=state.attitude_rad * NO_ROLL)),
+        up,
     )
     return _Seen(hazards, evidence, tuple(intruder.name for intruder in intruders))
 

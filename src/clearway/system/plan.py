@@ -12,6 +12,9 @@ from clearway.movement_buffer import MovementBuffer
 from clearway.movements import MovementAutomaton
 from clearway.system.planned_path import PlannedPath
 
+TOLERANCE_S = 1e-6
+"""Of times: seconds since 1970 are told to a quarter of it."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
@@ -24,22 +27,22 @@ class Plan:
     """Later, the vehicle could no longer turn away inside what it has seen."""
     side: Side = Side.STRAIGHT
     """On which something is being passed."""
-    path: PlannedPath | None = None
-    """Where it leads; None before the first decision."""
+    decision: Decision | None = None
+    """That made it."""
 
     def due(self, now_s: float, goal: int) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on to the same goal."""
-        if not self.buffer.entries or now_s >= self.buffer.end_s - 1e-9:
+        if not self.buffer.entries or now_s >= self.buffer.end_s - TOLERANCE_S:
             return "the buffer is empty"
         if goal != self.goal:
             return "a new goal"
-        if now_s >= self.decide_by_s - 1e-9:
+        if now_s >= self.decide_by_s - TOLERANCE_S:
             return "the plan has to be renewed while the vehicle can still turn away"
         return None
 
     def commitment(self, now_s: float) -> Commitment:
         """What the next decision should stay with."""
-        held = self.buffer.at(now_s + 1e-6)
+        held = self.buffer.at(now_s + TOLERANCE_S)
         return Commitment(self.side, held.name if held else "")
 
     def after(
@@ -52,12 +55,20 @@ class Plan:
             goal,
             now_s + decision.decide_within_s,
             self._side_after(decision),
-            PlannedPath.of(decision, buffer.entries[0].end_s, now_s),
+            decision,
         )
 
     def in_first_movement(self, now_s: float) -> bool:
         """Whether the plan's first movement has not come to its end."""
-        return self.path is not None and now_s < self.path.first_until_s - 1e-9
+        entries = self.buffer.entries
+        return bool(entries) and now_s < entries[0].end_s - TOLERANCE_S
+
+    @property
+    def path(self) -> PlannedPath | None:
+        """Where it leads; None before the first decision."""
+        if self.decision is None:
+            return None
+        return PlannedPath.of(self.decision, self.buffer.start_s)
 
     def _side_after(self, decision: Decision) -> Side:
         """A side once forced is kept until the way is clear."""

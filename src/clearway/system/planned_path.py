@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance import Decision, hazards_seen
+from clearway.avoidance import Decision, in_reach
 from clearway.frames import FloatArray
 from clearway.hazards import Cause
 from clearway.planner import Planner
@@ -26,11 +26,9 @@ class PlannedPath:
     """[points]"""
     sagitta_m: float
     """How far the path may lie off the chords between them."""
-    first_until_s: float
-    """End of the first movement."""
 
     @classmethod
-    def of(cls, decision: Decision, first_until_s: float, now_s: float) -> PlannedPath:
+    def of(cls, decision: Decision, decided_s: float) -> PlannedPath:
         reach_set = decision.repertoire.reach_set
         nodes = reach_set.path(decision.choice.node)
         ends = np.concatenate([[0.0], reach_set.end_time_s[nodes]])
@@ -38,14 +36,13 @@ class PlannedPath:
         times = (ends[:-1, None] + np.diff(ends)[:, None] * share).ravel()
         return cls(
             decision.path_m,
-            now_s + np.concatenate([[0.0], times]),
+            decided_s + np.concatenate([[0.0], times]),
             float(reach_set.sagitta_m[nodes].max()),
-            first_until_s,
         )
 
     def from_now(self, situation: Situation, now_s: float) -> Paths:
         """What is left of it, in the grid frame of a situation and moved to start at its place."""
-        left = np.flatnonzero(self.time_s > now_s + 1e-9)
+        left = np.flatnonzero(self.time_s > now_s + 1e-6)
         here = [np.interp(now_s, self.time_s, self.points_m[:, axis]) for axis in range(3)]
         _, world_from_grid = grid_frame(situation.state)
         return Paths(
@@ -61,7 +58,7 @@ class PlannedPath:
         if not len(paths.parent):
             return None
         margin = margin_m(planner.settings, situation)
-        hazards, _ = hazards_seen(planner, situation, margin)
+        hazards = in_reach(planner, situation, margin).hazards
         found = path_clearance(paths, len(paths.parent) - 1, hazards)
         # The vehicle is on the path, not on its chords.
         if found.distance_m >= margin - 2.0 * self.sagitta_m - ROUNDING_M:
