@@ -165,8 +165,17 @@ def test_in_the_middle_of_a_movement_news_counts_if_it_endangers_the_plan():
     live.update(state(0.6, x=0.6))
     live.update(simulate_scan(LIDAR, BALL, state(0.6, x=0.6)))
     assert "m of a return" in (live.due(0.6) or "")
-    assert live.due(0.6) is None, "told once, until there is more news"
-    # At the movement's end any news counts, harmless or not.
+    assert "m of a return" in (live.due(0.7) or ""), "until it is decided"
+    live.decide(0.7)
+    assert live.due(0.8) is None
+
+
+def test_at_the_end_of_a_movement_any_news_counts():
+    live = system_after_free_flight()
+    live.update(state(0.4, x=0.4))
+    aside = ObstacleMap([Obstacle.ball([4.0, 4.0, 0.0], 1.0)])
+    live.update(simulate_scan(LIDAR, aside, state(0.4, x=0.4)))
+    assert live.due(0.9) is None
     assert live.due(1.0) == "new returns"
 
 

@@ -171,8 +171,9 @@ class AvoidanceSystem:
             return self._news
         if not self._unchecked:
             return None
-        self._unchecked = False
-        return self._endangered_at(now_s)
+        danger = self._endangered_at(now_s)
+        self._unchecked = danger is not None
+        return danger
 
     def _endangered_at(self, now_s: float) -> str | None:
         """By what the plan being flown lacks the margin, as far as is known now."""
