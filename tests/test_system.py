@@ -158,10 +158,6 @@ def test_the_buffer_holds_what_was_decided_from_then_on():
 
 def test_in_the_middle_of_a_movement_news_counts_if_it_endangers_the_plan():
     live = system_after_free_flight()
-    live.update(state(0.4, x=0.4))
-    aside = ObstacleMap([Obstacle.ball([4.0, 4.0, 0.0], 1.0)])
-    live.update(simulate_scan(LIDAR, aside, state(0.4, x=0.4)))
-    assert live.due(0.4) is None
     live.update(state(0.6, x=0.6))
     live.update(simulate_scan(LIDAR, BALL, state(0.6, x=0.6)))
     assert "m of a return" in (live.due(0.6) or "")
