@@ -177,7 +177,8 @@ class Session:
     def tick(self, wall_s: float) -> Outcome:
         """Decide if it is due and allowed, and say what is to be sent."""
         now = self._clock.now(wall_s)
-        self._see()
+        for scan in self._distances.placed():
+            self.system.update(scan)
         before, self.state = self.state, self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
         close: list[Approach] = []
@@ -207,10 +208,6 @@ class Session:
     def farewell(self) -> list[Message]:
         """What is said last."""
         return self._sayings.text("ends, set-points stop")
-
-    def _see(self) -> None:
-        for scan in self._distances.placed():
-            self.system.update(scan)
 
     def _state_at(self, now: float, wall_s: float) -> LinkState:
         if self.mode is None or not (self.mode.armed and self.mode.follows):

@@ -14,7 +14,7 @@ from clearway.movements import MovementAutomaton
 from clearway.state import State
 
 TIME_TOLERANCE_S = 1e-6
-"""How far a scan may lie before the oldest own state that is kept."""
+"""Times no farther apart are one: seconds since 1970 are told to a quarter of it."""
 
 
 class OwnStates:

@@ -10,10 +10,8 @@ from clearway.avoidance import Decision
 from clearway.decision import Commitment, Side
 from clearway.movement_buffer import MovementBuffer
 from clearway.movements import MovementAutomaton
+from clearway.system.own_states import TIME_TOLERANCE_S
 from clearway.system.planned_path import PlannedPath
-
-TOLERANCE_S = 1e-6
-"""Of times: seconds since 1970 are told to a quarter of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,26 +30,25 @@ class Plan:
 
     def due(self, now_s: float, goal: int) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on to the same goal."""
-        if not self.buffer.entries or now_s >= self.buffer.end_s - TOLERANCE_S:
+        if not self.buffer.entries or now_s >= self.buffer.end_s - TIME_TOLERANCE_S:
             return "the buffer is empty"
         if goal != self.goal:
             return "a new goal"
-        if now_s >= self.decide_by_s - TOLERANCE_S:
+        if now_s >= self.decide_by_s - TIME_TOLERANCE_S:
             return "the plan has to be renewed while the vehicle can still turn away"
         return None
 
     def commitment(self, now_s: float) -> Commitment:
         """What the next decision should stay with."""
-        held = self.buffer.at(now_s + TOLERANCE_S)
+        held = self.buffer.at(now_s + TIME_TOLERANCE_S)
         return Commitment(self.side, held.name if held else "")
 
     def after(
         self, decision: Decision, now_s: float, goal: int, automaton: MovementAutomaton
     ) -> Plan:
         """The plan that a decision makes, flown from `now_s` on."""
-        buffer = MovementBuffer.of(automaton.chain(decision.movements), now_s)
         return Plan(
-            buffer,
+            MovementBuffer.of(automaton.chain(decision.movements), now_s),
             goal,
             now_s + decision.decide_within_s,
             self._side_after(decision),
@@ -61,7 +58,7 @@ class Plan:
     def in_first_movement(self, now_s: float) -> bool:
         """Whether the plan's first movement has not come to its end."""
         entries = self.buffer.entries
-        return bool(entries) and now_s < entries[0].end_s - TOLERANCE_S
+        return bool(entries) and now_s < entries[0].end_s - TIME_TOLERANCE_S
 
     @property
     def path(self) -> PlannedPath | None:

@@ -11,6 +11,7 @@ from clearway.frames import FloatArray
 from clearway.hazards import Cause
 from clearway.planner import Planner
 from clearway.situation import Situation, grid_frame, margin_m
+from clearway.system.own_states import TIME_TOLERANCE_S
 from clearway.verify import ROUNDING_M, Paths, path_clearance
 
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
@@ -29,6 +30,7 @@ class PlannedPath:
 
     @classmethod
     def of(cls, decision: Decision, decided_s: float) -> PlannedPath:
+        """Of the trajectory chosen, its samples at equal times within each movement."""
         reach_set = decision.repertoire.reach_set
         nodes = reach_set.path(decision.choice.node)
         ends = np.concatenate([[0.0], reach_set.end_time_s[nodes]])
@@ -42,7 +44,7 @@ class PlannedPath:
 
     def from_now(self, situation: Situation, now_s: float) -> Paths:
         """What is left of it, in the grid frame of a situation and moved to start at its place."""
-        left = np.flatnonzero(self.time_s > now_s + 1e-6)
+        left = np.flatnonzero(self.time_s > now_s + TIME_TOLERANCE_S)
         here = [np.interp(now_s, self.time_s, self.points_m[:, axis]) for axis in range(3)]
         _, world_from_grid = grid_frame(situation.state)
         return Paths(
