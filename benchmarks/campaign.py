@@ -8,9 +8,9 @@ from itertools import islice
 import numpy as np
 
 from benchmarks.table import Benchmark, Row, Target
-from clearway.campaigns.engines import Engine, in_processes
-from clearway.campaigns.task import Task, fly_task
-from clearway.errors import ClearwayError
+from clearway.base.errors import ClearwayError
+from clearway.studies.campaigns.engines import Engine, in_processes
+from clearway.studies.campaigns.task import Task, fly_task
 
 REAL_TIME, SCALING = 500.0, 1.8
 WARM_UP = 6

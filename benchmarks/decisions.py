@@ -15,12 +15,12 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
-from clearway.flight import FlightSetup, prepare
-from clearway.io.mission_file import read_mission
-from clearway.obstacle_map import ObstacleMap
-from clearway.obstacles import Obstacle
+from clearway.live import AvoidanceSystem, DataLimits
+from clearway.missions.mission_file import read_mission
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
-from clearway.system import AvoidanceSystem, DataLimits
 
 MISSION = "static-obstacles"
 MANY_BEAMS = (80, 36)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from benchmarks.flights import PROCESSES
 from benchmarks.table import Benchmark, Row, Target
 from clearway.cli.encounters import flown
-from clearway.encounter import STANDARD_KINDS, EncounterSettings
+from clearway.studies.encounters.encounter import STANDARD_KINDS, EncounterSettings
 
 FULL, QUICK, LARGE = 1_000, 100, 300
 """`clearway encounters` flies as many as one likes; docs/encounters.md has ten thousand of each."""

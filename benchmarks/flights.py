@@ -13,9 +13,9 @@ import numpy as np
 from benchmarks.decisions import static_mission, with_seed
 from benchmarks.table import Benchmark, Row, Target
 from clearway.cli.progress import progress_bar
-from clearway.simulation import Run, SimulationSettings, simulate
-from clearway.system import AvoidanceSystem
-from clearway.worlds import ball_world
+from clearway.live import AvoidanceSystem
+from clearway.sim import Run, SimulationSettings, simulate
+from clearway.sim.worlds import ball_world
 
 PROCESSES = 2
 CRASH_M = 0.3

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach import ReachSet, build_reach_set
 from clearway.reach.comparison import bound_6_5
+from clearway.vehicle.automaton import MovementAutomaton
 
 SPREAD = 5
 METHODS = {"combined": {"harmonic": 2.0, "spread": 3.0}, "cover": {}, "flying": {}}

@@ -10,11 +10,11 @@ import numpy as np
 from benchmarks.sensors import GRID
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.encounters import planner_at
-from clearway.intruders import Intruder, assess_intruders, radial_vehicle_times
-from clearway.mission import Mission
-from clearway.state import State
-from clearway.system import AvoidanceSystem
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem
+from clearway.live.mission import Mission
+from clearway.studies.encounters.flights import planner_at
+from clearway.traffic import Intruder, assess_intruders, radial_vehicle_times
 
 COUNT = 32
 

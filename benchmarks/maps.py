@@ -9,12 +9,12 @@ import numpy as np
 from benchmarks.references import brute_force_distance
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.map_cells import base_probability, coated_cells
-from clearway.obstacle_map import ObstacleMap
-from clearway.obstacles import Obstacle
-from clearway.route import find_route
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.live.route import find_route
+from clearway.obstacles.cells import base_probability, coated_cells
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
 
 GRID = AvoidanceGrid.uniform()
 HERE, LEVEL = np.zeros(3), np.eye(3)

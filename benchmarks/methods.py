@@ -12,11 +12,11 @@ from functools import cache
 import numpy as np
 
 from benchmarks.flights import Outcome, flown, outcome_of
-from clearway.flight import FlightSetup, prepare
-from clearway.io.mission_file import read_mission
-from clearway.simulation import SimulationSettings, simulate
-from clearway.system import AvoidanceSystem
-from clearway.worlds import ball_world
+from clearway.live import AvoidanceSystem
+from clearway.missions.mission_file import read_mission
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.sim import SimulationSettings, simulate
+from clearway.sim.worlds import ball_world
 
 METHODS = ("primitives", "cover", "flying", "late", "dispersion", "combined", "harmonic", "chaotic")
 WORLDS = range(40)

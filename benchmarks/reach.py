@@ -11,11 +11,11 @@ from benchmarks.references import node_ratings, tree_clearance
 from benchmarks.sensors import GRID, scattered
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.fusion import rate_reach_set
-from clearway.hazards import Hazards, PointHazards
-from clearway.movements import MovementAutomaton
+from clearway.avoidance.fusion import rate_reach_set
+from clearway.avoidance.hazards import Hazards, PointHazards
+from clearway.avoidance.verify import clearances, paths_of
 from clearway.reach import ReachLibrary, build_reach_set
-from clearway.verify import clearances, paths_of
+from clearway.vehicle.automaton import MovementAutomaton
 
 AUTOMATON = MovementAutomaton.plane()
 

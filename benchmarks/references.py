@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.hazards import PointHazards
-from clearway.obstacles import Shapes
+from clearway.avoidance.hazards import PointHazards
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Shapes
 from clearway.reach import ReachSet
-from clearway.state import IntArray
 
 
 def bincount_detection(

@@ -11,13 +11,13 @@ from tools.browser import Browser, chromium
 
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import Times, in_words, timed
-from clearway.flight import FlightSetup, prepare
-from clearway.io.mission_file import MissionFile
 from clearway.io.toml import parse_model
-from clearway.replay.page import page_of
-from clearway.replay.reading import read_run
-from clearway.replay.writing import write_mcap
-from clearway.simulation import Run
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.sim import Run
+from clearway.view.replay.page import page_of
+from clearway.view.replay.reading import read_run
+from clearway.view.replay.writing import write_mcap
 
 ROWS, LENGTH_M, APART_M = 13, 45.0, 6.0
 PAGE_MB = 10.0

@@ -14,8 +14,8 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
-from clearway.io.pointcloud import read_points
-from clearway.io.sequences import open_scans
+from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.sequences import open_scans
 
 POINTS = 100_000
 ALLOWED_S = 0.1
@@ -148,7 +148,7 @@ def velodyne() -> Iterator[Reading]:
     from rosbags.highlevel import AnyReader
     from rosbags.rosbag2 import Writer
 
-    from clearway.io.bag import ros2_types
+    from clearway.io.scans.bag import ros2_types
 
     types = ros2_types()
     of = types.types

@@ -11,9 +11,10 @@ from scipy.spatial import cKDTree
 from benchmarks.references import bincount_detection, unique_voxels
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.frames import FloatArray, cartesian_from_spherical, world_from_body
-from clearway.grid import AvoidanceGrid
-from clearway.point_world import PointWorld
+from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.obstacles.point_world import PointWorld
 from clearway.sensors import (
     BeamPattern,
     Lidar,
@@ -26,7 +27,6 @@ from clearway.sensors import (
     update_memory,
 )
 from clearway.sensors.detection import Rule
-from clearway.state import State
 
 GRID = AvoidanceGrid.uniform()
 LIDAR = Lidar("front", BeamPattern.per_cell(GRID, max_range_m=10.0))

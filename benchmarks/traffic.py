@@ -8,9 +8,9 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
-from clearway.io.beast import read_beast
-from clearway.io.mode_s_hex import read_hex
-from clearway.recordings import TrafficRecording, TrafficReport, aircraft_of, closest_pairs
+from clearway.io.traffic.beast import read_beast
+from clearway.io.traffic.mode_s_hex import read_hex
+from clearway.traffic.recorded import TrafficRecording, TrafficReport, aircraft_of, closest_pairs
 
 POSITIONS = ("8D40621D58C382D690C8AC2863A7", "8D40621D58C386435CC412692AD6")
 VELOCITY, CALLSIGN = "8D485020994409940838175B284F", "8D4840D6202CC371C32CE0576098"

@@ -16,8 +16,8 @@ import matplotlib
 import numpy as np
 
 import clearway as cw
-from clearway.baselines import BaselinePilot, Manoeuvre
-from clearway.mission import Mode
+from clearway.live.mission import Mode
+from clearway.sim.baselines import BaselinePilot, Manoeuvre
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt

@@ -17,7 +17,7 @@ import matplotlib
 import numpy as np
 
 import clearway as cw
-from clearway.fusion import Evidence
+from clearway.avoidance.fusion import Evidence
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import clearway as cw
-from clearway.movements import Movement
+from clearway.vehicle.automaton import Movement
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt

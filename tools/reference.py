@@ -16,8 +16,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from clearway.io.mission_file import MissionFile, built_in_missions
-from clearway.io.scene_file import SceneFile
+from clearway.missions.mission_file import MissionFile, built_in_missions
+from clearway.missions.scene_file import SceneFile
 from clearway.sensors import NAMED_PATTERNS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"

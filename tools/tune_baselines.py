@@ -19,12 +19,12 @@ from functools import cache
 
 import numpy as np
 
-from clearway.baselines import BaselinePilot, Rule
-from clearway.baselines.potential_field import FieldTuning, potential_field
-from clearway.baselines.vfh import HistogramTuning, vector_field_histogram
-from clearway.flight import FlightSetup, prepare
-from clearway.io.world_file import world_mission
-from clearway.simulation import simulate
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.missions.world_file import world_mission
+from clearway.sim import simulate
+from clearway.sim.baselines import BaselinePilot, Rule
+from clearway.sim.baselines.potential_field import FieldTuning, potential_field
+from clearway.sim.baselines.vfh import HistogramTuning, vector_field_histogram
 
 Tuning = FieldTuning | HistogramTuning
 FAMILIES = ("balls-60", "balls-140", "forest")

@@ -15,17 +15,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearway.baselines import BaselinePilot, Craft, Rule
-from clearway.baselines.mvp import VoltageTuning, modified_voltage_potential
-from clearway.baselines.velocity_obstacle import VelocityTuning, velocity_obstacle
-from clearway.encounter import Encounter, EncounterSettings, random_encounter
-from clearway.encounters import RADIUS_M, REACH_RADIUS_M, distance_to_keep_m, planner_at
-from clearway.mission import Mission
-from clearway.obstacle_map import ObstacleMap
-from clearway.simulation import SimulationSettings, simulate
-from clearway.state import State
-from clearway.system import AvoidanceSystem
-from clearway.traffic import ScriptedIntruder, Traffic
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem
+from clearway.live.mission import Mission
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sim import SimulationSettings, simulate
+from clearway.sim.baselines import BaselinePilot, Craft, Rule
+from clearway.sim.baselines.mvp import VoltageTuning, modified_voltage_potential
+from clearway.sim.baselines.velocity_obstacle import VelocityTuning, velocity_obstacle
+from clearway.sim.scripted import ScriptedIntruder, Traffic
+from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
+from clearway.studies.encounters.flights import (
+    RADIUS_M,
+    REACH_RADIUS_M,
+    distance_to_keep_m,
+    planner_at,
+)
 
 FIRST_SEED = 500_000
 """Comparisons count from 0, the peers from 90,000."""

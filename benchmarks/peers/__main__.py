@@ -21,10 +21,20 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.courses import courses, lasts_s
-from clearway.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
-from clearway.confidence import wilson
-from clearway.encounter import Encounter
-from clearway.encounters import (
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.intervals import wilson
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem
+from clearway.live.mission import Mission
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach import ReachLibrary
+from clearway.sim import SimulationSettings, simulate
+from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.scripted import ScriptedIntruder, Traffic
+from clearway.studies.encounters.encounter import Encounter
+from clearway.studies.encounters.flights import (
     RANGE_M,
     REACH_RADIUS_M,
     SAFETY_MARGIN_M,
@@ -33,17 +43,7 @@ from clearway.encounters import (
     is_avoidable,
     planner_at,
 )
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.mission import Mission
-from clearway.movements import MovementAutomaton
-from clearway.obstacle_map import ObstacleMap
-from clearway.planner import AvoidanceSettings, Planner
-from clearway.reach import ReachLibrary
-from clearway.simulation import SimulationSettings, simulate
-from clearway.state import State
-from clearway.system import AvoidanceSystem
-from clearway.traffic import ScriptedIntruder, Traffic
+from clearway.vehicle.automaton import MovementAutomaton
 
 HERE = Path(__file__).resolve().parent
 SCRIPTS = ("fly_orca.py", "fly_bluesky.py")

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from clearway.encounter import SLOWEST_CLOSING, SPEEDS, Encounter, closing_speed
-from clearway.encounters import AFTERWARDS_S
-from clearway.errors import ClearwayError
+from clearway.base.errors import ClearwayError
+from clearway.studies.encounters.encounter import SLOWEST_CLOSING, SPEEDS, Encounter, closing_speed
+from clearway.studies.encounters.flights import AFTERWARDS_S
 
 FIRST_SEED = 90_000
 """Nothing here was tuned on these."""

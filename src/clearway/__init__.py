@@ -10,23 +10,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from clearway.avoidance import Decision, decide
-    from clearway.costs import Prices
-    from clearway.errors import ClearwayError
-    from clearway.grid import AvoidanceGrid
-    from clearway.intruders import Intruder
-    from clearway.mission import Mission
-    from clearway.movements import MovementAutomaton
-    from clearway.obstacle_map import ObstacleMap
-    from clearway.obstacles import Obstacle
-    from clearway.planner import AvoidanceSettings, Planner
-    from clearway.point_world import PointWorld
+    from clearway.avoidance.costs import Prices
+    from clearway.avoidance.decide import Decision, decide
+    from clearway.avoidance.planner import AvoidanceSettings, Planner
+    from clearway.avoidance.situation import Situation
+    from clearway.base.errors import ClearwayError
+    from clearway.base.grid import AvoidanceGrid
+    from clearway.base.state import State
+    from clearway.live import AvoidanceSystem
+    from clearway.live.mission import Mission
+    from clearway.obstacles.obstacle import Obstacle
+    from clearway.obstacles.obstacle_map import ObstacleMap
+    from clearway.obstacles.point_world import PointWorld
     from clearway.reach import ReachLibrary, ReachSet, build_reach_set
     from clearway.sensors import BeamPattern, Lidar, Scan
-    from clearway.simulation import SimulationSettings, simulate
-    from clearway.situation import Situation
-    from clearway.state import State
-    from clearway.system import AvoidanceSystem
+    from clearway.sim import SimulationSettings, simulate
+    from clearway.traffic import Intruder
+    from clearway.vehicle.automaton import MovementAutomaton
 
 __version__ = "0.1.0"
 
@@ -59,30 +59,30 @@ __all__ = [
 ]
 
 _ROOM_OF = {
-    "AvoidanceGrid": "grid",
-    "AvoidanceSettings": "planner",
-    "AvoidanceSystem": "system",
+    "AvoidanceGrid": "base.grid",
+    "AvoidanceSettings": "avoidance.planner",
+    "AvoidanceSystem": "live",
     "BeamPattern": "sensors",
-    "ClearwayError": "errors",
-    "Decision": "avoidance",
-    "Intruder": "intruders",
+    "ClearwayError": "base.errors",
+    "Decision": "avoidance.decide",
+    "Intruder": "traffic",
     "Lidar": "sensors",
-    "Mission": "mission",
-    "MovementAutomaton": "movements",
-    "Obstacle": "obstacles",
-    "ObstacleMap": "obstacle_map",
-    "Planner": "planner",
-    "PointWorld": "point_world",
-    "Prices": "costs",
+    "Mission": "live.mission",
+    "MovementAutomaton": "vehicle.automaton",
+    "Obstacle": "obstacles.obstacle",
+    "ObstacleMap": "obstacles.obstacle_map",
+    "Planner": "avoidance.planner",
+    "PointWorld": "obstacles.point_world",
+    "Prices": "avoidance.costs",
     "ReachLibrary": "reach",
     "ReachSet": "reach",
     "Scan": "sensors",
-    "SimulationSettings": "simulation",
-    "Situation": "situation",
-    "State": "state",
+    "SimulationSettings": "sim",
+    "Situation": "avoidance.situation",
+    "State": "base.state",
     "build_reach_set": "reach",
-    "decide": "avoidance",
-    "simulate": "simulation",
+    "decide": "avoidance.decide",
+    "simulate": "sim",
 }
 
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from clearway.base.errors import ClearwayError, InputError
 from clearway.cli.patience import asking_for_patience
 from clearway.cli.report import print_json, say
-from clearway.errors import ClearwayError, InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from clearway.io.scene import SceneInput
-    from clearway.scene import SceneAssessment
+    from clearway.avoidance.scene import SceneAssessment
+    from clearway.missions.scene_reading import SceneInput
 
 Outcome: TypeAlias = "tuple[dict[str, Any], str, Callable[[], Mapping[str, Figure]]]"
 """Result, the same in words, and its pictures when they are wanted."""
@@ -141,9 +141,9 @@ def assess(
 
 def _assessed(read: SceneInput) -> Outcome:
     """One moment, cell by cell."""
+    from clearway.avoidance.scene import assess_scene
     from clearway.cli.assess_words import in_words
-    from clearway.io.scene_result import scene_result
-    from clearway.scene import assess_scene
+    from clearway.missions.scene_result import scene_result
 
     assessment = assess_scene(read.scene, notice=say)
     return scene_result(assessment), in_words(assessment), lambda: _figures(assessment)
@@ -151,9 +151,9 @@ def _assessed(read: SceneInput) -> Outcome:
 
 def _played(read: SceneInput) -> Outcome:
     """Every scan of a recording, and what is decided at each."""
-    from clearway.io.played_result import in_words, played_result, scan_result
-    from clearway.io.played_scene import play_scene
-    from clearway.plot.playback import draw_playback
+    from clearway.missions.played_result import in_words, played_result, scan_result
+    from clearway.missions.played_scene import play_scene
+    from clearway.view.plot.playback import draw_playback
 
     playback = play_scene(read, notice=say)
     for note in playback.notes:
@@ -196,7 +196,7 @@ def _given(overrides: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
 
 
 def _read(scene: Path | None, scan: Path | None, overrides: dict[str, Any]) -> SceneInput:
-    from clearway.io.scene import read_scene, scene_of
+    from clearway.missions.scene_reading import read_scene, scene_of
 
     if scan is not None:
         overrides["scan"] = {"file": str(scan.absolute()), **overrides.get("scan", {})}
@@ -230,7 +230,7 @@ def _write(
 def _figures(assessment: SceneAssessment) -> Mapping[str, Figure]:
     import numpy as np
 
-    from clearway.plot.assessment import draw_assessment
+    from clearway.view.plot.assessment import draw_assessment
 
     points = [np.zeros((0, 3)), *(d.points_m for d in assessment.detections)]
     return draw_assessment(

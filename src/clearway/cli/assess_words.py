@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.scene import SceneAssessment
+from clearway.avoidance.scene import SceneAssessment
 
 
 def in_words(assessment: SceneAssessment) -> str:

@@ -12,9 +12,9 @@ from clearway.cli.progress import Beside, progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
-    from clearway.campaigns.engines import Engine
-    from clearway.campaigns.file import Campaign
-    from clearway.campaigns.run import Flown
+    from clearway.studies.campaigns.engines import Engine
+    from clearway.studies.campaigns.file import Campaign
+    from clearway.studies.campaigns.run import Flown
 
 ENGINES = ("processes", "dask")
 RUN, OUTPUT = "Run", "Output"
@@ -81,8 +81,8 @@ def campaign(
     if summary is not None:
         _print_again(summary, docs or [], as_json)
         return
-    from clearway.campaigns.file import read_campaign
-    from clearway.errors import InputError
+    from clearway.base.errors import InputError
+    from clearway.studies.campaigns.file import read_campaign
 
     if file is None:
         raise InputError("campaign", "a name or a file is needed, or --summary or --families")
@@ -98,7 +98,7 @@ def campaign(
 
 
 def _list(as_json: bool) -> None:
-    from clearway.campaigns.families import FAMILIES
+    from clearway.studies.campaigns.families import FAMILIES
 
     if as_json:
         families = [
@@ -118,8 +118,8 @@ def _list(as_json: bool) -> None:
 
 
 def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
-    from clearway.campaigns.engines import in_processes, on_cluster
-    from clearway.errors import InputError
+    from clearway.base.errors import InputError
+    from clearway.studies.campaigns.engines import in_processes, on_cluster
 
     if name not in ENGINES:
         raise InputError("--engine", f"{name!r}: there are {', '.join(ENGINES)}")
@@ -136,8 +136,8 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
 
 def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
     """All flights, with a progress bar on standard error that counts what was flown before."""
-    from clearway.campaigns.row import FlightRow
-    from clearway.campaigns.run import run_campaign
+    from clearway.studies.campaigns.row import FlightRow
+    from clearway.studies.campaigns.run import run_campaign
 
     beside: tuple[Beside, ...] = ("count", "elapsed", "remaining", "status")
     with progress_bar(asked.file.name, beside=beside, status="getting ready") as bar:
@@ -152,7 +152,7 @@ def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
 
 def _finish(flown: Flown, asked: Campaign, folder: Path, docs: list[Path], as_json: bool) -> None:
     """Tables where they are wanted, and the exit status."""
-    from clearway.campaigns.run import RESULTS
+    from clearway.studies.campaigns.run import RESULTS
 
     results = folder / RESULTS
     for label, why in flown.skipped.items():
@@ -172,9 +172,9 @@ def _print(results: Path, docs: list[Path], as_json: bool, more: dict[str, int])
     """The table of a results file: on standard output, and in pages."""
     import json
 
-    from clearway.campaigns.pages import write_pages
-    from clearway.campaigns.results import read_results
     from clearway.cli.campaign_table import as_values, print_tables
+    from clearway.studies.campaigns.pages import write_pages
+    from clearway.studies.campaigns.results import read_results
 
     rows, settings = read_results(results)
     skipped = json.loads(settings.get("skipped", "{}"))

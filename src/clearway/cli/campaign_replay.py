@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
-    from clearway.campaigns.file import Campaign
-    from clearway.campaigns.row import FlightRow
+    from clearway.studies.campaigns.file import Campaign
+    from clearway.studies.campaigns.row import FlightRow
 
 
 def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> None:
     """Fly the flight of a key again; exit status 1 if it does not end as its row says."""
     from dataclasses import asdict
 
-    from clearway.campaigns.run import RESULTS, chosen
-    from clearway.campaigns.summary import in_words
-    from clearway.campaigns.task import Spent, case_of, row_of, tasks_of
     from clearway.cli.fly import flown_with_bar, write_flight
+    from clearway.studies.campaigns.run import RESULTS, chosen
+    from clearway.studies.campaigns.summary import in_words
+    from clearway.studies.campaigns.task import Spent, case_of, row_of, tasks_of
 
     task = chosen(tasks_of(asked), key)[0]
     case = case_of(task)
@@ -46,7 +46,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
 
 
 def _row_before(results: Path, key: str) -> FlightRow | None:
-    from clearway.campaigns.results import read_results
+    from clearway.studies.campaigns.results import read_results
 
     if not results.exists():
         return None
@@ -56,7 +56,7 @@ def _row_before(results: Path, key: str) -> FlightRow | None:
 
 def _differences(before: FlightRow | None, row: FlightRow) -> list[str]:
     """Columns in which a row differs from the one before, but for times of computing."""
-    from clearway.campaigns.row import without_timings
+    from clearway.studies.campaigns.row import without_timings
 
     if before is None:
         return []

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from clearway.campaigns.pages import mean_in_words
-from clearway.campaigns.row import FlightRow
-from clearway.campaigns.summary import (
+from clearway.io.json_values import finite
+from clearway.studies.campaigns.pages import mean_in_words
+from clearway.studies.campaigns.row import FlightRow
+from clearway.studies.campaigns.summary import (
     Mean,
     Rate,
     Standing,
@@ -18,7 +19,6 @@ from clearway.campaigns.summary import (
     seconds,
     standings,
 )
-from clearway.io.json_values import finite
 
 FAILURES_SHOWN = 20
 

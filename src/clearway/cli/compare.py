@@ -14,9 +14,9 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from clearway.comparison import Flown, SetupOf, Standing
-    from clearway.flight import FlightSetup
-    from clearway.simulation import Run
+    from clearway.missions.setup import FlightSetup
+    from clearway.sim import Run
+    from clearway.studies.comparison import Flown, SetupOf, Standing
 
 
 def compare(
@@ -42,7 +42,7 @@ def compare(
     ] = False,
 ) -> None:
     """Fly several planners: exit status 0 if the first of them was safe in every flight."""
-    from clearway.comparison import standing
+    from clearway.studies.comparison import standing
 
     names = _names(planners)
     setup_of = _setups(mission)
@@ -64,7 +64,7 @@ def compare(
 
 def _names(planners: str | None) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
-    from clearway.baselines import PLANNERS, known_planner
+    from clearway.sim.baselines import PLANNERS, known_planner
 
     if planners is None:
         return list(PLANNERS)
@@ -75,9 +75,9 @@ def _setups(mission: str) -> SetupOf:
     """The flight of a seed: another world of a family, or other noise in the same mission."""
     from functools import cache
 
-    from clearway.flight import prepare
-    from clearway.io.world_file import find_mission
-    from clearway.worlds import FAMILIES
+    from clearway.missions.setup import prepare
+    from clearway.missions.world_file import find_mission
+    from clearway.sim.worlds import FAMILIES
 
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
 
@@ -94,7 +94,7 @@ def _flown(
     mission: str, setup_of: SetupOf, names: Sequence[str], seeds: Sequence[int]
 ) -> list[Flown]:
     """All flights, with a progress bar."""
-    from clearway.comparison import fly_all
+    from clearway.studies.comparison import fly_all
 
     setup_of(seeds[0]).refuse_impossible()
     flown: list[Flown] = []
@@ -112,7 +112,7 @@ def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown])
     from dataclasses import asdict
 
     from clearway.io.json_values import rounded
-    from clearway.io.run_files import summary
+    from clearway.missions.run_files import summary
 
     rows: list[dict[str, Any]] = []
     for row in standings:
@@ -139,7 +139,7 @@ def _write(
     with staged(folder) as scratch:
         (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
         if plots:
-            from clearway.plot.comparison import draw_tracks
+            from clearway.studies.figures.comparison import draw_tracks
 
             first = flown[0].run.seed
             runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}

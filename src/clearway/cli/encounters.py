@@ -15,8 +15,8 @@ from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
-    from clearway.encounter import EncounterSettings
-    from clearway.encounters import Outcome, Tally
+    from clearway.studies.encounters.encounter import EncounterSettings
+    from clearway.studies.encounters.flights import Outcome, Tally
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 FAILURES_SHOWN = 12
@@ -82,7 +82,7 @@ def encounters(
     ] = None,
 ) -> None:
     """Fly random encounters on collision courses: exit status 0 if enough keep their distance."""
-    from clearway.encounter import EncounterSettings
+    from clearway.studies.encounters.encounter import EncounterSettings
 
     position_noise, velocity_noise = number_pair("--noise", noise, "0.3,0.1")
     settings = EncounterSettings(
@@ -110,14 +110,14 @@ def encounters(
 
 
 def _every_kind() -> list[EncounterSettings]:
-    from clearway.encounter import STANDARD_KINDS
+    from clearway.studies.encounters.encounter import STANDARD_KINDS
 
     return list(STANDARD_KINDS)
 
 
 def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Tally:
     """Fly encounters with a progress bar on standard error."""
-    from clearway.encounters import fly_encounters
+    from clearway.studies.encounters.flights import fly_encounters
 
     with progress_bar(settings.in_words, len(seeds)) as bar:
         return fly_encounters(settings, seeds, workers, bar.advance)
@@ -203,8 +203,8 @@ def _replay(tally: Tally) -> str:
 
 def _fly_one(seed: int, settings: EncounterSettings, as_json: bool) -> None:
     """Fly one encounter and say what was decided when."""
-    from clearway.encounter import random_encounter
-    from clearway.encounters import fly_encounter, outcome_of
+    from clearway.studies.encounters.encounter import random_encounter
+    from clearway.studies.encounters.flights import fly_encounter, outcome_of
 
     encounter = random_encounter(seed, settings)
     run = fly_encounter(encounter, settings)
@@ -242,7 +242,7 @@ def _fly_one(seed: int, settings: EncounterSettings, as_json: bool) -> None:
 
 def _write(tallies: Sequence[Tally], path: Path) -> None:
     """One row per encounter."""
-    from clearway.errors import naming
+    from clearway.base.errors import naming
 
     with naming(path, "written"), path.open("w", newline="") as file:
         rows = csv.writer(file)

@@ -14,8 +14,8 @@ from clearway.cli.report import print_json, say, table_console
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
-    from clearway.fault_studies import Point
-    from clearway.plot.faults import Panel
+    from clearway.studies.faults import Point
+    from clearway.studies.figures.faults import Panel
 
 RUN, OUTPUT = "Run", "Output"
 
@@ -56,7 +56,7 @@ def faults(
     ] = False,
 ) -> None:
     """Fly worlds with growing faults, and show how many flights keep their margin."""
-    from clearway.fault_studies import STUDIES
+    from clearway.studies.faults import STUDIES
 
     if list_all:
         _list(as_json)
@@ -78,8 +78,8 @@ def faults(
 
 
 def _known(names: list[str]) -> list[str]:
-    from clearway.errors import InputError
-    from clearway.fault_studies import STUDIES
+    from clearway.base.errors import InputError
+    from clearway.studies.faults import STUDIES
 
     problems = [
         f"{name!r} is no fault; valid: {', '.join(STUDIES)}"
@@ -92,7 +92,7 @@ def _known(names: list[str]) -> list[str]:
 
 
 def _list(as_json: bool) -> None:
-    from clearway.fault_studies import STUDIES
+    from clearway.studies.faults import STUDIES
 
     if as_json:
         listed = {
@@ -111,7 +111,7 @@ def _list(as_json: bool) -> None:
 
 
 def _flown(names: Sequence[str], seeds: range, workers: int) -> list[Point]:
-    from clearway.fault_studies import fly_studies
+    from clearway.studies.faults import fly_studies
 
     with progress_bar("flights") as bar:
         return fly_studies(names, seeds, workers, bar.show)
@@ -119,9 +119,9 @@ def _flown(names: Sequence[str], seeds: range, workers: int) -> list[Point]:
 
 def _write_missions(names: Sequence[str], seed: int, folder: Path, as_json: bool) -> None:
     """One mission file for each level and variant, which `clearway fly` flies."""
-    from clearway.fault_studies import STUDIES, case
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
+    from clearway.studies.faults import STUDIES, case
 
     written = []
     with staged(folder) as scratch:
@@ -159,7 +159,7 @@ def _write(points: Sequence[Point], folder: Path) -> None:
     import csv
 
     from clearway.io.staging import staged
-    from clearway.plot.faults import draw_faults
+    from clearway.studies.figures.faults import draw_faults
 
     with staged(folder) as scratch:
         draw_faults(_panels(points)).savefig(scratch / "faults.png", dpi=100)
@@ -185,8 +185,8 @@ def _write(points: Sequence[Point], folder: Path) -> None:
 
 
 def _panels(points: Sequence[Point]) -> list[Panel]:
-    from clearway.fault_studies import STUDIES
-    from clearway.plot.faults import Curve, Panel
+    from clearway.studies.faults import STUDIES
+    from clearway.studies.figures.faults import Curve, Panel
 
     panels = []
     for name in dict.fromkeys(point.study for point in points):
@@ -208,7 +208,7 @@ def _panels(points: Sequence[Point]) -> list[Panel]:
 
 def _rows(points: Sequence[Point]) -> list[tuple[str, str, str, str]]:
     """Fault, variant, and a cell for each level: kept, and crashed where any did."""
-    from clearway.fault_studies import STUDIES
+    from clearway.studies.faults import STUDIES
 
     rows = []
     for name in dict.fromkeys(point.study for point in points):

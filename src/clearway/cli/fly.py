@@ -13,12 +13,12 @@ from clearway.cli.record import record_run
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
-    from clearway.flight import FlightSetup
-    from clearway.io.mission_file import MissionFile
-    from clearway.metrics import IntruderDistances
-    from clearway.mission import Progress as MissionProgress
-    from clearway.pilot import Steering
-    from clearway.simulation import LoggedDecision, Run
+    from clearway.live.mission import Progress as MissionProgress
+    from clearway.missions.mission_file import MissionFile
+    from clearway.missions.setup import FlightSetup
+    from clearway.sim import LoggedDecision, Run
+    from clearway.sim.metrics import IntruderDistances
+    from clearway.sim.pilot import Steering
 
 
 def fly(
@@ -58,11 +58,11 @@ def fly(
     ] = False,
 ) -> None:
     """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
-    from clearway.baselines import known_planner
-    from clearway.flight import prepare
-    from clearway.io.run_files import summary
-    from clearway.io.run_tables import check_tables
     from clearway.io.staging import folder_of
+    from clearway.missions.run_files import summary
+    from clearway.missions.run_tables import check_tables
+    from clearway.missions.setup import prepare
+    from clearway.sim.baselines import known_planner
 
     known_planner(planner)
     if parquet:
@@ -86,7 +86,7 @@ def fly(
 
 
 def _read(mission: str) -> MissionFile:
-    from clearway.io.world_file import find_mission
+    from clearway.missions.world_file import find_mission
 
     return find_mission(mission, say)
 
@@ -99,8 +99,8 @@ def _changed(
     spawn: str | None,
 ) -> MissionFile:
     """The mission with what the command line overrides, checked like a file."""
-    from clearway.io.mission_file import MissionFile
     from clearway.io.toml import parse_model
+    from clearway.missions.mission_file import MissionFile
 
     tables = file.effective()
     if seed is not None:
@@ -154,10 +154,10 @@ def write_flight(
     parquet: bool = False,
 ) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
-    from clearway.io.run_files import summary, write_decisions, write_intruders, write_track
-    from clearway.io.run_tables import write_tables
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
+    from clearway.missions.run_files import summary, write_decisions, write_intruders, write_track
+    from clearway.missions.run_tables import write_tables
 
     with staged(folder) as scratch:
         write_toml(file.effective(), scratch / "mission.toml")
@@ -176,9 +176,9 @@ def write_flight(
 
 
 def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:
-    from clearway.plot.flight import Margins
-    from clearway.plot.flight_set import draw_flight, draw_track
-    from clearway.simulation import decided_by_clearway
+    from clearway.sim import decided_by_clearway
+    from clearway.studies.figures.flight_set import draw_flight, draw_track
+    from clearway.view.plot.flight import Margins
 
     body = file.vehicle.body_radius_m
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
@@ -194,7 +194,7 @@ def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Pat
 def _in_words(run: Run[Steering], planner: str) -> str:
     metrics = run.metrics
     goals = len(run.mission.waypoints_m)
-    from clearway.io.run_files import decision_times_ms
+    from clearway.missions.run_files import decision_times_ms
 
     times = decision_times_ms(run)
     lines = [

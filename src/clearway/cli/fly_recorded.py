@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from clearway.base.errors import InputError
+from clearway.base.units import FOOT_M
 from clearway.cli.record import record_run
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
-from clearway.errors import InputError
-from clearway.units import FOOT_M
 
 if TYPE_CHECKING:
-    from clearway.io.encounter_mission import FlownAs
-    from clearway.recordings.picture import AirPicture
-    from clearway.substitute import Substitution
+    from clearway.missions.encounter_mission import FlownAs
+    from clearway.missions.substitute import Substitution
+    from clearway.traffic.recorded.picture import AirPicture
 
 WAYS = (
     ("as recorded", "recorded"),
@@ -37,9 +37,9 @@ def fly_recorded(
     Raises InputError for a number, or an aircraft, that is not there.
     """
     from clearway.io.staging import folder_of
-    from clearway.io.substitution_result import substitution_result
-    from clearway.recordings.own_part import take_part
-    from clearway.substitute import fly_in_place
+    from clearway.missions.substitute import fly_in_place
+    from clearway.missions.substitution_result import substitution_result
+    from clearway.traffic.recorded.own_part import take_part
 
     recording = picture.recording
     if not 1 <= number <= len(picture.pairs):
@@ -69,10 +69,10 @@ def fly_recorded(
 
 def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list[str]:
     """Everything that the flights leave behind; all of it or nothing."""
-    from clearway.io.run_files import write_decisions, write_intruders, write_track
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
-    from clearway.plot.substitution import draw_substitution
+    from clearway.missions.run_files import write_decisions, write_intruders, write_track
+    from clearway.studies.figures.substitution import draw_substitution
 
     with staged(folder) as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")

@@ -12,8 +12,8 @@ from clearway.cli.report import print_json, say
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from clearway.io.map_features import Geodetic, Period
-    from clearway.io.maps import KeepOut, MapFile
+    from clearway.io.maps.map_features import Geodetic, Period
+    from clearway.io.maps.maps import KeepOut, MapFile
 
 
 def show_map(
@@ -47,7 +47,7 @@ def show_map(
     ] = False,
 ) -> None:
     """Summarise and draw map files: obstacles, keep-out zones, what was left out and why."""
-    from clearway.io.maps import read_maps
+    from clearway.io.maps.maps import read_maps
     from clearway.io.moments import moment
 
     when = None if at is None else moment("--at", at)
@@ -63,8 +63,8 @@ def show_map(
 
 
 def _origin(text: str | None) -> Geodetic | None:
-    from clearway.errors import InputError
-    from clearway.io.map_features import Geodetic
+    from clearway.base.errors import InputError
+    from clearway.io.maps.map_features import Geodetic
 
     if text is None:
         return None
@@ -81,7 +81,7 @@ def _origin(text: str | None) -> Geodetic | None:
 
 def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: Path) -> None:
     from clearway.io.staging import staged
-    from clearway.plot.map import draw_map
+    from clearway.view.plot.map import draw_map
 
     obstacles = [obstacle for one in maps for obstacle in one.obstacles]
     zones = {
@@ -136,8 +136,8 @@ def _extent(one: MapFile) -> dict[str, list[float]] | None:
     """[low, high] along each axis of the local frame; None without an obstacle."""
     import numpy as np
 
-    from clearway.obstacle_tree import build_box_tree
-    from clearway.obstacles import shapes_of
+    from clearway.obstacles.obstacle import shapes_of
+    from clearway.obstacles.tree import build_box_tree
 
     shapes = [*one.solid, *(volume for zone in one.keep_out for volume in zone.obstacles)]
     if not shapes:

@@ -18,9 +18,9 @@ import typer
 from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
-    from clearway.autopilot.loop import Loop, Stop
-    from clearway.autopilot.session import Outcome, Session
-    from clearway.io.mission_file import MissionFile
+    from clearway.mavlink.loop import Loop, Stop
+    from clearway.mavlink.session import Outcome, Session
+    from clearway.missions.mission_file import MissionFile
 
 
 def mavlink(
@@ -79,11 +79,11 @@ def mavlink(
     ] = False,
 ) -> None:
     """Decide live for an autopilot: listens and tells what it would do; with --act, does it."""
-    from clearway.autopilot.dialect import dialect
+    from clearway.mavlink.dialect import dialect
 
     dialect()
-    from clearway.autopilot.setup import SessionOptions, set_up
-    from clearway.io.mission_file import read_mission
+    from clearway.mavlink.setup import SessionOptions, set_up
+    from clearway.missions.mission_file import read_mission
 
     file = read_mission(mission, say)
     options = SessionOptions(
@@ -136,9 +136,9 @@ def _run(
     loop: Loop, stop: Stop, file: MissionFile, rate: float, out: Path | None, stack: ExitStack
 ) -> dict[str, Any]:
     """Run to the end, with a log in `out` if it is given; all of it or nothing."""
-    from clearway.autopilot.record import SessionRecord
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
+    from clearway.mavlink.record import SessionRecord
 
     folder = None if out is None else stack.enter_context(staged(out))
     log = None

@@ -11,7 +11,7 @@ import typer
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
-    from clearway.pursuit import WinMap
+    from clearway.studies.encounters.pursuit import WinMap
 
 
 def pursuit(
@@ -30,7 +30,7 @@ def pursuit(
     """Map which collision courses can be won against an intruder that wants to hit (def. 3)."""
     import numpy as np
 
-    from clearway.pursuit import win_map
+    from clearway.studies.encounters.pursuit import win_map
 
     bearings_deg = np.arange(0.0, 90.0, bearing_step_deg)
     speeds = np.round(np.arange(0.5, 0.96, 0.05), 2).tolist()
@@ -38,7 +38,7 @@ def pursuit(
     result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
     if plots:
         from clearway.io.staging import staged
-        from clearway.plot.pursuit import draw_win_map
+        from clearway.studies.figures.pursuit import draw_win_map
 
         with staged(out) as scratch:
             draw_win_map(result).savefig(scratch / "win-map.png")
@@ -72,7 +72,7 @@ def _print(result: WinMap) -> None:
 
 
 def _bounds(text: str) -> list[float]:
-    from clearway.errors import InputError
+    from clearway.base.errors import InputError
 
     try:
         bounds = [float(part) for part in text.split(",")]

@@ -59,9 +59,9 @@ def compare(
 
 def _draw(result: Comparison, folder: Path) -> None:
     from clearway.io.staging import staged
-    from clearway.plot.reach import draw_reach_set_views
-    from clearway.plot.reach_compare import draw_spreads
     from clearway.reach.comparison import over_spreads
+    from clearway.view.plot.reach import draw_reach_set_views
+    from clearway.view.plot.reach_compare import draw_spreads
 
     say(f"drawing into {folder}")
     with staged(folder) as scratch:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from clearway.errors import ClearwayError
+from clearway.base.errors import ClearwayError
 
 if TYPE_CHECKING:
-    from clearway.grid import AvoidanceGrid
-    from clearway.movements import MovementAutomaton
+    from clearway.base.grid import AvoidanceGrid
+    from clearway.vehicle.automaton import MovementAutomaton
 
 GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
 MOST_CELLS = 100_000
@@ -57,7 +57,7 @@ def automaton_of(
     speed_mps: float, turn_step_deg: float, duration_s: float, pitch_limit_deg: str, movements: int
 ) -> MovementAutomaton:
     """The plane's automaton of command-line values; raises ClearwayError naming the option."""
-    from clearway.movements import MovementAutomaton
+    from clearway.vehicle.automaton import MovementAutomaton
 
     if movements not in (5, 9):
         raise ClearwayError(f"--movements: {movements} is neither 5 nor 9")
@@ -90,7 +90,7 @@ def grid_of(
 
     Raises ClearwayError naming the option.
     """
-    from clearway.grid import AvoidanceGrid
+    from clearway.base.grid import AvoidanceGrid
 
     if max(layers, 1) * max(columns, 1) * max(rows, 1) > MOST_CELLS:
         raise ClearwayError(

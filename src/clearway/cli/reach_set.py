@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.base.errors import ClearwayError
 from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
-from clearway.errors import ClearwayError
 
 if TYPE_CHECKING:
-    from clearway.grid import AvoidanceGrid
-    from clearway.movements import MovementAutomaton
+    from clearway.base.grid import AvoidanceGrid
     from clearway.reach.coverage import Coverage
     from clearway.reach.tree import ReachSet
+    from clearway.vehicle.automaton import MovementAutomaton
 
 
 def reach_set(
@@ -104,7 +104,7 @@ def _warm_up(
     tuning: dict[str, float],
 ) -> None:
     """Load or make the compiled loops on the first layers alone."""
-    from clearway.grid import AvoidanceGrid
+    from clearway.base.grid import AvoidanceGrid
     from clearway.reach.sets import build_reach_set
 
     few = min(3, grid.layers)
@@ -116,7 +116,7 @@ def _warm_up(
 
 def _draw(tree: ReachSet, method: str, folder: Path) -> Path:
     from clearway.io.staging import staged
-    from clearway.plot.reach import draw_reach_set_views
+    from clearway.view.plot.reach import draw_reach_set_views
 
     name = f"reach-set-{method}-{tree.grid.layers}-layers.png"
     with staged(folder) as scratch:

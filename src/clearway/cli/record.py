@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from clearway.cli.report import say
 
 if TYPE_CHECKING:
-    from clearway.flight import FlightSetup
-    from clearway.io.mission_file import MissionFile
-    from clearway.pilot import Steering
-    from clearway.simulation import Run
+    from clearway.missions.mission_file import MissionFile
+    from clearway.missions.setup import FlightSetup
+    from clearway.sim import Run
+    from clearway.sim.pilot import Steering
 
 
 def record_run(
@@ -22,10 +22,10 @@ def record_run(
     planner: str = "clearway",
 ) -> None:
     """Write `run.mcap`; without the extra that it takes, a line says so."""
-    from clearway.errors import MissingExtraError
+    from clearway.base.errors import MissingExtraError
     from clearway.io.toml import dump_toml
-    from clearway.replay.reading import RUN_FILE
-    from clearway.replay.writing import write_mcap
+    from clearway.view.replay.reading import RUN_FILE
+    from clearway.view.replay.writing import write_mcap
 
     try:
         write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE, planner)

@@ -10,7 +10,7 @@ import typer
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
-    from clearway.replay.reading import Recording
+    from clearway.view.replay.reading import Recording
 
 PORT = 8137
 
@@ -34,8 +34,8 @@ def replay(
     ] = False,
 ) -> None:
     """Show a run in 3-D: its cells, reach set, plan and intruders at every moment."""
-    from clearway.replay.page import page_of
-    from clearway.replay.reading import read_run
+    from clearway.view.replay.page import page_of
+    from clearway.view.replay.reading import read_run
 
     recording = read_run(run)
     page = page_of(recording)
@@ -71,7 +71,7 @@ def _write(page: str, path: Path) -> None:
 def _serve(page: str, port: int, browser: bool, result: dict[str, Any] | None) -> None:
     import webbrowser
 
-    from clearway.replay.serving import serve
+    from clearway.view.replay.serving import serve
 
     def ready(address: str) -> None:
         if result is not None:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
-from clearway.errors import ClearwayError, InputError
+from clearway.base.errors import ClearwayError, InputError
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -12,7 +12,7 @@ from clearway.cli.patience import asking_for_patience
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
-    from clearway.reproduction.report import Made
+    from clearway.studies.reproduction.report import Made
 
 OUTPUT = "Output"
 
@@ -42,8 +42,8 @@ def reproduce(
     if list_them:
         _list(as_json)
         return
-    from clearway.reproduction.registry import targets_named
-    from clearway.reproduction.report import as_text, as_values
+    from clearway.studies.reproduction.registry import targets_named
+    from clearway.studies.reproduction.report import as_text, as_values
 
     made = {}
     with asking_for_patience():
@@ -61,7 +61,7 @@ def reproduce(
 
 
 def _list(as_json: bool) -> None:
-    from clearway.reproduction.registry import TARGETS
+    from clearway.studies.reproduction.registry import TARGETS
 
     if as_json:
         known = [{"name": target.name, "title": target.title} for target in TARGETS.values()]
@@ -74,7 +74,7 @@ def _list(as_json: bool) -> None:
 def _write(made: Made, folder: Path, plots: bool) -> list[str]:
     """Result and pictures; all of it or nothing."""
     from clearway.io.staging import staged
-    from clearway.reproduction.report import as_values
+    from clearway.studies.reproduction.report import as_values
 
     with staged(folder) as scratch:
         (scratch / "result.json").write_text(json.dumps(as_values(made), allow_nan=False) + "\n")
@@ -87,7 +87,7 @@ def _write(made: Made, folder: Path, plots: bool) -> list[str]:
 
 def _write_page(made: Made, command: str, page: Path) -> None:
     from clearway.io.staging import staged
-    from clearway.reproduction.report import as_page
+    from clearway.studies.reproduction.report import as_page
 
     with staged(page.parent) as scratch:
         (scratch / page.name).write_text(as_page(made, command))

@@ -13,9 +13,9 @@ from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say
 from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
-    from clearway.encounter_model import EncounterModel
-    from clearway.risk.settings import RiskSettings
-    from clearway.risk.study import Study
+    from clearway.studies.encounter_model import EncounterModel
+    from clearway.studies.risk.settings import RiskSettings
+    from clearway.studies.risk.study import Study
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 STANDARD = {"near_collision": 0.18, "lost_well_clear": 0.40}
@@ -74,8 +74,8 @@ def risk(
     ] = None,
 ) -> None:
     """Risk ratios: exit status 0 if the first planner's are within those of ASTM F3442."""
-    from clearway.risk.settings import RiskSettings
-    from clearway.risk.summary import summary
+    from clearway.studies.risk.settings import RiskSettings
+    from clearway.studies.risk.summary import summary
 
     position_std, velocity_std = number_pair("--noise", noise, "15,1")
     settings = RiskSettings(
@@ -105,7 +105,7 @@ def risk(
 
 
 def _layers(text: str) -> tuple[int, ...]:
-    from clearway.errors import InputError
+    from clearway.base.errors import InputError
 
     try:
         numbers = tuple(int(part) for part in text.split(",") if part.strip())
@@ -117,15 +117,15 @@ def _layers(text: str) -> tuple[int, ...]:
 
 
 def _planners(names: list[str] | None) -> list[str]:
-    from clearway.baselines import CLEARWAY, known_planner
+    from clearway.sim.baselines import CLEARWAY, known_planner
 
     chosen = [known_planner(name) for name in names or [CLEARWAY]]
     return list(dict.fromkeys(chosen))
 
 
 def _model(path: Path | None, settings: RiskSettings) -> EncounterModel:
-    from clearway.encounter_model import made_up_model, read_encounter_model
-    from clearway.errors import InputError
+    from clearway.base.errors import InputError
+    from clearway.studies.encounter_model import made_up_model, read_encounter_model
 
     if path is None:
         say("no model given: the numbers of this one are made up, not measured")
@@ -145,7 +145,7 @@ def _flown(
     workers: int,
 ) -> Study:
     """Fly the study with a progress bar on standard error."""
-    from clearway.risk.study import study
+    from clearway.studies.risk.study import study
 
     with progress_bar("encounters", len(numbers)) as bar:
         return study(model, planners, numbers, settings, seed, workers, bar.advance)
@@ -161,12 +161,12 @@ def _fly_one(
     as_json: bool,
 ) -> None:
     """Fly one encounter with every planner; draw it, and say what was decided when."""
-    from clearway.risk.replay import replayed
+    from clearway.studies.risk.replay import replayed
 
     told = replayed(model, number, planners, settings, seed)
     if out is not None:
         from clearway.io.staging import staged
-        from clearway.plot.risk import draw_encounter
+        from clearway.studies.figures.risk import draw_encounter
 
         name = f"encounter-{number}.png"
         with staged(out) as scratch:
@@ -181,7 +181,7 @@ def _fly_one(
 
 def _write(result: Study, folder: Path) -> None:
     from clearway.io.staging import staged
-    from clearway.risk.summary import write_encounters
+    from clearway.studies.risk.summary import write_encounters
 
     with staged(folder) as scratch:
         write_encounters(result, scratch / "encounters.csv")

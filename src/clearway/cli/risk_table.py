@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from clearway.cli.report import table_console
 
 if TYPE_CHECKING:
-    from clearway.risk.study import Study
+    from clearway.studies.risk.study import Study
 
 CASES_SHOWN = 8
 
@@ -17,7 +17,7 @@ def print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> 
     """summary: of the result, as `--json` prints it; model: its file, None for the made-up one."""
     from rich.table import Table
 
-    from clearway.risk.ratios import MEASURES
+    from clearway.studies.risk.ratios import MEASURES
 
     console = table_console()
     console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")

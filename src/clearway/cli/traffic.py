@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.base.errors import ClearwayError, InputError
+from clearway.base.units import FOOT_M
 from clearway.cli.report import print_json, say
-from clearway.errors import ClearwayError, InputError
-from clearway.units import FOOT_M
 
 if TYPE_CHECKING:
-    from clearway.recordings.picture import AirPicture
+    from clearway.traffic.recorded.picture import AirPicture
 
 OUTPUT, FLYING = "Output", "Flying an encounter"
 UTC_LENGTH = 19
@@ -78,12 +78,12 @@ def traffic(
 
     Exit status 1: the encounter was flown, and the margin lost or the end not reached.
     """
-    from clearway.io.traffic_result import traffic_result
+    from clearway.missions.traffic_result import traffic_result
 
     pictures = _pictures(files, own)
     if encounter is not None:
         from clearway.cli.fly_recorded import fly_recorded
-        from clearway.io.encounter_mission import FlownAs
+        from clearway.missions.encounter_mission import FlownAs
 
         flown = FlownAs(margin_m=margin_m, bank_deg=bank_deg)
         fly_recorded(_only(pictures), encounter, in_place_of, flown, out, as_json)
@@ -99,8 +99,8 @@ def traffic(
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
     """Air pictures of all files; raises ClearwayError telling of every file that is of no use."""
-    from clearway.io.traffic import read_traffic
-    from clearway.recordings.picture import air_picture
+    from clearway.io.traffic.traffic import read_traffic
+    from clearway.traffic.recorded.picture import air_picture
 
     pictures, problems = [], []
     for file in files:
@@ -124,7 +124,7 @@ def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: Path)
     import json
 
     from clearway.io.staging import staged
-    from clearway.plot.recording import draw_recording
+    from clearway.view.plot.recording import draw_recording
 
     with staged(folder) as scratch:
         (scratch / "traffic.json").write_text(json.dumps(result, allow_nan=False) + "\n")

@@ -9,8 +9,8 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from clearway.errors import InputError, naming
-from clearway.frames import FloatArray
+from clearway.base.errors import InputError, naming
+from clearway.base.frames import FloatArray
 
 
 class Foreign(BaseModel):

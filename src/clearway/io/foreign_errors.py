@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from clearway.errors import ClearwayError, InputError
+from clearway.base.errors import ClearwayError, InputError
 
 COMPLAINTS: tuple[type[Exception], ...] = (
     ValueError,

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from clearway.errors import InputError
-from clearway.io.traffic_rows import DAMAGED, Sieve
+from clearway.base.errors import InputError
+from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 

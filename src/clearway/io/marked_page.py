@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from clearway.errors import InputError, naming
+from clearway.base.errors import InputError, naming
 
 
 def put_between_marks(page: Path, name: str, made: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from datetime import UTC, datetime
 
-from clearway.errors import InputError
+from clearway.base.errors import InputError
 
 MOST_SECONDS = 1e11
 """Since 1970; later moments are in no calendar."""

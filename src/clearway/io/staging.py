@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from clearway.errors import naming
+from clearway.base.errors import naming
 
 RESULTS = Path("clearway-out")
 """Where commands write unless told otherwise, below the working folder."""

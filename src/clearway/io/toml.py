@@ -12,7 +12,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clearway.errors import InputError, naming
+from clearway.base.errors import InputError, naming
 
 
 class Section(BaseModel):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from clearway.errors import InputError
+from clearway.base.errors import InputError
 
 HEAD = 4096
 KNOWN = (

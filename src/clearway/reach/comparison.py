@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.coverage import Coverage, measure
 from clearway.reach.dispersal import Dispersion, ReachableSample, dispersion, sample_reachable
 from clearway.reach.estimate import estimate_footprints
@@ -17,6 +16,7 @@ from clearway.reach.footprints import FootprintTree, count_full
 from clearway.reach.reachable import ReachableCells, reachable_cells
 from clearway.reach.sets import build_reach_set
 from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_COUNTED = 5.0e7
 """Nodes of a full reach set up to which footprints are counted rather than estimated."""

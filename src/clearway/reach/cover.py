@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import ByteArray, images_within, keys_of
 from clearway.reach.coverage import footprint_labels
 from clearway.reach.tree import ReachSet
-from clearway.state import BoolArray, IntArray
 
 Int32Array = npt.NDArray[np.int32]
 YAW_STEP_RAD = 1e-6

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from clearway.frames import FloatArray
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
-from clearway.state import BoolArray, IntArray
 
 Points = Literal["ends", "samples"]
 """Of which points of a trajectory a footprint is taken: movement ends, or samples between too."""

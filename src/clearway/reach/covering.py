@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from clearway.grid import AvoidanceGrid
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.buffers import ByteArray
 from clearway.reach.cover import (
     end_cells,

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.buffers import nodes_of
 from clearway.reach.lattice import build_lattice, grid_from_level, in_grid, movements_deep
 from clearway.reach.replay import completed, level_states
 from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
 
 PERSISTENCE = 0.6
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.keep import in_mirrored_order
 from clearway.reach.wavefront import Front, KeepRule
-from clearway.state import BoolArray, IntArray
 
 SAME_STATE_M = 1e-6
 """Nodes nearer than that are one and the same state."""

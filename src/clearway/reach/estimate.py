@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.frames import FloatArray
+from clearway.base.frames import FloatArray
 from clearway.reach.footprints import Footprint, FootprintTree
 
 HELD_STATES = 100_000

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.lattice import build_lattice, grid_from_level, movements_deep
 from clearway.reach.offspring import START_CELL, offspring_of
 from clearway.reach.walks import Along, outcomes_of_walks, walks_until
-from clearway.state import BoolArray, IntArray
+from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_STATES = 30_000_000
 """States that one footprint may stand for when counting: about 2 GB."""

@@ -12,12 +12,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import keys_of, mirrored
 from clearway.reach.wavefront import Front, KeepRule
-from clearway.state import BoolArray, IntArray
 
 Score = Callable[[Front], FloatArray]
 """Front -> [n] what a keep rule maximises."""

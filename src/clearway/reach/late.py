@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.frames import FloatArray, spherical_from_cartesian
+from clearway.base.frames import FloatArray, spherical_from_cartesian
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import ByteArray, images_within, keys_of
 from clearway.reach.coverage import footprint_labels, leading_to
 from clearway.reach.keep import best_of_cell, everything
 from clearway.reach.tree import ReachSet
 from clearway.reach.wavefront import Front, KeepRule
-from clearway.state import BoolArray, IntArray
 
 PRICE_STEPS = 14
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray, world_from_body
-from clearway.grid import AvoidanceGrid
-from clearway.movements import Movement, MovementAutomaton
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.grid import AvoidanceGrid
+from clearway.vehicle.automaton import Movement, MovementAutomaton
 
 SAMPLES = 4
 """Samples kept per movement; paths are traced through cells at a multiple of them."""

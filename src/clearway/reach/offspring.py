@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import GridEdges
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import GridEdges
+from clearway.base.state import IntArray
 from clearway.reach.lattice import Pieces
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
-from clearway.state import IntArray
 
 START_CELL = -1
 """Where the vehicle starts, and the space short of the first layer."""

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.buffers import ByteArray
 from clearway.reach.lattice import Lattice
 from clearway.reach.replay import completed
+from clearway.vehicle.automaton import MovementAutomaton
 
 Turn = tuple[int, int]
 """Change of pitch and of yaw by a movement from level flight, in nrad so that they compare."""

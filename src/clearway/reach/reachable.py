@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.lattice import (
     Lattice,
     build_lattice,
@@ -24,7 +24,7 @@ from clearway.reach.lattice import (
     movements_deep,
 )
 from clearway.reach.trace import NEAR, OUT_BEYOND, expand
-from clearway.state import BoolArray, IntArray
+from clearway.vehicle.automaton import MovementAutomaton
 
 HELD_STATES = 200_000
 """States of one depth up to which all are followed."""

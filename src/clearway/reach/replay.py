@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid, GridEdges
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.reach.buffers import ByteArray, keys_of, rows_of
 from clearway.reach.lattice import Lattice, Pieces, grid_from_level
 from clearway.reach.trace import end_place, exit_of

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from clearway.grid import AvoidanceGrid
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.buffers import ByteArray, nodes_of, parents_of
 from clearway.reach.lattice import Lattice
 from clearway.reach.trace import reach_set_of

@@ -6,15 +6,15 @@ import inspect
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from clearway.errors import ClearwayError
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.errors import ClearwayError
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach import covering, keep
 from clearway.reach.buffers import ByteArray
 from clearway.reach.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.primitives import primitives
 from clearway.reach.select import Select, expanded, merged, tree_of
 from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
 
 
 def build_reach_set(

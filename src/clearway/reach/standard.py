@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import sys
 
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.store import SHIPPED, ReachLibrary
+from clearway.vehicle.automaton import MovementAutomaton
 
 
 def standard_libraries() -> tuple[tuple[MovementAutomaton, AvoidanceGrid], ...]:

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.errors import ClearwayError, InputError
-from clearway.grid import AvoidanceGrid
-from clearway.movements import MovementAutomaton
+from clearway.base.errors import ClearwayError, InputError
+from clearway.base.grid import AvoidanceGrid
 from clearway.reach.lattice import Lattice
 from clearway.reach.sets import lattice_for, reach_set_at
 from clearway.reach.trace import reach_set_of
 from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
 
 VERSION = 1
 """Raised whenever the file's layout or any selection of trajectories changes."""

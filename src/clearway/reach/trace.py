@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
 from clearway.reach.lattice import SAMPLES, Lattice, Pieces, grid_from_level
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.state import BoolArray, IntArray
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IntArray
 
 LAST_LAYER = 1
 SIDE = 2

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import ByteArray, keys_of, mirrored
 from clearway.reach.lattice import Lattice
 from clearway.reach.replay import level_states
-from clearway.state import BoolArray, IntArray
 
 SAME = 1e-6
 """States that differ by less in every part (m, rad) are one."""

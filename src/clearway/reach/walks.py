@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import GridEdges
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import GridEdges
+from clearway.base.state import IntArray
 from clearway.reach.lattice import Pieces
 from clearway.reach.offspring import START_CELL
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
-from clearway.state import IntArray
 
 LOST = -2
 """Outcome of a walk that cannot go on."""

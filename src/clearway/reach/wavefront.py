@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import ByteArray
 from clearway.reach.lattice import Lattice, grid_from_level, in_grid
 from clearway.reach.trace import NEAR, NOT_ALLOWED, OUT_BEYOND, OUT_SIDE, expand
-from clearway.state import BoolArray, IntArray
 
 MOST_NODES = 3_000_000
 

@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray, cartesian_from_spherical
-from clearway.grid import AvoidanceGrid
-from clearway.state import frozen_array
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray, cartesian_from_spherical
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import frozen_array
 
 
 @dataclass(frozen=True, eq=False)

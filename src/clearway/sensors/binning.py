@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges, interval_of
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges, interval_of
+from clearway.base.state import IntArray
 from clearway.sensors.beams import BeamPattern
-from clearway.state import IntArray
 
 STEPS = 4096
 BORDER = 1 << 24

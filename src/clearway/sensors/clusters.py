@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
 from clearway.sensors.voxels import merge_balls, number_voxels
-from clearway.state import IntArray
 
 SPACINGS_TO_NEIGHBOUR = 2.0
 """Beam spacings within which returns are neighbours: surfaces may be seen at 60 degrees."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled, read_only
-from clearway.frames import FloatArray
-from clearway.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges
+from clearway.base.compiled import compiled, read_only
+from clearway.base.frames import FloatArray
+from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges
+from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
-from clearway.state import BoolArray
 
 
 def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayLike) -> BoolArray:

@@ -9,16 +9,16 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from clearway.compiled import compiled, read_only
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
+from clearway.base.compiled import compiled, read_only
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IntArray, State, frozen_array
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.returns import REASONS, Filters, bin_returns
 from clearway.sensors.standing import combine_rule_named
 from clearway.sensors.visibility import surface_probability, visible_behind
-from clearway.state import BoolArray, IntArray, State, frozen_array
 
 Rule = Literal["ratio", "surface"]
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray, spherical_from_cartesian
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray, spherical_from_cartesian
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.named_patterns import NAMED_PATTERNS
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from clearway.compiled import read_only
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray, world_from_body
+from clearway.base.compiled import read_only
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.state import frozen_array
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.standing import FULL, Standing
-from clearway.state import frozen_array
 
 
 @dataclass(frozen=True, eq=False)

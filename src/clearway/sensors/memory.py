@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.compiled import compiled, read_only
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray
+from clearway.base.compiled import compiled, read_only
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray, State
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import (
     beam_raster,
@@ -24,7 +25,6 @@ from clearway.sensors.passing import (
     sensor_at,
 )
 from clearway.sensors.voxels import merge_balls, number_voxels, slot_of, table_bits, voxel_key
-from clearway.state import BoolArray, IntArray, State
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
 from clearway.sensors.beams import BeamPattern
 
 

@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.compiled import compiled, read_only
-from clearway.frames import FloatArray
+from clearway.base.compiled import compiled, read_only
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray, State
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar
 from clearway.sensors.simulate import sensor_pose
-from clearway.state import BoolArray, IntArray, State
 
 MAX_COLUMNS, MAX_ROWS = 512, 256
 MAX_WINDOW = 8

@@ -13,8 +13,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, State
 from clearway.sensors.detection import Detection, Ground, Rule, detect
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.memory import PointMemory, remember, update_memory
@@ -26,7 +27,6 @@ from clearway.sensors.passing import (
     sensor_at,
 )
 from clearway.sensors.standing import Standing
-from clearway.state import BoolArray, State
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation [3, 3] and translation [3]."""

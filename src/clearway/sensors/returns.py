@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import cell_of_point
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import cell_of_point
+from clearway.base.state import IntArray
 from clearway.sensors.binning import BORDER, OUTSIDE, STEPS, TINY, CellTables, exact_column
-from clearway.state import IntArray
 
 REASONS = ("kept", "outside", "nonfinite", "blind", "beyond", "airframe", "ground")
 """What becomes of a return; "outside" ones, out of the grid, are kept too."""

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.frames import FloatArray
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
 from clearway.sensors.clusters import cluster_returns
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import (
@@ -19,7 +20,6 @@ from clearway.sensors.passing import (
     returns_in_world,
     sensor_at,
 )
-from clearway.state import State
 
 DEPTH_OF_CENTER = 2.0 / 3.0
 """How far behind the mean of its returns the centre of a ball lies, in radii."""

@@ -6,10 +6,10 @@ from typing import Protocol
 
 import numpy as np
 
-from clearway.frames import FloatArray
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.obstacles.world import World
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.state import State
-from clearway.world import World
 
 
 def sensor_pose(lidar: Lidar, state: State) -> tuple[FloatArray, FloatArray]:

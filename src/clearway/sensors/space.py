@@ -8,8 +8,8 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from clearway.frames import FloatArray
-from clearway.state import BoolArray
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray
 
 WHOLE = 1.0 - 1e-9
 """A share from which on a cell counts as all of one kind."""

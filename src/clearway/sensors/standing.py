@@ -8,9 +8,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from clearway.errors import ClearwayError
-from clearway.frames import FloatArray
-from clearway.state import BoolArray
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray
 
 
 @dataclass(frozen=True, slots=True)

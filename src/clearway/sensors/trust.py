@@ -23,11 +23,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.frames import FloatArray
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, State
 from clearway.sensors.lidar import Scan
 from clearway.sensors.range_sensor import RangeSensor
 from clearway.sensors.standing import Standing
-from clearway.state import BoolArray, State
 
 LEAST = 8
 """Returns that must be open to refutation, or nothing is judged."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.grid import AvoidanceGrid
-from clearway.state import IntArray
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import IntArray
 
 
 def visibility(grid: AvoidanceGrid, hindrance: FloatArray, beams: IntArray) -> FloatArray:

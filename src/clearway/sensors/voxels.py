@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.compiled import compiled
-from clearway.frames import FloatArray
-from clearway.state import IntArray
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
 
 
 @compiled

@@ -1,0 +1,1 @@
+"""The decision cycle: situation, hazards, evidence, fusion, costs, rules, verification, choice."""

@@ -1,0 +1,258 @@
+"""Distances from movements, and from circles, to hazards: the inner loops of verification.
+
+Each result is (distance, cause, index). It is exact where it is below `enough`; beyond, only that
+it is not below counts, which lets most hazards be passed over.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.hazards import MovingHazards, PointBins, bin_range
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.obstacles.obstacle import Shapes, shape_distance
+
+CIRCLE_SAMPLES = 96
+"""Points on a circle that shapes are held against; half their spacing is taken off."""
+TERNARY_STEPS = 24
+"""Cuts of a chord by a third each: enough for 1e-4 of its length."""
+
+Found = tuple[float, int, int]
+
+
+class Span(NamedTuple):
+    """A movement as chords between samples, with the ball around it."""
+
+    corners_m: FloatArray
+    """[n + 1, 3]"""
+    middle_m: FloatArray
+    """[3]"""
+    reach_m: float
+    """Radius of the ball around the middle."""
+    start_s: float
+    end_s: float
+
+
+@compiled
+def span_of(corners: FloatArray, start_s: float, end_s: float) -> Span:
+    """The movement through given corners."""
+    middle = 0.5 * (corners[0] + corners[-1])
+    reach2 = 0.0
+    for q in range(len(corners)):
+        dx, dy, dz = corners[q, 0] - middle[0], corners[q, 1] - middle[1], corners[q, 2] - middle[2]
+        reach2 = max(reach2, dx * dx + dy * dy + dz * dz)
+    return Span(corners, middle, np.sqrt(reach2), start_s, end_s)
+
+
+@compiled
+def chord_distance(
+    px: float,
+    py: float,
+    pz: float,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+) -> float:
+    """Distance from point p to the segment a-b."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    wx, wy, wz = px - ax, py - ay, pz - az
+    length2 = ux * ux + uy * uy + uz * uz
+    share = 0.0
+    if length2 > 0.0:
+        share = min(1.0, max(0.0, (wx * ux + wy * uy + wz * uz) / length2))
+    dx, dy, dz = wx - share * ux, wy - share * uy, wz - share * uz
+    return float(np.sqrt(dx * dx + dy * dy + dz * dz))
+
+
+@compiled
+def points_clearance(span: Span, bins: PointBins, enough: float) -> Found:
+    """Clearance of a movement from points."""
+    best, index = enough, -1
+    cx, cy, cz = span.middle_m[0], span.middle_m[1], span.middle_m[2]
+    window = enough + span.reach_m + bins.largest_m
+    a0, a1 = bin_range(bins, 0, cx, window)
+    b0, b1 = bin_range(bins, 1, cy, window)
+    c0, c1 = bin_range(bins, 2, cz, window)
+    corners = span.corners_m
+    for a in range(a0, a1):
+        for b in range(b0, b1):
+            row = (a * bins.counts[1] + b) * bins.counts[2]
+            for m in range(bins.start[row + c0], bins.start[row + max(c0, c1)]):
+                px, py, pz = bins.position_m[m, 0], bins.position_m[m, 1], bins.position_m[m, 2]
+                dx, dy, dz = px - cx, py - cy, pz - cz
+                far = best + span.reach_m + bins.radius_m[m]
+                if dx * dx + dy * dy + dz * dz >= far * far:
+                    continue
+                for q in range(len(corners) - 1):
+                    gap = chord_distance(
+                        px,
+                        py,
+                        pz,
+                        corners[q, 0],
+                        corners[q, 1],
+                        corners[q, 2],
+                        corners[q + 1, 0],
+                        corners[q + 1, 1],
+                        corners[q + 1, 2],
+                    )
+                    if gap - bins.radius_m[m] < best:
+                        best, index = gap - bins.radius_m[m], bins.source[m]
+    return best, 1 if index >= 0 else 0, index
+
+
+@compiled
+def _shape_distance(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
+    """Distance of shape `s` from the point at a share of the segment a-b."""
+    return shape_distance(
+        a[0] + share * (b[0] - a[0]),
+        a[1] + share * (b[1] - a[1]),
+        a[2] + share * (b[2] - a[2]),
+        shapes,
+        s,
+    )
+
+
+@compiled
+def _shape_chord_distance(
+    a: FloatArray, b: FloatArray, shapes: Shapes, s: int, enough: float
+) -> float:
+    """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
+
+    A rounded box is convex, so its distance along a straight line is too: a ternary search finds
+    the smallest.
+    """
+    at_a, at_b = _shape_distance(a, b, 0.0, shapes, s), _shape_distance(a, b, 1.0, shapes, s)
+    if 0.5 * (at_a + at_b - np.sqrt(np.sum((b - a) ** 2))) >= enough:
+        return min(at_a, at_b)
+    low, high = 0.0, 1.0
+    for _ in range(TERNARY_STEPS):
+        first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
+        if _shape_distance(a, b, first, shapes, s) < _shape_distance(a, b, second, shapes, s):
+            high = second
+        else:
+            low = first
+    return min(at_a, at_b, _shape_distance(a, b, 0.5 * (low + high), shapes, s))
+
+
+@compiled
+def shapes_clearance(span: Span, shapes: Shapes, enough: float) -> Found:
+    """Clearance of a movement from map shapes."""
+    best, index = enough, -1
+    corners, middle = span.corners_m, span.middle_m
+    for s in range(len(shapes.radius_m)):
+        if _shape_distance(middle, middle, 0.0, shapes, s) - span.reach_m >= best:
+            continue
+        for q in range(len(corners) - 1):
+            distance = _shape_chord_distance(corners[q], corners[q + 1], shapes, s, best)
+            if distance < best:
+                best, index = distance, s
+    return best, 2 if index >= 0 else 0, index
+
+
+@compiled
+def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
+    """Clearance of a movement from movers at equal times: from relative chords to the origin."""
+    best, index = enough, -1
+    corners = span.corners_m
+    step = (span.end_s - span.start_s) / (len(corners) - 1)
+    for k in range(len(movers.radius_m)):
+        if _is_far(span, movers, k, best):
+            continue
+        px, py, pz = movers.position_m[k, 0], movers.position_m[k, 1], movers.position_m[k, 2]
+        vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
+        for q in range(len(corners) - 1):
+            before, after = span.start_s + q * step, span.start_s + (q + 1) * step
+            gap = chord_distance(
+                0.0,
+                0.0,
+                0.0,
+                corners[q, 0] - px - vx * before,
+                corners[q, 1] - py - vy * before,
+                corners[q, 2] - pz - vz * before,
+                corners[q + 1, 0] - px - vx * after,
+                corners[q + 1, 1] - py - vy * after,
+                corners[q + 1, 2] - pz - vz * after,
+            )
+            distance = gap - movers.radius_m[k] - movers.growth_mps[k] * after
+            if distance < best:
+                best, index = distance, k
+    return best, 3 if index >= 0 else 0, index
+
+
+@compiled
+def _is_far(span: Span, movers: MovingHazards, k: int, best: float) -> bool:
+    """Whether a mover cannot come nearer than `best`: both stay in balls about their middles."""
+    half_s = 0.5 * (span.end_s - span.start_s)
+    middle_s = span.start_s + half_s
+    vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
+    dx = span.middle_m[0] - movers.position_m[k, 0] - vx * middle_s
+    dy = span.middle_m[1] - movers.position_m[k, 1] - vy * middle_s
+    dz = span.middle_m[2] - movers.position_m[k, 2] - vz * middle_s
+    moved = half_s * np.sqrt(vx * vx + vy * vy + vz * vz)
+    grown = movers.radius_m[k] + movers.growth_mps[k] * span.end_s
+    near = max(0.0, span.reach_m + moved + grown + best)
+    return bool(dx * dx + dy * dy + dz * dz >= near * near)
+
+
+@compiled
+def span_clearance(
+    span: Span, bins: PointBins, shapes: Shapes, movers: MovingHazards, enough: float
+) -> Found:
+    """Clearance of a movement from everything."""
+    found = points_clearance(span, bins, enough)
+    by_shape = shapes_clearance(span, shapes, found[0])
+    if by_shape[2] >= 0:
+        found = by_shape
+    by_mover = movers_clearance(span, movers, found[0])
+    if by_mover[2] >= 0:
+        found = by_mover
+    return found
+
+
+@compiled
+def circle_clearance(
+    center: FloatArray,
+    up: FloatArray,
+    radius: float,
+    bins: PointBins,
+    shapes: Shapes,
+    enough: float,
+) -> Found:
+    """Clearance of a level circle around a centre [3]; `up` [3] is the vertical."""
+    best, cause, index = enough, 0, -1
+    window = radius + enough + bins.largest_m
+    a0, a1 = bin_range(bins, 0, center[0], window)
+    b0, b1 = bin_range(bins, 1, center[1], window)
+    c0, c1 = bin_range(bins, 2, center[2], window)
+    for a in range(a0, a1):
+        for b in range(b0, b1):
+            row = (a * bins.counts[1] + b) * bins.counts[2]
+            for m in range(bins.start[row + c0], bins.start[row + max(c0, c1)]):
+                wx = bins.position_m[m, 0] - center[0]
+                wy = bins.position_m[m, 1] - center[1]
+                wz = bins.position_m[m, 2] - center[2]
+                height = wx * up[0] + wy * up[1] + wz * up[2]
+                level = np.sqrt(max(0.0, wx * wx + wy * wy + wz * wz - height * height))
+                distance = np.hypot(level - radius, height) - bins.radius_m[m]
+                if distance < best:
+                    best, cause, index = distance, 1, bins.source[m]
+    # With `up`, these complete a level frame: the grid is pitched, never rolled.
+    forward = np.array([up[2], 0.0, -up[0]])
+    spare = radius * np.pi / CIRCLE_SAMPLES
+    for s in range(len(shapes.radius_m)):
+        if _shape_distance(center, center, 0.0, shapes, s) - radius >= best:
+            continue
+        for corner in range(CIRCLE_SAMPLES):
+            angle = 2.0 * np.pi * corner / CIRCLE_SAMPLES
+            place = center + radius * np.cos(angle) * forward
+            place[1] += radius * np.sin(angle)
+            distance = _shape_distance(place, place, 0.0, shapes, s) - spare
+            if distance < best:
+                best, cause, index = distance, 2, s
+    return best, cause, index

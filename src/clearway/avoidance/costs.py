@@ -1,0 +1,247 @@
+"""The receding-horizon problem (4.6): a stage cost of movements and a terminal cost to go.
+
+Both are in metres of flight, so that prices mean the same at any speed and scale. A user replaces
+either by a function of the same type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
+
+STEEPEST_PITCH_RAD = np.radians(60.0)
+"""Climb assumed by the cost to go of an automaton without a pitch limit."""
+
+
+class Goal(NamedTuple):
+    """Where to go, in the level frame: origin at the vehicle, x along its heading, z up."""
+
+    target_m: FloatArray
+    """[3] the waypoint."""
+    next_m: FloatArray
+    """[3] the one after it; the target again if there is none."""
+    reach_radius_m: float
+    final: bool
+    """No waypoint follows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prices:
+    """Small prices beside the length flown, in metres of flight."""
+
+    turn: float = 0.2
+    """Per movement that is not smooth, as a share of its length."""
+    change: float = 0.1
+    """Per movement unlike the one before it, as a share of its length."""
+    vertical: float = 0.15
+    """Per metre of height changed."""
+    risk: float = 0.5
+    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
+    coated: float = 3.0
+    """For passing cells that the safety margin around evidence reaches into, in movement lengths:
+    cells are coarse, so a verified path may, but need not."""
+    miss: float = 2.0
+    """For grazing the reach radius of the goal, in movement lengths; little well inside it."""
+    other_side: float = 4.0
+    """For passing on another side than the one committed to, in movement lengths."""
+    other_plan: float = 0.1
+    """For a first movement other than the last plan's, in movement lengths."""
+    no_room: float = 6.0
+    """For a way without room to circle within its first movements, in movement lengths: what is
+    entered without room to turn round may be a dead end."""
+    ahead: float = 0.0
+    """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+
+
+StageCost = Callable[[ReachSet, Prices], FloatArray]
+"""Cost [nodes] of each movement of a reach set, in metres; evaluated once per reach set."""
+
+
+class Arrival(NamedTuple):
+    """Which paths pass the goal, by node."""
+
+    reached: BoolArray
+    """[nodes] the path to the node's end comes within the reach radius of the target."""
+    first: BoolArray
+    """[nodes] it does so in this movement."""
+    miss_m: FloatArray
+    """[nodes] closest approach to the target on the path so far."""
+
+
+TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], FloatArray]
+"""Cost to go [n] in metres from the ends of some nodes [n] of a reach set."""
+
+
+def length_and_prices(reach_set: ReachSet, prices: Prices) -> FloatArray:
+    """Length flown plus prices for turns, changes and height; the default stage cost."""
+    parent = reach_set.parent
+    inner = parent >= 0
+    start_length = np.where(inner, reach_set.length_m[parent], 0.0)
+    length = reach_set.length_m - start_length
+    smooth = np.array(reach_set.movement_smooth, dtype=np.bool_)[reach_set.movement]
+    changed = inner & (reach_set.movement != reach_set.movement[parent])
+    level_z = _level_heights(reach_set)
+    climbed = np.abs(level_z - np.where(inner, level_z[parent], 0.0))
+    cost: FloatArray = length * (1.0 + prices.turn * ~smooth + prices.change * changed)
+    cost += prices.vertical * climbed
+    return cost
+
+
+def _level_heights(reach_set: ReachSet) -> FloatArray:
+    """[nodes] height of the ends in the level frame: the grid is pitched with the vehicle."""
+    pitch = reach_set.start_pitch_rad
+    x, z = reach_set.states[:, 0], reach_set.states[:, 2]
+    return np.asarray(-np.sin(pitch) * x + np.cos(pitch) * z, dtype=np.float64)
+
+
+def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
+    """Which paths come within the reach radius of the goal, checked along chords."""
+    return Arrival(
+        *_arrival(
+            reach_set.parent,
+            reach_set.samples_m,
+            reach_set.start_pitch_rad,
+            goal.target_m,
+            goal.reach_radius_m,
+        )
+    )
+
+
+def curved_distance_to_go(
+    reach_set: ReachSet,
+    nodes: IntArray,
+    goal: Goal,
+    arrived: Arrival,
+    automaton: MovementAutomaton,
+) -> FloatArray:
+    """Shortest turn-then-straight length to the goal and on to the next; the default terminal cost.
+
+    Turning circles count, so a waypoint behind or inside the turning circle is flown away from
+    first; a waypoint steeper than the pitch limit costs the spiral up to it.
+    """
+    limit = automaton.pitch_limit_rad
+    return _to_go(
+        reach_set.states,
+        nodes,
+        reach_set.start_pitch_rad,
+        arrived.reached,
+        goal.target_m,
+        goal.next_m,
+        goal.reach_radius_m,
+        automaton.turning_radius_m,
+        STEEPEST_PITCH_RAD if limit is None else limit,
+    )
+
+
+@compiled
+def _arrival(
+    parent: IndexArray,
+    samples: FloatArray,
+    start_pitch: float,
+    target: FloatArray,
+    reach_radius: float,
+) -> tuple[BoolArray, BoolArray, FloatArray]:
+    nodes, count = samples.shape[0], samples.shape[1]
+    reached = np.zeros(nodes, dtype=np.bool_)
+    first = np.zeros(nodes, dtype=np.bool_)
+    miss = np.empty(nodes)
+    # The target in the grid frame: the level frame pitched by the start pitch.
+    cos, sin = np.cos(start_pitch), np.sin(start_pitch)
+    tx = cos * target[0] - sin * target[2]
+    ty = target[1]
+    tz = sin * target[0] + cos * target[2]
+    for n in range(nodes):
+        p = parent[n]
+        ax, ay, az = 0.0, 0.0, 0.0
+        nearest2 = tx * tx + ty * ty + tz * tz
+        if p >= 0:
+            ax, ay, az = (
+                samples[p, count - 1, 0],
+                samples[p, count - 1, 1],
+                samples[p, count - 1, 2],
+            )
+            nearest2 = miss[p] * miss[p]
+            reached[n] = reached[p]
+        for q in range(count):
+            bx, by, bz = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
+            ux, uy, uz = bx - ax, by - ay, bz - az
+            length2 = max(ux * ux + uy * uy + uz * uz, 1e-18)
+            share = ((tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz) / length2
+            share = min(1.0, max(0.0, share))
+            dx, dy, dz = tx - ax - share * ux, ty - ay - share * uy, tz - az - share * uz
+            nearest2 = min(nearest2, dx * dx + dy * dy + dz * dz)
+            ax, ay, az = bx, by, bz
+        miss[n] = np.sqrt(nearest2)
+        if not reached[n] and miss[n] <= reach_radius:
+            reached[n], first[n] = True, True
+    return reached, first, miss
+
+
+@compiled
+def _turn_then_straight(x: float, y: float, radius: float, reach_radius: float) -> float:
+    """Length to (x, y) from the origin heading along x: an arc to one side, then straight.
+
+    A target inside a turning circle, farther from its rim than the reach radius, is not reachable
+    by an arc to that side; the arc to the other side is then the way (the shorter way of two arcs
+    is left out: it ends nose first in the same place and costs at most half a circle less).
+    """
+    if radius <= 0.0:
+        return float(np.hypot(x, y))
+    best = np.inf
+    for side in (1.0, -1.0):
+        across = side * y - radius
+        from_center = np.hypot(x, across)
+        if from_center < radius - 0.8 * reach_radius:
+            continue
+        straight = np.sqrt(max(0.0, from_center * from_center - radius * radius))
+        angle = np.arctan2(across, x) + np.arctan2(radius, straight)
+        angle = angle % (2.0 * np.pi)
+        if angle > 2.0 * np.pi - 1e-9:
+            angle = 0.0
+        best = min(best, radius * angle + straight)
+    return float(best)
+
+
+@compiled
+def _to_go(
+    states: FloatArray,
+    nodes: IntArray,
+    start_pitch: float,
+    reached: BoolArray,
+    target: FloatArray,
+    following: FloatArray,
+    reach_radius: float,
+    radius: float,
+    steepest: float,
+) -> FloatArray:
+    result = np.empty(len(nodes))
+    cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
+    leg = np.sqrt(np.sum((following - target) ** 2))
+    for at, n in enumerate(nodes):
+        x = cos_start * states[n, 0] + sin_start * states[n, 2]
+        z = -sin_start * states[n, 0] + cos_start * states[n, 2]
+        goal = following if reached[n] else target
+        dx, dy, dz = goal[0] - x, goal[1] - states[n, 1], goal[2] - z
+        cos_yaw, sin_yaw = np.cos(states[n, 5]), np.sin(states[n, 5])
+        ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
+        turn = radius * np.cos(states[n, 4])
+        level = _turn_then_straight(ahead, left, turn, reach_radius)
+        if abs(dz) <= level * np.tan(steepest):
+            length = np.sqrt(level * level + dz * dz)
+        else:
+            length = abs(dz) / np.sin(steepest)
+        wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, max(level, 1e-9))))
+        off = wanted_pitch - states[n, 4]
+        result[at] = length + 0.5 * radius * off * off
+        if not reached[n]:
+            result[at] += leg
+    return result

@@ -1,0 +1,126 @@
+"""From what is known to evidence per cell, and to what trajectories must keep clear of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.avoidance.fusion import Evidence
+from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.situation import Situation, grid_frame
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.obstacles.cells import base_probability
+from clearway.obstacles.cells import coated_cells as coated_by_map
+from clearway.obstacles.obstacle import Shapes
+from clearway.sensors import Detection, combine_detections, thin_points
+from clearway.sensors import coated_cells as coated_by_points
+from clearway.traffic import Intruder, assess_intruders
+from clearway.traffic.models.many import deviations_m, speeds_mps, spread_tangents
+
+NO_SHAPES = no_shapes()
+THINNING = 0.1
+"""Voxels in which points are merged before verification, as a share of the margin."""
+
+
+def gather_evidence(
+    grid: AvoidanceGrid,
+    detections: Sequence[Detection],
+    hazards: Hazards,
+    margin: float,
+    intruders: Sequence[Intruder],
+    settings: AvoidanceSettings,
+    up: FloatArray,
+) -> Evidence:
+    """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
+    free = Evidence.free(grid)
+    changes: dict[str, object] = {}
+    if detections:
+        sensed = combine_detections(detections, settings.sensor_fusion)
+        changes |= {
+            "detected": sensed.detected,
+            "visibility": sensed.visibility,
+            "seen": sensed.seen,
+        }
+    coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
+    if len(hazards.shapes.radius_m):
+        changes["map_base"] = base_probability(hazards.shapes, grid)
+        coated = coated | coated_by_map(hazards.shapes, grid, margin)
+    if intruders:
+        changes["intruder"] = assess_intruders(
+            grid, intruders, models=settings.intruder_models, up=up
+        ).probability
+    return replace(free, coated=coated, **changes)  # type: ignore[arg-type]
+
+
+def hazards_of(
+    planner: Planner, situation: Situation, intruders: Sequence[Intruder], margin: float
+) -> Hazards:
+    """All that is known to be in reach, in the grid frame, as the intruders are."""
+    settings, grid = planner.settings, planner.grid
+    position, world_from_grid = grid_frame(situation.state)
+    return Hazards(
+        _points(situation, settings, position, world_from_grid, grid.range_m + margin),
+        _shapes_near(situation, position, world_from_grid, grid),
+        _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
+    )
+
+
+def _shapes_near(
+    situation: Situation, position: FloatArray, world_from_grid: FloatArray, grid: AvoidanceGrid
+) -> Shapes:
+    if situation.obstacle_map is None or not len(situation.obstacle_map):
+        return NO_SHAPES
+    return situation.obstacle_map.in_grid(position, world_from_grid, grid)
+
+
+def _points(
+    situation: Situation,
+    settings: AvoidanceSettings,
+    position: FloatArray,
+    world_from_grid: FloatArray,
+    reach_m: float,
+) -> PointHazards:
+    """What is remembered, or else the returns at hand merged in voxels; grown by range noise."""
+    if situation.remembered is not None:
+        place = (situation.remembered.position_m - position) @ world_from_grid
+        radius = situation.remembered.radius_m
+    else:
+        place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
+        radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
+        near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
+        place, radius = thin_points(place[near], radius[near], THINNING * settings.safety_margin_m)
+    return PointHazards(
+        np.ascontiguousarray(place), radius + settings.point_sigmas * situation.range_sigma_m
+    )
+
+
+def _movers(
+    intruders: Sequence[Intruder],
+    situation: Situation,
+    settings: AvoidanceSettings,
+    horizon_s: float,
+) -> MovingHazards:
+    """Intruders as balls that grow with time by all that they may deviate.
+
+    intruders: at the decision time, in the grid frame. What a report's age adds is there from the
+    start; an acceleration bound counts as growth to what it allows at the horizon.
+    """
+    if not intruders:
+        return no_movers()
+    reports = situation.intruders
+    ages = situation.state.time_s - np.array([report.time_s for report in reports])
+    start = np.array([i.radius_m for i in intruders])
+    start += deviations_m(reports, ages, settings.sigmas)
+    turning = 0.5 * horizon_s * np.array([i.acceleration_bound_mps2 or 0.0 for i in intruders])
+    return MovingHazards(
+        np.array([i.position_m for i in intruders]),
+        np.array([i.velocity_mps for i in intruders]),
+        start,
+        spread_tangents(intruders) * speeds_mps(intruders)
+        + settings.sigmas * np.array([i.velocity_std_mps for i in intruders])
+        + turning,
+    )

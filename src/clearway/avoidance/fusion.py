@@ -1,0 +1,257 @@
+"""Fusion (4.17)-(4.23): evidence per cell to ratings of cells, nodes and trajectories.
+
+Evidence comes as flat [cells] arrays from rooms that do not know each other: sensors, obstacle
+map, intruders. What follows here is the same for whatever they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.reach.tree import ReachSet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What every source says of every cell; `Evidence.free` is the start of (4.19)."""
+
+    grid: AvoidanceGrid
+    detected: FloatArray
+    """[cells] P_OD, probability of a detected obstacle (5.38)."""
+    visibility: FloatArray
+    """[cells] P_V (5.47)."""
+    map_base: FloatArray
+    """[cells] share of the cell that map obstacles fill (5.53)."""
+    intruder: FloatArray
+    """[cells] P_OI, probability of meeting an intruder (5.37)."""
+    coated: BoolArray
+    """[cells] true where the safety margin around the evidence reaches into the cell."""
+    seen: BoolArray
+    """[cells] true where some beam of some sensor looks into the cell's column."""
+
+    @classmethod
+    def free(cls, grid: AvoidanceGrid) -> Evidence:
+        """Nothing known and everything visible, as (4.19) starts."""
+        zeros, nothing = np.zeros(grid.cells), np.zeros(grid.cells, dtype=np.bool_)
+        return cls(grid, zeros, np.ones(grid.cells), zeros, zeros, nothing, ~nothing)
+
+
+Rating = Callable[[Evidence, FloatArray, FloatArray], FloatArray]
+"""(evidence, obstacle [cells], unknown [cells]) -> how safe each cell is, [cells] in [0, 1]."""
+
+
+def printed(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+    """1 - P_O P_V, the factor of (4.22) as printed: what is hidden costs nothing."""
+    rating = 1.0 - obstacle * evidence.visibility
+    return np.where(evidence.seen, rating, rating * (1.0 - unknown))
+
+
+def visible(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+    """P_V (1 - P_O), as 2.2.2 says it: only what is seen to be free is safe."""
+    rating = evidence.visibility * (1.0 - obstacle)
+    return np.where(evidence.seen, rating, rating * (1.0 - unknown))
+
+
+def evidence_only(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+    """1 - P_O: visibility only as far as P_OD and P_OM contain it."""
+    rating = 1.0 - obstacle
+    return np.where(evidence.seen, rating, rating * (1.0 - unknown))
+
+
+def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+    """(1 - P_OI) [max(0, P_V - P_OD) + (1 - P_V)(1 - base)(1 - u)]: by total probability.
+
+    A visible part of the cell is free unless a beam returned from it; a hidden part is free
+    unless the map fills it or unknown space counts as blocked.
+    """
+    del obstacle
+    visibility = evidence.visibility
+    seen_free = np.maximum(0.0, visibility - evidence.detected)
+    hidden_free = (1.0 - visibility) * (1.0 - evidence.map_base) * (1.0 - unknown)
+    return (1.0 - evidence.intruder) * (seen_free + hidden_free)
+
+
+RATINGS: dict[str, Rating] = {
+    "total": total,
+    "printed": printed,
+    "visible": visible,
+    "evidence": evidence_only,
+}
+
+
+def rating_named(name: str) -> Rating:
+    """The rating of that name; raises ClearwayError listing the valid ones."""
+    try:
+        return RATINGS[name]
+    except KeyError:
+        raise ClearwayError(f"rating {name!r}: valid ratings are {', '.join(RATINGS)}") from None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellAssessment:
+    """Probabilities and rating of every cell."""
+
+    evidence: Evidence
+    map: FloatArray
+    """[cells] P_OM (5.54)."""
+    obstacle: FloatArray
+    """[cells] P_O (4.17)."""
+    rating: FloatArray
+    """[cells] how safe a passage is, in [0, 1]."""
+
+
+def assess_cells(
+    evidence: Evidence,
+    rating: Rating = total,
+    unknown: float = 0.0,
+    unknown_unseen: float = 1.0,
+) -> CellAssessment:
+    """Obstacle probability and rating of all cells, (4.17), (5.54) and the named rating.
+
+    unknown: how far hidden space counts as blocked, u in [0, 1]; unknown_unseen: the same for
+    columns without any beam.
+    """
+    map_probability = evidence.map_base * (1.0 - evidence.visibility)  # (5.54)
+    obstacle = 1.0 - (1.0 - evidence.intruder) * (1.0 - map_probability) * (
+        1.0 - evidence.detected
+    )  # (4.17)
+    unknown_cells = np.where(evidence.seen, unknown, unknown_unseen)
+    return CellAssessment(
+        evidence, map_probability, obstacle, rating(evidence, obstacle, unknown_cells)
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReachAssessment:
+    """Reachability of nodes, trajectories and cells, and what the next decision will have."""
+
+    node_rating: FloatArray
+    """[nodes] product of cell ratings from the start to the end of the node, (4.22)."""
+    reachability: FloatArray
+    """[cells] best rating of any trajectory up to and including the cell (4.23); 0 if none."""
+    passed: BoolArray
+    """[cells] true where some trajectory passes: 0 there means blocked, elsewhere no trajectory."""
+    trajectories: IntArray
+    """[cells] complete trajectories that arrive in the cell rated at or above the threshold."""
+    feasibility: FloatArray
+    """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
+    continuations: FloatArray
+    """[nodes] share of continuations rated at or above the threshold."""
+
+
+def rate_reach_set(
+    reach_set: ReachSet, cell_rating: FloatArray, threshold: float = 0.5
+) -> ReachAssessment:
+    """Rate every node, cell and continuation of a reach set, (4.21)-(4.23) and P_D (2.3).
+
+    cell_rating: [cells] of the reach set's grid.
+    """
+    return ReachAssessment(
+        *_rate(
+            reach_set.parent,
+            reach_set.cell_start,
+            reach_set.cell_index,
+            reach_set.exit_kind,
+            cell_rating,
+            threshold,
+        )
+    )
+
+
+def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
+    """[nodes] paths that pass no coated cell from the start to the end of the node (def. 6)."""
+    return _untouched(reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated)
+
+
+@compiled
+def _untouched(
+    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, coated: BoolArray
+) -> BoolArray:
+    clear = np.ones(len(parent), dtype=np.bool_)
+    for n in range(len(parent)):
+        if parent[n] >= 0 and not clear[parent[n]]:
+            clear[n] = False
+            continue
+        for at in range(cell_start[n], cell_start[n + 1]):
+            if coated[cell_index[at]]:
+                clear[n] = False
+                break
+    return clear
+
+
+@compiled
+def _rate(
+    parent: IndexArray,
+    cell_start: IndexArray,
+    cell_index: IndexArray,
+    exit_kind: IndexArray,
+    cell_rating: FloatArray,
+    threshold: float,
+) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, FloatArray, FloatArray]:
+    nodes, cells = len(parent), len(cell_rating)
+    leaves = _leaves_below(parent, exit_kind)
+    rating = np.empty(nodes)
+    own = np.empty(nodes)
+    best = np.zeros(cells)
+    passed = np.zeros(cells, dtype=np.bool_)
+    arriving = np.zeros(cells, dtype=np.int64)
+    for n in range(nodes):
+        before = rating[parent[n]] if parent[n] >= 0 else 1.0
+        product = 1.0
+        for at in range(cell_start[n], cell_start[n + 1]):
+            cell = cell_index[at]
+            product *= cell_rating[cell]
+            passed[cell] = True
+            best[cell] = max(best[cell], before * product)
+            if before * product >= threshold:
+                arriving[cell] += leaves[n]
+        own[n] = product
+        rating[n] = before * product
+    feasibility, share = _continuations(parent, exit_kind, leaves, own, threshold)
+    return rating, best, passed, arriving, feasibility, share
+
+
+@compiled
+def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
+    """[nodes] complete trajectories through a node, its own end among them."""
+    leaves = np.zeros(len(parent), dtype=np.int64)
+    for n in range(len(parent) - 1, -1, -1):
+        if exit_kind[n] != 0:
+            leaves[n] += 1
+        if parent[n] >= 0:
+            leaves[parent[n]] += leaves[n]
+    return leaves
+
+
+@compiled
+def _continuations(
+    parent: IndexArray,
+    exit_kind: IndexArray,
+    leaves: IntArray,
+    own: FloatArray,
+    threshold: float,
+) -> tuple[FloatArray, FloatArray]:
+    """[nodes] best rating of the ways on from a node, and the share of them above the threshold."""
+    feasibility = np.zeros(len(parent))
+    share = np.zeros(len(parent))
+    for leaf in range(len(parent)):
+        if exit_kind[leaf] == 0:
+            continue
+        n, product = leaf, 1.0
+        while n >= 0:
+            feasibility[n] = max(feasibility[n], product)
+            if product >= threshold:
+                share[n] += 1.0
+            product *= own[n]
+            n = parent[n]
+    for n in range(len(parent)):
+        share[n] /= max(leaves[n], 1)
+    return feasibility, share

@@ -1,0 +1,143 @@
+"""What trajectories must keep clear of, in the grid frame: points, map shapes, movers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Shapes, shapes_of
+
+BINS_ACROSS = 16
+"""Bins along the longest side of the box that holds all points."""
+
+
+class Cause(IntEnum):
+    """What limits a clearance."""
+
+    NOTHING = 0
+    POINT = 1
+    MAP = 2
+    INTRUDER = 3
+
+
+class PointHazards(NamedTuple):
+    """Balls that stand for returns."""
+
+    position_m: FloatArray
+    """[m, 3]"""
+    radius_m: FloatArray
+    """[m] half the beam spacing there, plus what thinning and noise add."""
+
+
+class MovingHazards(NamedTuple):
+    """Balls that move in a straight line and grow with time."""
+
+    position_m: FloatArray
+    """[k, 3] at the start of the trajectories."""
+    velocity_mps: FloatArray
+    """[k, 3]"""
+    radius_m: FloatArray
+    """[k] at the start."""
+    growth_mps: FloatArray
+    """[k] growth of the radius: spread and uncertainty."""
+
+
+class PointBins(NamedTuple):
+    """Points sorted into cubes, so that a movement looks at those near it only."""
+
+    position_m: FloatArray
+    """[m, 3] bin after bin."""
+    radius_m: FloatArray
+    """[m]"""
+    source: IntArray
+    """[m] index of the point before sorting."""
+    start: IntArray
+    """[bins + 1] where a bin's points begin."""
+    origin_m: FloatArray
+    """[3] lowest corner."""
+    counts: IntArray
+    """[3] bins along each axis."""
+    width_m: float
+    largest_m: float
+    """Largest radius."""
+
+
+def no_points() -> PointHazards:
+    return PointHazards(np.zeros((0, 3)), np.zeros(0))
+
+
+def no_shapes() -> Shapes:
+    return shapes_of(())
+
+
+def no_movers() -> MovingHazards:
+    return MovingHazards(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False)
+class Hazards:
+    """All that a trajectory must keep its margin from, in the grid frame."""
+
+    points: PointHazards = field(default_factory=no_points)
+    shapes: Shapes = field(default_factory=no_shapes)
+    movers: MovingHazards = field(default_factory=no_movers)
+    bins: PointBins = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bins", bin_points(*self.points))
+
+
+@compiled
+def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
+    """Sort points [m, 3] with radii [m] into cubes."""
+    count = len(radius)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for n in range(count):
+        for axis in range(3):
+            low[axis] = min(low[axis], position[n, axis])
+            high[axis] = max(high[axis], position[n, axis])
+    if count == 0:
+        low[:], high[:] = 0.0, 0.0
+    width = max(np.max(high - low) / BINS_ACROSS, 1e-6)
+    counts = np.empty(3, dtype=np.int64)
+    for axis in range(3):
+        counts[axis] = int((high[axis] - low[axis]) / width) + 1
+    bins = counts[0] * counts[1] * counts[2]
+    own = np.empty(count, dtype=np.int64)
+    start = np.zeros(bins + 1, dtype=np.int64)
+    largest = 0.0
+    for n in range(count):
+        a = int((position[n, 0] - low[0]) / width)
+        b = int((position[n, 1] - low[1]) / width)
+        c = int((position[n, 2] - low[2]) / width)
+        own[n] = (a * counts[1] + b) * counts[2] + c
+        start[own[n] + 1] += 1
+        largest = max(largest, radius[n])
+    for b in range(bins):
+        start[b + 1] += start[b]
+    filled = start[:-1].copy()
+    sorted_position, sorted_radius = np.empty((count, 3)), np.empty(count)
+    source = np.empty(count, dtype=np.int64)
+    for n in range(count):
+        at = filled[own[n]]
+        filled[own[n]] += 1
+        sorted_position[at] = position[n]
+        sorted_radius[at] = radius[n]
+        source[at] = n
+    return PointBins(sorted_position, sorted_radius, source, start, low, counts, width, largest)
+
+
+@compiled
+def bin_range(bins: PointBins, axis: int, middle: float, reach: float) -> tuple[int, int]:
+    """First bin along an axis within `reach` of a coordinate, and the one after the last."""
+    near = (middle - reach - bins.origin_m[axis]) / bins.width_m
+    far = (middle + reach - bins.origin_m[axis]) / bins.width_m
+    first = int(max(0.0, min(near, float(bins.counts[axis]))))
+    last = int(max(-1.0, min(far, float(bins.counts[axis] - 1))))
+    return first, last + 1

@@ -1,0 +1,103 @@
+"""Room to circle: whether a vehicle that cannot stop could stay where a trajectory takes it.
+
+Such a vehicle is lost in a dead end too narrow to turn round in. Level circles of its turning
+radius, to the left and to the right of a place, are held against the evidence: while one of them is
+free, as far as is known, there is always a way out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.clearance import Found, circle_clearance
+from clearway.avoidance.hazards import PointBins
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IndexArray
+from clearway.obstacles.obstacle import Shapes
+from clearway.reach.tree import SIDE, ReachSet
+
+EARLY_MOVEMENTS = 3
+"""Movements within which a way should have room to circle: later, much of the circle is unseen."""
+
+
+class Refuge(NamedTuple):
+    """Circles that a vehicle can hold at the ends of the movements of a reach set."""
+
+    needed: BoolArray
+    """[nodes] where a trajectory leaves through the side: it ends near, possibly in a pocket, and
+    is complete only if the vehicle could circle there for as long as it takes."""
+    end_m: FloatArray
+    """[nodes, 3] grid frame."""
+    left: FloatArray
+    """[nodes, 3] level unit vector to the left of the heading there, grid frame."""
+    up: FloatArray
+    """[3] vertical in the grid frame."""
+    radius_m: float
+    """Turning radius; 0 where nothing needs to circle."""
+
+
+NO_REFUGE = Refuge(
+    np.zeros(0, dtype=np.bool_), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(3), 0.0
+)
+"""Asks for no room."""
+
+
+def refuge_of(reach_set: ReachSet, turning_radius_m: float) -> Refuge:
+    """Circles at the ends of a reach set's movements; none for a vehicle that need not circle."""
+    if not (np.isfinite(turning_radius_m) and turning_radius_m > 0.0):
+        return NO_REFUGE
+    pitch = reach_set.start_pitch_rad
+    yaw = reach_set.states[:, 5]
+    across = -np.sin(yaw)
+    left = np.stack([np.cos(pitch) * across, np.cos(yaw), np.sin(pitch) * across], axis=1)
+    return Refuge(
+        np.equal(reach_set.exit_kind, SIDE),
+        np.ascontiguousarray(reach_set.states[:, :3]),
+        left,
+        np.array([-np.sin(pitch), 0.0, np.cos(pitch)]),
+        float(turning_radius_m),
+    )
+
+
+@compiled
+def room_to_circle(refuge: Refuge, n: int, bins: PointBins, shapes: Shapes, enough: float) -> Found:
+    """Clearance of the better of the two circles at the end of a node."""
+    best = (-np.inf, 0, -1)
+    for side in (1.0, -1.0):
+        center = refuge.end_m[n] + side * refuge.radius_m * refuge.left[n]
+        found = circle_clearance(center, refuge.up, refuge.radius_m, bins, shapes, enough)
+        if found[0] > best[0]:
+            best = found
+        if best[0] >= enough:
+            break
+    return best
+
+
+@compiled
+def early_room(
+    refuge: Refuge,
+    path: IndexArray,
+    bins: PointBins,
+    shapes: Shapes,
+    enough: float,
+    known: FloatArray,
+) -> Found:
+    """Clearance of the best circle within the first movements of a path, exact below `enough`.
+
+    path: its nodes, the first movement last. known: [nodes, 3] what was found at a node before,
+    nan where nothing was; filled in, since paths share their first movements.
+    """
+    best = (-np.inf, 0, -1)
+    for at in range(len(path) - 1, max(-1, len(path) - 1 - EARLY_MOVEMENTS), -1):
+        n = path[at]
+        if np.isnan(known[n, 0]):
+            found = room_to_circle(refuge, n, bins, shapes, enough)
+            known[n, 0], known[n, 1], known[n, 2] = found
+        if known[n, 0] > best[0]:
+            best = (known[n, 0], int(known[n, 1]), int(known[n, 2]))
+        if best[0] >= enough:
+            break
+    return best

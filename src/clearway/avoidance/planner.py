@@ -1,0 +1,131 @@
+"""What stays the same from decision to decision: settings, reach sets and their costs, rules."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from clearway.avoidance.choice import Repertoire
+from clearway.avoidance.costs import (
+    Prices,
+    StageCost,
+    TerminalCost,
+    curved_distance_to_go,
+    length_and_prices,
+)
+from clearway.avoidance.fusion import Rating, rating_named
+from clearway.avoidance.rules import MOST_RULES, Rule
+from clearway.base.errors import ClearwayError
+from clearway.base.grid import AvoidanceGrid
+from clearway.reach.store import ReachLibrary
+from clearway.sensors import combine_rule_named
+from clearway.vehicle.automaton import MovementAutomaton
+
+
+@dataclass(frozen=True, slots=True)
+class AvoidanceSettings:
+    """How decisions are taken; defaults are those of the paper's static mission."""
+
+    rating: str = "total"
+    unknown: float = 0.0
+    """How far hidden space counts as blocked, u in [0, 1]."""
+    unknown_unseen: float = 1.0
+    """The same for columns that no beam looks into."""
+    threshold: float = 0.3
+    """P_R that a trajectory must have."""
+    verify: bool = True
+    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
+    safety_margin_m: float = 0.6
+    """From the vehicle's centre to any obstacle's surface."""
+    sigmas: float = 3.0
+    """Standard deviations of the own position by which the margin grows."""
+    own_drift_mps: float = 0.05
+    """Growth of the margin with the age of the own state."""
+    point_sigmas: float = 2.0
+    """Standard deviations of the range by which a hit point grows."""
+    intruder_models: tuple[str, ...] = ("line", "spread")
+    sensor_fusion: str = "conjunction"
+    """How several sensors become one: (5.38), or weighted by precision and trust."""
+    prices: Prices = field(default_factory=Prices)
+
+    def __post_init__(self) -> None:
+        rating_named(self.rating)
+        combine_rule_named(self.sensor_fusion)
+        for name in ("unknown", "unknown_unseen", "threshold"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
+        for name in ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ClearwayError(f"{name}: {getattr(self, name)} is not a number >= 0")
+        if self.safety_margin_m == 0.0:
+            raise ClearwayError("safety_margin_m: must be above 0")
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """What stays the same from decision to decision: reach sets, costs, settings."""
+
+    automaton: MovementAutomaton
+    grid: AvoidanceGrid
+    repertoires: tuple[tuple[float, Repertoire], ...]
+    """(start pitch, reach set with its costs), ascending."""
+    settings: AvoidanceSettings
+    terminal_cost: TerminalCost = curved_distance_to_go
+    rules: tuple[Rule, ...] = ()
+    """The most important first."""
+    rating: Rating | None = None
+    """The user's own, in place of the one that the settings name."""
+
+    @classmethod
+    def of(
+        cls,
+        library: ReachLibrary,
+        settings: AvoidanceSettings | None = None,
+        *,
+        stage_cost: StageCost = length_and_prices,
+        terminal_cost: TerminalCost = curved_distance_to_go,
+        rules: Sequence[Rule] = (),
+        rating: Rating | None = None,
+    ) -> Planner:
+        """Evaluate the costs of (4.6) that do not change; either cost can be the user's own.
+
+        rules: the most important first; see `avoidance.rules`. rating: the user's own, in place of
+        the one that the settings name.
+        """
+        settings = settings or AvoidanceSettings()
+        if len(rules) > MOST_RULES:
+            raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
+        repertoires = tuple(
+            (
+                reach_set.start_pitch_rad,
+                Repertoire.of(
+                    reach_set, settings.prices, stage_cost, library.automaton.turning_radius_m
+                ),
+            )
+            for reach_set in library.reach_sets
+        )
+        return cls(
+            library.automaton,
+            library.grid,
+            repertoires,
+            settings,
+            terminal_cost,
+            tuple(rules),
+            rating,
+        )
+
+    @property
+    def cell_rating(self) -> Rating:
+        """How evidence becomes a rating."""
+        return self.rating or rating_named(self.settings.rating)
+
+    @property
+    def speed_mps(self) -> float:
+        """Fastest speed of the automaton."""
+        return max(movement.speed_mps for movement in self.automaton.movements)
+
+    def repertoire(self, pitch_rad: float) -> Repertoire:
+        """The reach set whose start pitch is nearest."""
+        return min(self.repertoires, key=lambda entry: abs(entry[0] - pitch_rad))[1]

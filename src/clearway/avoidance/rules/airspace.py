@@ -1,0 +1,158 @@
+"""Rules about places: heights to keep within, volumes to keep out of, a route to stay near.
+
+Each tells how deep a place lies on the wrong side. Trajectories that go deeper than the vehicle is
+already are forbidden; those that stay on the wrong side pay for it, so that the vehicle comes back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.rules.rule import Rule, RuleView, Verdict
+from clearway.avoidance.verify import clearances, paths_of
+from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+
+Depth = Callable[[FloatArray], FloatArray]
+"""Places [n, 3], world frame -> metres [n] on the wrong side; 0 or less where all is well."""
+TOLERANCE_M = 1e-6
+PRICE_OF_DEPTH = 4.0
+"""Metres of flight that a metre on the wrong side costs where a trajectory ends."""
+
+
+def altitude_floor(height_m: float) -> Rule:
+    """Fly no lower than a height of the world frame."""
+    return Rule("altitude floor", _held(lambda at: height_m - at[:, 2], f"{height_m:g} m"))
+
+
+def altitude_ceiling(height_m: float) -> Rule:
+    """Fly no higher than a height of the world frame."""
+    return Rule("altitude ceiling", _held(lambda at: at[:, 2] - height_m, f"{height_m:g} m"))
+
+
+def near_route(half_width_m: float, price: float = 0.5) -> Rule:
+    """Stay within a distance of the legs about now; inside it, the offset has a small price.
+
+    price: metres of flight per metre off the route where a trajectory ends.
+    """
+
+    def verdict(view: RuleView) -> Verdict | None:
+        def off_route(places: FloatArray) -> FloatArray:
+            legs = zip(view.route_m[:-1], view.route_m[1:], strict=True)
+            return np.asarray(np.min([_from_leg(places, a, b) for a, b in legs], axis=0))
+
+        here = float(off_route(view.state.position_m[None])[0])
+        pull = price * off_route(view.samples_m[:, -1])
+        held = _held(lambda at: off_route(at) - half_width_m, f"{half_width_m:g} m")(view)
+        if held is None:
+            return Verdict(f"{here:.1f} m off the route", None, pull)
+        return replace(held, price_m=held.price_m + pull)
+
+    return Rule("near the route", verdict)
+
+
+@dataclass(frozen=True, eq=False)
+class GroundHeights:
+    """Heights of the ground on an even raster in the world frame.
+
+    Raises InputError where the raster has fewer than 2 x 2 heights.
+    """
+
+    height_m: FloatArray
+    """[rows, columns] at `corner_m` + (column, row) x `step_m`; NaN where unknown."""
+    corner_m: FloatArray
+    """[2] x, y of the first height."""
+    step_m: float
+
+    def __post_init__(self) -> None:
+        if self.height_m.ndim != 2 or min(self.height_m.shape) < 2 or not self.step_m > 0.0:
+            raise InputError(
+                "terrain",
+                f"a raster of at least 2 x 2 heights and a step above 0 is needed, got "
+                f"{self.height_m.shape} and {self.step_m}",
+            )
+
+    def under(self, places_m: FloatArray) -> FloatArray:
+        """[n] highest of the four heights around places [n, 3]: never below what is between.
+
+        NaN beyond the raster and beside unknown heights.
+        """
+        rows, columns = self.height_m.shape
+        share = (places_m[:, :2] - self.corner_m) / self.step_m
+        inside = np.all((share >= 0.0) & (share <= [columns - 1, rows - 1]), axis=1)
+        column = np.clip(share[:, 0].astype(np.int64), 0, columns - 2)
+        row = np.clip(share[:, 1].astype(np.int64), 0, rows - 2)
+        around = [self.height_m[row + i, column + j] for i in (0, 1) for j in (0, 1)]
+        return np.where(inside, np.max(around, axis=0), np.nan)
+
+
+def terrain_clearance(ground: GroundHeights, height_m: float) -> Rule:
+    """Fly at least a height above the ground; where its height is unknown, nothing is forbidden."""
+
+    def too_low(places: FloatArray) -> FloatArray:
+        under = ground.under(places)
+        return np.where(np.isnan(under), -np.inf, under + height_m - places[:, 2])
+
+    return Rule("terrain clearance", _held(too_low, f"{height_m:g} m above ground"))
+
+
+def keep_out(
+    volumes: Sequence[Obstacle], from_s: float = -np.inf, until_s: float = np.inf, name: str = ""
+) -> Rule:
+    """Keep out of volumes while they are in force, by the mission's clock.
+
+    Unlike a map obstacle a volume may be entered if that is what keeps clear of a collision.
+    """
+    charted = ObstacleMap(volumes)
+
+    def verdict(view: RuleView) -> Verdict | None:
+        if not from_s <= view.state.time_s <= until_s:
+            return None
+        here = view.state.position_m
+        shapes = charted.in_grid(here, view.world_from_grid, view.reach_set.grid)
+        if not len(shapes.radius_m):
+            return None
+        inside = max(0.0, -float(charted.distance_m(here[None])[0]))
+        hazards = Hazards(shapes=shapes)
+        found = clearances(paths_of(view.reach_set), hazards, TOLERANCE_M)
+        deepest = -found[:, 0]
+        ends = -charted.distance_m(np.ascontiguousarray(view.samples_m[:, -1]))
+        return _beyond(deepest, ends, inside, f"{len(shapes.radius_m)} in reach")
+
+    return Rule(f"keep out of {name}" if name else "keep-out volumes", verdict, tuple(volumes))
+
+
+def _held(depth: Depth, limit: str) -> Callable[[RuleView], Verdict | None]:
+    """The verdict on trajectories by how deep they go; none while all of them are well."""
+
+    def verdict(view: RuleView) -> Verdict | None:
+        samples = view.samples_m
+        found = depth(samples.reshape(-1, 3)).reshape(samples.shape[:2])
+        if found.max() <= 0.0:
+            return None
+        here = max(0.0, float(depth(view.state.position_m[None])[0]))
+        deepest = view.worst_on_way(found.max(axis=1))
+        return _beyond(deepest, found[:, -1], here, f"limit {limit}")
+
+    return verdict
+
+
+def _beyond(deepest: FloatArray, ends: FloatArray, here: float, limit: str) -> Verdict:
+    reason = f"{limit}; the vehicle is {here:.1f} m beyond it" if here > 0.0 else limit
+    price = PRICE_OF_DEPTH * np.maximum(ends, 0.0)
+    return Verdict(reason, deepest > here + TOLERANCE_M, price)
+
+
+def _from_leg(places: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """[n] level distance of places [n, 3] from the line between two waypoints."""
+    along = (end - start)[:2]
+    length2 = max(float(along @ along), 1e-18)
+    share = np.clip((places[:, :2] - start[:2]) @ along / length2, 0.0, 1.0)
+    offset = places[:, :2] - start[:2] - share[:, None] * along
+    return np.asarray(np.hypot(offset[:, 0], offset[:, 1]))

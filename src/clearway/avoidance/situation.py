@@ -1,0 +1,72 @@
+"""What is known at one decision time, and the frame and goal that follow from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from clearway.avoidance.costs import Goal
+from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.planner import AvoidanceSettings
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.state import State
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import Detection
+from clearway.traffic import Intruder
+
+PLANNED_REACH = 0.9
+"""Share of the reach radius that plans aim for, so that flying them does not just miss it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """All that is known at the decision time, in the world frame unless said otherwise."""
+
+    state: State
+    """Expected own state at the decision time; its grid frame leaves out the roll."""
+    target_m: FloatArray
+    """[3] waypoint to go to."""
+    next_m: FloatArray | None = None
+    """[3] the waypoint after it; None for the final one."""
+    from_m: FloatArray | None = None
+    """[3] where the leg to the waypoint began; None for the own position."""
+    reach_radius_m: float = 1.5
+    detections: Sequence[Detection] = ()
+    """One per sensor, in the grid frame; none at all leaves everything visible (4.19)."""
+    remembered: PointHazards | None = None
+    """Points of all scans up to now, world frame; None takes those of the detections alone."""
+    obstacle_map: ObstacleMap | None = None
+    intruders: Sequence[Intruder] = ()
+    """As reported, each with its own time."""
+    state_age_s: float = 0.0
+    """Age of the measurement behind `state`."""
+    range_sigma_m: float = 0.0
+    """Standard deviation of the range, by which all points grow: of the best sensor where the radii
+    of the others' points hold the difference, else of the worst."""
+
+
+def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
+    """Origin [3] and rotation [3, 3] (world from grid) of the grid at a state, roll left out."""
+    _, pitch, yaw = state.attitude_rad
+    return state.position_m, world_from_body([0.0, pitch, yaw])
+
+
+def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
+    """Safety margin grown by the uncertainty and the age of the own state."""
+    return (
+        settings.safety_margin_m
+        + settings.sigmas * situation.state.position_std_m
+        + settings.own_drift_mps * max(0.0, situation.state_age_s)
+    )
+
+
+def goal_of(situation: Situation) -> Goal:
+    """The waypoints in the level frame of the vehicle."""
+    level_from_world = world_from_body([0.0, 0.0, situation.state.attitude_rad[2]]).T
+    origin = situation.state.position_m
+    target = level_from_world @ (situation.target_m - origin)
+    final = situation.next_m is None
+    following = (
+        target if situation.next_m is None else level_from_world @ (situation.next_m - origin)
+    )
+    return Goal(target, following, PLANNED_REACH * situation.reach_radius_m, final)

@@ -1,0 +1,261 @@
+"""Verification of candidate trajectories against the coated evidence itself.
+
+Cells alone are too coarse to keep a margin: each movement of a reach set is held against every hit
+point and map shape, and against every intruder at the same instant of time. Clearance is the
+distance from the vehicle's centre to the surface of the evidence; a candidate passes where its
+clearance is at least the margin all along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.clearance import Found, Span, span_clearance, span_of
+from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
+from clearway.avoidance.loiter import NO_REFUGE, Refuge, early_room, room_to_circle
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IndexArray, IntArray
+from clearway.obstacles.obstacle import Shapes
+from clearway.reach.tree import ReachSet
+
+ROUNDING_M = 1e-9
+"""What a clearance may lack of the margin."""
+NEAR_M = 5.0
+"""Clearances are looked for within it first, since most hazards can then be passed over."""
+
+
+class Paths(NamedTuple):
+    """The part of a reach set that verification walks."""
+
+    parent: IndexArray
+    samples_m: FloatArray
+    sagitta_m: FloatArray
+    end_time_s: FloatArray
+
+
+def paths_of(reach_set: ReachSet) -> Paths:
+    """What verification needs of a reach set."""
+    return Paths(reach_set.parent, reach_set.samples_m, reach_set.sagitta_m, reach_set.end_time_s)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification:
+    """Outcome for candidates in the order in which they were held against the evidence."""
+
+    chosen: int
+    """Index of the first candidate that passes; -1 if none does."""
+    blocked_at: IntArray
+    """[tried] node at which each candidate before the chosen one fails."""
+    causes: IntArray
+    """[tried] `Cause` of that failure."""
+    cause_index: IntArray
+    """[tried] which point, shape or intruder."""
+    shortfall_m: FloatArray
+    """[tried] clearance found there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoomPrice:
+    """What it costs candidates to have no room to circle early on their way."""
+
+    cost_m: FloatArray
+    """[candidates] their cost otherwise, ascending."""
+    price_m: FloatArray
+    """[candidates] the price; 0 for those that need no room."""
+
+    @classmethod
+    def none(cls, candidates: int) -> RoomPrice:
+        return cls(np.zeros(candidates), np.zeros(candidates))
+
+
+def first_clear(
+    paths: Paths,
+    candidates: IntArray,
+    hazards: Hazards,
+    margin_m: float,
+    refuge: Refuge = NO_REFUGE,
+    room_price: RoomPrice | None = None,
+) -> Verification:
+    """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
+
+    With a refuge, a trajectory out through the side must also leave room to circle at its end. With
+    a price, one that has no room to circle early is taken only where all that have it cost as much
+    more: what is entered without room to turn round may be a dead end.
+    """
+    price = room_price or RoomPrice.none(len(candidates))
+    return Verification(
+        *_first_clear(
+            paths,
+            candidates,
+            hazards.bins,
+            hazards.shapes,
+            hazards.movers,
+            margin_m,
+            refuge,
+            price.cost_m,
+            price.price_m,
+        )
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Clearance:
+    """Smallest distance from a path to the evidence, and what limits it."""
+
+    distance_m: float
+    cause: Cause
+    index: int
+
+
+def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
+    """Clearance of the whole path from the start to the end of `node`; inf without evidence."""
+    distance, cause, index = _path_clearance(
+        paths, node, hazards.bins, hazards.shapes, hazards.movers, NEAR_M
+    )
+    if cause == Cause.NOTHING:
+        distance, cause, index = _path_clearance(
+            paths, node, hazards.bins, hazards.shapes, hazards.movers, np.inf
+        )
+    return Clearance(distance, Cause(cause), index)
+
+
+def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
+    """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
+    summed over its movements: the measure of how bad a path is where none is good."""
+    return _clearances(paths, hazards.bins, hazards.shapes, hazards.movers, cap_m)
+
+
+@compiled
+def _span(paths: Paths, n: int) -> Span:
+    """The movement of a node, from its parent's end."""
+    count = paths.samples_m.shape[1]
+    corners = np.zeros((count + 1, 3))
+    start_s = 0.0
+    parent = paths.parent[n]
+    if parent >= 0:
+        corners[0] = paths.samples_m[parent, count - 1]
+        start_s = paths.end_time_s[parent]
+    corners[1:] = paths.samples_m[n]
+    return span_of(corners, start_s, paths.end_time_s[n])
+
+
+@compiled
+def _node_clearance(
+    paths: Paths, n: int, bins: PointBins, shapes: Shapes, movers: MovingHazards, enough: float
+) -> Found:
+    """Clearance of one movement, exact where it is below `enough`."""
+    sagitta = paths.sagitta_m[n]
+    distance, cause, index = span_clearance(_span(paths, n), bins, shapes, movers, enough + sagitta)
+    return distance - sagitta, cause, index
+
+
+@compiled
+def _keeps(
+    paths: Paths,
+    path: IndexArray,
+    bins: PointBins,
+    shapes: Shapes,
+    movers: MovingHazards,
+    margin: float,
+    known: FloatArray,
+) -> tuple[int, int, int, float]:
+    """Where a path first lacks the margin: (node or -1, cause, index, clearance there).
+
+    path: its nodes, the first movement last. known: [nodes, 3] (clearance, cause, index) of
+    movements looked at before, nan elsewhere; filled in, since paths share their first movements.
+    """
+    for at in range(len(path) - 1, -1, -1):
+        n = path[at]
+        if np.isnan(known[n, 0]):
+            found = _node_clearance(paths, n, bins, shapes, movers, margin)
+            known[n, 0], known[n, 1], known[n, 2] = found
+        if known[n, 0] < margin - ROUNDING_M:
+            return n, int(known[n, 1]), int(known[n, 2]), known[n, 0]
+    return -1, 0, -1, margin
+
+
+@compiled
+def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
+    """The nodes from `end` back to the first movement, written into the start of `path`."""
+    steps, n = 0, end
+    while n >= 0:
+        path[steps] = n
+        steps += 1
+        n = paths.parent[n]
+    return path[:steps]
+
+
+@compiled
+def _first_clear(
+    paths: Paths,
+    candidates: IntArray,
+    bins: PointBins,
+    shapes: Shapes,
+    movers: MovingHazards,
+    margin: float,
+    refuge: Refuge,
+    cost: FloatArray,
+    price: FloatArray,
+) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
+    nodes, tried = len(paths.parent), len(candidates)
+    clearance, room = np.full((nodes, 3), np.nan), np.full((nodes, 3), np.nan)
+    blocked_at = np.full(tried, -1, dtype=np.int64)
+    causes = np.zeros(tried, dtype=np.int64)
+    cause_index = np.full(tried, -1, dtype=np.int64)
+    shortfall = np.zeros(tried)
+    steps = np.empty(nodes, dtype=np.int64)
+    chosen = -1
+    for c in range(tried):
+        if chosen >= 0 and cost[c] >= cost[chosen] + price[chosen]:
+            break
+        end = candidates[c]
+        path = _way_to(paths, end, steps)
+        at, cause, index, found = _keeps(paths, path, bins, shapes, movers, margin, clearance)
+        if at < 0 and refuge.radius_m > 0.0:
+            if refuge.needed[end]:
+                found, cause, index = room_to_circle(refuge, end, bins, shapes, margin)
+                at = end if found < margin - ROUNDING_M else -1
+            if at < 0 and price[c] > 0.0:
+                found, cause, index = early_room(refuge, path, bins, shapes, margin, room)
+                if found < margin - ROUNDING_M:
+                    at = path[-1]
+                    chosen = c if chosen < 0 else chosen
+        if at < 0:
+            chosen = c
+            break
+        blocked_at[c], causes[c], cause_index[c], shortfall[c] = at, cause, index, found
+    told = tried if chosen < 0 else chosen
+    return chosen, blocked_at[:told], causes[:told], cause_index[:told], shortfall[:told]
+
+
+@compiled
+def _path_clearance(
+    paths: Paths, node: int, bins: PointBins, shapes: Shapes, movers: MovingHazards, enough: float
+) -> Found:
+    best = (enough, 0, -1)
+    n = node
+    while n >= 0:
+        found = _node_clearance(paths, n, bins, shapes, movers, best[0])
+        if found[1] != 0 and found[0] < best[0]:
+            best = found
+        n = paths.parent[n]
+    return best
+
+
+@compiled
+def _clearances(
+    paths: Paths, bins: PointBins, shapes: Shapes, movers: MovingHazards, cap: float
+) -> FloatArray:
+    result = np.empty((len(paths.parent), 2))
+    for n in range(len(paths.parent)):
+        distance = min(_node_clearance(paths, n, bins, shapes, movers, cap)[0], cap)
+        before, lacking = cap, 0.0
+        if paths.parent[n] >= 0:
+            before, lacking = result[paths.parent[n], 0], result[paths.parent[n], 1]
+        result[n, 0] = min(before, distance)
+        result[n, 1] = lacking + (cap - distance)
+    return result

@@ -1,0 +1,1 @@
+"""What everybody uses: errors, units, frames, frozen values, the polar grid, intervals."""

@@ -1,0 +1,221 @@
+"""The avoidance grid (4.18): polar cells in front of the vehicle, uniform or not.
+
+Cells are indexed [layer][column][row]: near to far, azimuth ascending (last is left), elevation
+ascending (last is top). Per-cell arrays elsewhere are flat, [cells], in that order; `shaped`
+gives them their three axes. The grid sits in the body frame at the time of decision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.compiled import compiled
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray, cartesian_from_spherical
+from clearway.base.state import IntArray
+
+BORDER_TOLERANCE = 1e-9
+"""Within it a radius belongs to the nearer layer, an angle to the cell nearer the axis (m, rad)."""
+
+
+class GridEdges(NamedTuple):
+    """The grid as compiled loops take it."""
+
+    range_m: FloatArray
+    azimuth_rad: FloatArray
+    elevation_rad: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class AvoidanceGrid:
+    """Polar cells between edges; `AvoidanceGrid.uniform` makes the usual ones.
+
+    range_edges_m: [layers + 1] ascending, the first >= 0. azimuth_edges_rad: [columns + 1] within
+    [-pi, pi], left positive. elevation_edges_rad: [rows + 1] within [-pi/2, pi/2], up positive.
+    Raises ClearwayError naming the axis when edges do not ascend, are not finite or leave their
+    interval.
+    """
+
+    range_edges_m: FloatArray
+    azimuth_edges_rad: FloatArray
+    elevation_edges_rad: FloatArray
+
+    def __post_init__(self) -> None:
+        limits = {
+            "range_edges_m": (0.0, np.inf),
+            "azimuth_edges_rad": (-np.pi, np.pi),
+            "elevation_edges_rad": (-np.pi / 2, np.pi / 2),
+        }
+        for name, (low, high) in limits.items():
+            edges = np.array(getattr(self, name), dtype=np.float64)
+            _check_edges(name, edges, low, high)
+            edges.setflags(write=False)
+            object.__setattr__(self, name, edges)
+
+    @classmethod
+    def uniform(
+        cls,
+        range_m: float | tuple[float, float] = 10.0,
+        layers: int = 10,
+        azimuth_deg: float | tuple[float, float] = 45.0,
+        columns: int = 7,
+        elevation_deg: float | tuple[float, float] = 30.0,
+        rows: int = 5,
+    ) -> AvoidanceGrid:
+        """Evenly spaced cells; a single angle means plus and minus it, a single range from 0."""
+        for name, count in (("layers", layers), ("columns", columns), ("rows", rows)):
+            if count < 1:
+                raise ClearwayError(f"grid {name}: {count} cells; at least 1 is needed")
+        near, far = (0.0, range_m) if not isinstance(range_m, tuple) else range_m
+        right, left = _span(azimuth_deg)
+        bottom, top = _span(elevation_deg)
+        with np.errstate(invalid="ignore"):  # What is infinite is refused like all that is no edge.
+            return cls(
+                np.linspace(near, far, layers + 1),
+                np.radians(np.linspace(right, left, columns + 1)),
+                np.radians(np.linspace(bottom, top, rows + 1)),
+            )
+
+    @property
+    def layers(self) -> int:
+        return len(self.range_edges_m) - 1
+
+    @property
+    def columns(self) -> int:
+        return len(self.azimuth_edges_rad) - 1
+
+    @property
+    def rows(self) -> int:
+        return len(self.elevation_edges_rad) - 1
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """(layers, columns, rows)."""
+        return self.layers, self.columns, self.rows
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return self.layers * self.columns * self.rows
+
+    @property
+    def range_m(self) -> float:
+        """Outer radius."""
+        return float(self.range_edges_m[-1])
+
+    @cached_property
+    def edges(self) -> GridEdges:
+        """The three edge arrays, as compiled loops take them."""
+        return GridEdges(self.range_edges_m, self.azimuth_edges_rad, self.elevation_edges_rad)
+
+    @cached_property
+    def volumes_m3(self) -> FloatArray:
+        """[cells] (d_e^3 - d_s^3)/3 (sin el_e - sin el_s)(az_e - az_s)."""
+        radial = np.diff(self.range_edges_m**3) / 3.0
+        return (
+            radial[:, None, None]
+            * np.diff(self.azimuth_edges_rad)[None, :, None]
+            * np.diff(np.sin(self.elevation_edges_rad))[None, None, :]
+        ).ravel()
+
+    @cached_property
+    def centers_m(self) -> FloatArray:
+        """[cells, 3] points at the middle distance and angles, grid frame."""
+        middle = [0.5 * (edges[1:] + edges[:-1]) for edges in self.edges]
+        distance, azimuth, elevation = np.meshgrid(*middle, indexing="ij")
+        return cartesian_from_spherical(np.stack([distance, azimuth, elevation], axis=-1)).reshape(
+            -1, 3
+        )
+
+    def patch_area_m2(self, radius_m: float) -> FloatArray:
+        """[columns, rows] area of each column's patch at a radius, eqs. (5.43), (5.44)."""
+        return (
+            radius_m**2
+            * np.diff(self.azimuth_edges_rad)[:, None]
+            * np.diff(np.sin(self.elevation_edges_rad))[None, :]
+        )
+
+    def cell_of(self, points_m: npt.ArrayLike) -> IntArray:
+        """[n] flat cell index of points [n, 3] in the grid frame; -1 outside the grid."""
+        points = np.ascontiguousarray(points_m, dtype=np.float64)
+        return _cells_of(points.reshape(-1, 3), self.edges).reshape(points.shape[:-1])
+
+    def shaped(self, per_cell: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+        """A [cells] array as [layers, columns, rows]."""
+        return per_cell.reshape(self.shape)
+
+
+def _span(half_or_both: float | tuple[float, float]) -> tuple[float, float]:
+    if isinstance(half_or_both, tuple):
+        return half_or_both
+    return -half_or_both, half_or_both
+
+
+def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:
+    if edges.ndim != 1 or len(edges) < 2:
+        raise ClearwayError(f"grid {name}: at least two edges are needed, got {edges.size}")
+    if not np.all(np.isfinite(edges)):
+        raise ClearwayError(f"grid {name}: edges must be finite numbers")
+    if not np.all(np.diff(edges) > 4.0 * BORDER_TOLERANCE):
+        raise ClearwayError(f"grid {name}: edges must ascend, got {edges.tolist()}")
+    if edges[0] < low - BORDER_TOLERANCE or edges[-1] > high + BORDER_TOLERANCE:
+        raise ClearwayError(
+            f"grid {name}: edges must lie within [{low:.6g}, {high:.6g}], "
+            f"got {edges[0]:.6g} to {edges[-1]:.6g}"
+        )
+
+
+@compiled
+def layer_of(distance: float, edges: FloatArray) -> int:
+    """Layer of a radius, nearer one within the tolerance; -1 outside. Both outer borders closed."""
+    if not (distance >= edges[0] - BORDER_TOLERANCE):
+        return -1
+    for i in range(1, len(edges)):
+        if distance <= edges[i] + BORDER_TOLERANCE:
+            return i - 1
+    return -1
+
+
+@compiled
+def interval_of(angle: float, edges: FloatArray) -> int:
+    """Column or row of an angle: the cell nearer the axis on a border, left or up on the axis."""
+    last = len(edges) - 1
+    if not (angle >= edges[0] - BORDER_TOLERANCE and angle <= edges[last] + BORDER_TOLERANCE):
+        return -1
+    for j in range(1, last):
+        # Borders on the right of the axis and on it belong to the upper cell, others to the lower.
+        shift = BORDER_TOLERANCE if edges[j] > BORDER_TOLERANCE else -BORDER_TOLERANCE
+        if angle <= edges[j] + shift and not (shift < 0 and angle == edges[j] + shift):
+            return j - 1
+    return last - 1
+
+
+@compiled
+def cell_of_point(x: float, y: float, z: float, edges: GridEdges) -> int:
+    """Flat cell index of one point in the grid frame; -1 outside, also for NaN."""
+    horizontal = np.sqrt(x * x + y * y)
+    i = layer_of(np.sqrt(x * x + y * y + z * z), edges.range_m)
+    if i < 0:
+        return -1
+    j = interval_of(np.arctan2(y, x), edges.azimuth_rad)
+    if j < 0:
+        return -1
+    k = interval_of(np.arctan2(z, horizontal), edges.elevation_rad)
+    if k < 0:
+        return -1
+    columns = len(edges.azimuth_rad) - 1
+    rows = len(edges.elevation_rad) - 1
+    return (i * columns + j) * rows + k
+
+
+@compiled
+def _cells_of(points: FloatArray, edges: GridEdges) -> IntArray:
+    cells = np.empty(len(points), dtype=np.int64)
+    for n in range(len(points)):
+        cells[n] = cell_of_point(points[n, 0], points[n, 1], points[n, 2], edges)
+    return cells

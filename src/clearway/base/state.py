@@ -1,0 +1,64 @@
+"""Frozen values that the rooms hand to each other; shapes, units and frames at each field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.frames import FloatArray, world_from_body
+
+IntArray = npt.NDArray[np.int64]
+IndexArray = npt.NDArray[np.integer[Any]]
+"""Indices of any width, as the stored trees keep them."""
+BoolArray = npt.NDArray[np.bool_]
+
+
+def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """A read-only float64 copy of `values`; raises ValueError if it has not that shape."""
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"expected shape {shape}, got {array.shape}")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Own state of the vehicle (4.1), world frame, with what is known of its accuracy."""
+
+    position_m: FloatArray
+    """[3] world frame."""
+    attitude_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """[3] roll, pitch (nose down positive), yaw (left positive)."""
+    time_s: float = 0.0
+    position_std_m: float = 0.0
+    attitude_std_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))
+        object.__setattr__(self, "attitude_rad", frozen_array(self.attitude_rad, (3,)))
+
+    @property
+    def vector(self) -> FloatArray:
+        """[6] x, y, z, roll, pitch, yaw."""
+        return np.concatenate([self.position_m, self.attitude_rad])
+
+    @property
+    def world_from_body(self) -> FloatArray:
+        """[3, 3] rotation (3.37)."""
+        return world_from_body(self.attitude_rad)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A flown or planned path: states at times, and the movements that make it."""
+
+    time_s: FloatArray
+    """[n] ascending."""
+    states: FloatArray
+    """[n, 6] world frame: x, y, z, roll, pitch, yaw."""
+    movements: tuple[str, ...] = ()
+    """Names of the movements in the buffer, in order."""

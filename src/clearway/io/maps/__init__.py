@@ -1,0 +1,1 @@
+"""Obstacle maps, buildings, zones and terrain, one format a file."""

@@ -1,0 +1,162 @@
+"""Terrain rasters (GeoTIFF) through rasterio: one band of heights, in metres whatever its unit."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from clearway.base.errors import InputError, MissingExtraError
+from clearway.base.frames import FloatArray
+from clearway.base.units import FOOT_M, US_SURVEY_FOOT_M
+from clearway.io.maps.coordinates import Projection, projection
+from clearway.io.maps.map_features import ParsedMap
+from clearway.io.maps.terrain import Terrain
+
+MOST_SAMPLES = 50_000_000
+LOWEST_M, HIGHEST_M = -500.0, 9_000.0
+"""What lies beyond is no ground: many rasters write -9999, -32768 or 3.4e38 for none, unsaid."""
+METRES = {
+    "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01,
+    "ft": FOOT_M, "foot": FOOT_M, "feet": FOOT_M, "international foot": FOOT_M,
+    "us-ft": US_SURVEY_FOOT_M, "ftus": US_SURVEY_FOOT_M, "us survey foot": US_SURVEY_FOOT_M,
+    "us survey feet": US_SURVEY_FOOT_M, "us_survey_foot": US_SURVEY_FOOT_M,
+}  # fmt: skip
+"""Of a unit of heights, by the names that rasters have for it."""
+
+
+class Raster(NamedTuple):
+    """A raster as it is stored."""
+
+    affine: Any
+    crs: Any
+    heights: FloatArray
+    """[rows, columns] in its own unit, NaN where it has no data."""
+    unit: str
+    """Of heights, as the band states it; empty where it does not."""
+
+
+def read_terrain(path: Path) -> ParsedMap:
+    """Heights of a single-band raster whose rows and columns run along its reference system.
+
+    Raises InputError when it is damaged, truncated, not georeferenced, turned, of several bands or
+    too large; MissingExtraError without rasterio.
+    """
+    raster = _read(path)
+    affine, crs = raster.affine, raster.crs
+    placed = crs is not None and not affine.is_identity
+    if not placed or affine.b or affine.d or min(raster.heights.shape) < 2:
+        rows, columns = raster.heights.shape
+        raise InputError(
+            str(path),
+            "a terrain needs a coordinate reference system, at least 2 x 2 samples, and rows and "
+            f"columns along its axes; it has {rows} x {columns} samples, "
+            f"reference system {crs}, transform {tuple(affine)[:6]}",
+        )
+    place = projection(path, crs.to_wkt())
+    metres, notes = _unit(path, raster.unit, place)
+    heights, counts = _ground(path, raster.heights, metres)
+    return ParsedMap(
+        kind=f"terrain raster of {heights.shape[1]} x {heights.shape[0]} samples",
+        crs=place.name,
+        terrain=_terrain(path, raster, place, heights),
+        counts=counts,
+        notes=notes,
+    )
+
+
+def _read(path: Path) -> Raster:
+    try:
+        import rasterio
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
+    except ImportError as cause:
+        raise MissingExtraError(f"reading {path}", "map") from cause
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # refused by its transform
+            with rasterio.open(path) as raster:
+                return _raster(path, raster)
+    except (RasterioError, ValueError, IndexError, MemoryError) as cause:
+        if isinstance(cause, InputError):
+            raise
+        reason = " ".join(str(cause.__cause__ or cause).split())
+        raise InputError(
+            str(path), f"damaged or truncated, or no raster ({reason[:160]})"
+        ) from cause
+
+
+def _raster(path: Path, raster: Any) -> Raster:
+    _check_size(path, raster)
+    heights = raster.read(1, masked=True).astype(np.float64).filled(np.nan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        heights = heights * raster.scales[0] + raster.offsets[0]
+    return Raster(raster.transform, raster.crs, heights, (raster.units[0] or "").strip())
+
+
+def _check_size(path: Path, raster: Any) -> None:
+    if raster.count != 1:
+        raise InputError(
+            str(path),
+            f"{raster.count} bands: a picture? Valid: one band of heights of the ground "
+            "(`gdal_translate -b 1` takes one out)",
+        )
+    if raster.width * raster.height > MOST_SAMPLES:
+        raise InputError(
+            str(path),
+            f"{raster.width} x {raster.height} samples; at most {MOST_SAMPLES:,} are taken: cut "
+            "the area out that is flown in (`gdal_translate -projwin`)",
+        )
+
+
+def _unit(path: Path, stated: str, place: Projection) -> tuple[float, tuple[str, ...]]:
+    """Metres of the unit of heights: as the band says, else the reference system, else as across;
+    and what was assumed."""
+    notes: tuple[str, ...] = ()
+    if place.ellipsoidal:
+        notes = ("heights above the ellipsoid are taken as above sea level",)
+    if stated:
+        if stated.lower() not in METRES:
+            raise InputError(str(path), f"unit of heights {stated!r}; valid: {', '.join(METRES)}")
+        return METRES[stated.lower()], notes
+    if place.up_m is not None:
+        return place.up_m, notes
+    if place.across_m not in (None, 1.0):
+        return place.across_m or 1.0, (f"no unit of heights in the file: {place.unit} assumed",)
+    return 1.0, notes
+
+
+def _ground(path: Path, heights: FloatArray, metres: float) -> tuple[FloatArray, dict[str, int]]:
+    """Heights in metres, NaN where there is no ground; and how many of these there are, by why."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        heights = heights * metres
+    empty = ~np.isfinite(heights)
+    with np.errstate(invalid="ignore"):
+        beyond = ~empty & ~((heights >= LOWEST_M) & (heights <= HIGHEST_M))
+    heights[empty | beyond] = np.nan
+    if np.isnan(heights).all():
+        raise InputError(str(path), "no sample with a height in it")
+    found = {
+        "sample without data": int(empty.sum()),
+        f"sample that is no height of ground ({LOWEST_M:g} to {HIGHEST_M:g} m)": int(beyond.sum()),
+    }
+    return heights, {reason: count for reason, count in found.items() if count}
+
+
+def _terrain(path: Path, raster: Raster, place: Projection, heights: FloatArray) -> Terrain:
+    """Rows and columns in ascending order of their places."""
+    from pyproj import Transformer
+
+    affine = raster.affine
+    x = affine.c + affine.a * (np.arange(heights.shape[1]) + 0.5)
+    y = affine.f + affine.e * (np.arange(heights.shape[0]) + 0.5)
+    flip = np.s_[:: (1 if affine.e > 0 else -1), :: (1 if affine.a > 0 else -1)]
+    return Terrain(
+        np.ascontiguousarray(heights[flip]),
+        np.sort(x),
+        np.sort(y),
+        place,
+        Transformer.from_crs("EPSG:4326", raster.crs.to_wkt(), always_xy=True),
+        path.name,
+    )

@@ -1,0 +1,283 @@
+"""Flight plans of ground stations as missions: places become local points, home is the origin.
+
+The vehicle of (4.4) cannot hover, climb straight up or land, so a flight begins in the air at the
+height that it takes off to, and ends in the air above the place to land at.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray, enu_from_geodetic
+from clearway.io.maps.map_features import Disc, Geodetic, Height, MapFeature, Polygon
+from clearway.io.maps.placing import MOST_APART_M, Place, Tally, around_disc, place_features
+from clearway.io.maps.rectangles import shapely_or_refuse
+from clearway.io.plans.plan_items import Item
+from clearway.obstacles.obstacle import Obstacle
+
+DEFAULT_SPEED_MPS = 5.0
+SECONDS_OF_RANGE = 12
+"""The grid reaches as far as the vehicle flies in this time, one layer a second."""
+MARGIN_S = 0.4
+"""The margin in seconds of flight: 2 m at 5 m/s."""
+TURN_RAD = np.radians(15.0)
+REACH_SHARE = 0.4
+"""The reach radius as a share of the turning radius."""
+FENCE_DEPTH_M, FENCE_HEIGHT_M, WALL_M = 500.0, 5_000.0, 1.0
+
+
+class Fence(NamedTuple):
+    """An area to stay inside of, or outside."""
+
+    name: str
+    outline: Disc | Polygon
+    inclusion: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightPlan:
+    """What a ground station planned, in its own terms."""
+
+    source: str
+    name: str
+    home: Geodetic
+    items: tuple[Item, ...]
+    speed_mps: float | None = None
+    fences: tuple[Fence, ...] = ()
+    rally: tuple[Geodetic, ...] = ()
+    """Places to return to; heights are above home."""
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """What was left out, by reason."""
+
+
+class Converted(NamedTuple):
+    """A plan as the tables of a mission file, and what is to be said about it."""
+
+    tables: dict[str, Any]
+    notes: tuple[str, ...]
+
+
+def scaled_tables(speed_mps: float) -> dict[str, Any]:
+    """Grid, margin, reach radius and sensor that suit a speed: those of the examples, scaled."""
+    reach_radius = REACH_SHARE * speed_mps / TURN_RAD
+    return {
+        "mission": {"reach_radius_m": round(float(reach_radius), 3)},
+        "vehicle": {"speed_mps": speed_mps},
+        "grid": {"range_m": SECONDS_OF_RANGE * speed_mps, "layers": SECONDS_OF_RANGE},
+        "safety": {"margin_m": round(MARGIN_S * speed_mps, 3)},
+        "lidar": [{"sigma_m": 0.03, "dropout": 0.05}],
+    }
+
+
+def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
+    """Tables of a mission file that flies the plan; the frame is east, north, up from home.
+
+    speed_mps: in place of the plan's. Raises InputError for a plan without a waypoint, or with one
+    on the wrong side of a fence or too far away.
+    """
+    unset = plan.home[:2] == (0.0, 0.0)
+    if unset:
+        plan = _with_home(plan)
+    counts = Counter(plan.counts)
+    speed = speed_mps or plan.speed_mps or DEFAULT_SPEED_MPS
+    tables = scaled_tables(speed)
+    start, goals, landing = _points(plan)
+    if not goals:
+        raise InputError(plan.source, "no waypoint in it")
+    radius = tables["mission"]["reach_radius_m"]
+    _check_distance(plan, goals)
+    waypoints = _apart(goals, radius, counts)
+    _check_fences(plan, [*goals, *landing])
+    towards = next((g for g in waypoints if np.linalg.norm(g - start) > radius), waypoints[0])
+    yaw = np.degrees(np.arctan2(towards[1] - start[1], towards[0] - start[0]))
+    tables["mission"] |= {
+        "name": plan.name,
+        "origin_geodetic": tuple(plan.home),
+        "waypoints_m": [_rounded(point) for point in waypoints],
+        "landing_m": [_rounded(point) for point in landing],
+    }
+    tables["vehicle"] |= {
+        "position_m": _rounded(start),
+        "attitude_deg": (0.0, 0.0, round(float(yaw), 3)),
+    }
+    tables["obstacle"] = [_table(one) for one in _fence_volumes(plan)]
+    notes = _notes(plan, speed, speed_mps, counts)
+    if unset:
+        notes = ("home is not set in the plan: the first place in it is taken for home", *notes)
+    return Converted(tables, notes)
+
+
+def _with_home(plan: FlightPlan) -> FlightPlan:
+    """The plan with its first place as home; InputError where heights need to know home's."""
+    first = next((one for one in plan.items if one.latitude_deg is not None), None)
+    if first is None or first.latitude_deg is None or first.longitude_deg is None:
+        return plan
+    if any(item.above == "sea level" for item in plan.items):
+        raise InputError(
+            plan.source,
+            "home is not set (0, 0), and heights above sea level need its own; valid: a home with "
+            "latitude, longitude and height",
+        )
+    return replace(plan, home=Geodetic(first.latitude_deg, first.longitude_deg, 0.0))
+
+
+def _check_distance(plan: FlightPlan, goals: Iterable[FloatArray]) -> None:
+    far = [
+        f"goal {number}: {np.hypot(*goal[:2]) / 1000.0:,.0f} km from home, where down is another "
+        f"way; at most {MOST_APART_M / 1000.0:g} km are flown"
+        for number, goal in enumerate(goals, start=1)
+        if np.hypot(*goal[:2]) > MOST_APART_M
+    ]
+    if far:
+        raise InputError(plan.source, far)
+
+
+def _points(plan: FlightPlan) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
+    """Start, waypoints and landing points [3] each, local frame."""
+    start: FloatArray | None = None
+    goals: list[FloatArray] = []
+    landing: list[FloatArray] = []
+    here = np.zeros(3)
+    for item in plan.items:
+        point = _local(plan, item, here)
+        if item.action == "take-off" and not goals:
+            start = here = point
+        elif item.action == "return":
+            landing.append(_return_to(plan, here))
+        elif item.action == "land":
+            # Above the place, at the height flown: the descent itself is not flown.
+            landing.append(np.array([point[0], point[1], here[2]]))
+        else:
+            goals.append(point)
+            here = point
+    if start is None:
+        start = np.array([0.0, 0.0, goals[0][2] if goals else 0.0])
+    return start, goals, landing
+
+
+def _local(plan: FlightPlan, item: Item, here: FloatArray) -> FloatArray:
+    """[3] local point of an item; one without a place is where the vehicle is."""
+    above_home = item.height_m
+    if item.above == "sea level":
+        above_home -= plan.home.height_m
+    if item.latitude_deg is None or item.longitude_deg is None:
+        return np.array([here[0], here[1], above_home])
+    height = plan.home.height_m + above_home
+    return enu_from_geodetic([item.latitude_deg, item.longitude_deg, height], plan.home)
+
+
+def _return_to(plan: FlightPlan, here: FloatArray) -> FloatArray:
+    """[3] above the nearest rally point, or else above home at the height flown."""
+    if not plan.rally:
+        return np.array([0.0, 0.0, here[2]])
+    places = [
+        enu_from_geodetic([*point[:2], plan.home.height_m + point.height_m], plan.home)
+        for point in plan.rally
+    ]
+    return min(places, key=lambda place: float(np.hypot(*(place - here)[:2])))
+
+
+def _apart(goals: list[FloatArray], radius_m: float, counts: Counter[str]) -> list[FloatArray]:
+    """Waypoints without those that are reached together with the one before."""
+    kept = goals[:1]
+    for goal in goals[1:]:
+        if np.linalg.norm(goal - kept[-1]) > radius_m:
+            kept.append(goal)
+        else:
+            counts["waypoint within the reach radius of the one before"] += 1
+    return kept
+
+
+def _ring(outline: Disc | Polygon, home: Geodetic) -> FloatArray:
+    """[n, 2] corners of a fence, local frame."""
+    corners = around_disc(outline) if isinstance(outline, Disc) else outline.rings[0]
+    heights = np.full((len(corners), 1), home.height_m)
+    return enu_from_geodetic(np.concatenate([corners, heights], axis=1), home)[:, :2]
+
+
+def _check_fences(plan: FlightPlan, goals: Iterable[FloatArray]) -> None:
+    problems = []
+    for fence in plan.fences:
+        shapely = shapely_or_refuse("a geofence")
+        area = shapely.Polygon(_ring(fence.outline, plan.home))
+        for number, goal in enumerate(goals, start=1):
+            if area.contains(shapely.Point(*goal[:2])) != fence.inclusion:
+                side = "outside" if fence.inclusion else "inside"
+                problems.append(f"{fence.name}: goal {number} lies {side} of it")
+    if problems:
+        raise InputError(plan.source, problems)
+
+
+def _fence_volumes(plan: FlightPlan) -> list[Obstacle]:
+    """Boxes over areas to stay outside of, and walls around those to stay inside."""
+    low = Height(plan.home.height_m - FENCE_DEPTH_M, "sea level")
+    high = Height(plan.home.height_m + FENCE_HEIGHT_M, "sea level")
+    outside = [
+        MapFeature(fence.name, fence.outline, low, high)
+        for fence in plan.fences
+        if not fence.inclusion
+    ]
+    volumes = place_features(outside, Place(plan.home), Tally()) if outside else []
+    for fence in plan.fences:
+        if fence.inclusion:
+            volumes += _walls(fence.name, _ring(fence.outline, plan.home))
+    return volumes
+
+
+def _walls(name: str, ring: FloatArray) -> list[Obstacle]:
+    """A wall on every side of an area."""
+    walls = []
+    for start, end in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        along = end - start
+        middle = 0.5 * (start + end)
+        size = (float(np.hypot(*along)) + WALL_M, WALL_M, FENCE_DEPTH_M + FENCE_HEIGHT_M)
+        height = 0.5 * (FENCE_HEIGHT_M - FENCE_DEPTH_M)
+        yaw = float(np.arctan2(along[1], along[0]))
+        walls.append(
+            Obstacle.cuboid(
+                [*middle, height], size, orientation_rad=(0.0, 0.0, yaw), name=f"{name}, wall"
+            )
+        )
+    return walls
+
+
+def _table(obstacle: Obstacle) -> dict[str, Any]:
+    """An `[[obstacle]]` that is on the map only."""
+    return {
+        "shape": obstacle.shape,
+        "position_m": _rounded(obstacle.position_m),
+        "orientation_deg": tuple(np.degrees(obstacle.orientation_rad).tolist()),
+        "size_m": obstacle.size_m,
+        "name": obstacle.name,
+        "known": "map",
+    }
+
+
+def _rounded(point: FloatArray) -> tuple[float, ...]:
+    return tuple((np.round(point, 3) + 0.0).tolist())
+
+
+def _notes(
+    plan: FlightPlan, speed: float, chosen: float | None, counts: Mapping[str, int]
+) -> tuple[str, ...]:
+    origin = "chosen" if chosen else "the plan's" if plan.speed_mps else "assumed"
+    notes = [
+        f"home is the origin, {speed:g} m/s is {origin}; range, margin and reach radius are scaled "
+        "to it; the flight begins and ends in the air"
+    ]
+    if any(item.above == "sea level" for item in plan.items):
+        notes.append("heights above sea level are taken relative to home's")
+    if any(item.above == "ground" for item in plan.items):
+        notes.append("heights above the ground are taken as above home: no terrain is asked")
+    if plan.rally and any(item.action == "return" for item in plan.items):
+        notes.append(f"returns to the nearest of {len(plan.rally)} rally points")
+    elif plan.rally:
+        notes.append(f"{len(plan.rally)} rally points are not needed: the plan does not return")
+    notes += [f"{count} left out: {reason}" for reason, count in counts.items()]
+    return tuple(notes)

@@ -1,0 +1,1 @@
+"""Where the vehicle was: pose tracks, one format a file."""

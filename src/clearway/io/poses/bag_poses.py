@@ -1,0 +1,179 @@
+"""Where the vehicle was, of a recording's odometry or transforms, and how the LiDAR sits on it.
+
+Frames of ROS (REP 103, 105): x ahead, y left, z up, as here.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray, attitude_from_rotation, world_from_body
+from clearway.io.foreign_errors import damage_told
+from clearway.io.poses.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of
+from clearway.io.scans.bag import Bag
+from clearway.sensors import Mounting
+
+ODOMETRY = "nav_msgs/msg/Odometry"
+POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+BODIES = ("base_link", "base_footprint")
+"""Frames of the vehicle by ROS's custom."""
+
+
+class BagPoses(NamedTuple):
+    """The vehicle's way, and the sensor's place on the vehicle; None where unknown."""
+
+    track: PoseTrack | None
+    mounting: Mounting | None
+    notes: tuple[str, ...]
+
+
+class Edge(NamedTuple):
+    """Poses of a frame in its parent, by time."""
+
+    parent: str
+    track: PoseTrack
+
+
+def poses_of_bag(path: Path, bag: Bag, sensor_frame: str, topic: str | None) -> BagPoses:
+    """Odometry or poses of a topic, else the transforms, else nothing.
+
+    Raises InputError listing the topics where `topic` is none that tells poses.
+    """
+    own = [one.name for one in bag.topics if one.type in (ODOMETRY, *POSES)]
+    if topic is not None and topic not in own:
+        raise InputError(
+            str(path), f"no poses of topic {topic!r}; valid: {', '.join(own) or 'none in it'}"
+        )
+    edges = _edges(path, bag)
+    odometry = [one.name for one in bag.topics if one.type == ODOMETRY]
+    chosen = topic or next(iter(odometry or own), None)
+    if chosen is not None:
+        track, body = _of_topic(path, bag, chosen)
+        mounting = None if body == sensor_frame else _fixed(edges, sensor_frame, body)
+        note = f"poses of {chosen}"
+        if mounting is None and body != sensor_frame:
+            note += f"; LiDAR assumed at the place of {body or 'the vehicle'!s}, and turned alike"
+        return BagPoses(track, mounting, (note, *track.notes))
+    return _of_transforms(path, edges, sensor_frame)
+
+
+def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
+    """The track of one topic, and the frame whose poses they are."""
+    times, poses, body = [], [], ""
+    for message in bag.messages([topic]):
+        found = bag.decoded(message)
+        with damage_told(path, f"message of {topic}"):  # its definition, too, is of the recording
+            pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
+            times.append(_seconds(found.header.stamp) or message.logged_s)
+            poses.append(_numbers(pose.position, pose.orientation))
+            body = getattr(found, "child_frame_id", "")
+    return _track(f"{path} {topic}", times, poses), body
+
+
+def _edges(path: Path, bag: Bag) -> dict[str, Edge]:
+    """Transforms by child frame."""
+    topics = [one.name for one in bag.topics if one.type in TRANSFORMS]
+    times: Mapping[str, list[float]] = defaultdict(list)
+    poses: Mapping[str, list[list[float]]] = defaultdict(list)
+    parents = {}
+    for message in bag.messages(topics):
+        decoded = bag.decoded(message)
+        with damage_told(path, f"message of {message.topic}"):
+            for found in decoded.transforms:
+                child = found.child_frame_id.lstrip("/")
+                parents[child] = found.header.frame_id.lstrip("/")
+                times[child].append(_seconds(found.header.stamp))
+                poses[child].append(_numbers(found.transform.translation, found.transform.rotation))
+    tracks = {child: _track(f"{path} {child}", times[child], poses[child]) for child in parents}
+    return {
+        child: Edge(parents[child], track) for child, track in tracks.items() if len(track.time_s)
+    }
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
+def _numbers(place: Any, turn: Any) -> list[float]:
+    return [place.x, place.y, place.z, turn.w, turn.x, turn.y, turn.z]
+
+
+def _track(source: str, times: Sequence[float], poses: Sequence[Sequence[float]]) -> PoseTrack:
+    numbers = np.array(poses, dtype=np.float64).reshape(-1, 7)
+    return pose_track(source, np.array(times), numbers[:, :3], numbers[:, 3:])
+
+
+def _of_transforms(path: Path, edges: Mapping[str, Edge], sensor_frame: str) -> BagPoses:
+    chain = _chain(edges, sensor_frame)
+    body = next((name for name in BODIES if name in chain), sensor_frame)
+    above = chain[chain.index(body) :]
+    moving = [edges[name].track for name in above if name in edges and _moves(edges[name])]
+    mounting = _fixed(edges, sensor_frame, body) if body != sensor_frame else None
+    if not moving:
+        return BagPoses(None, mounting, ())
+    times = max(moving, key=lambda track: len(track.time_s)).time_s
+    found = [(time_s, _pose(edges, above, float(time_s))) for time_s in times]
+    known = [(time_s, pose) for time_s, pose in found if pose is not None]
+    if not known:
+        return BagPoses(None, mounting, ("no poses in it: its transforms never overlap",))
+    stack = np.array([pose for _, pose in known])
+    track = pose_track(
+        f"{path} transforms",
+        np.array([time_s for time_s, _ in known]),
+        stack[:, :3, 3],
+        quaternions_of(stack[:, :3, :3]),
+    )
+    return BagPoses(track, mounting, (f"poses of {body} in {above[-1]} by transforms",))
+
+
+def _moves(edge: Edge) -> bool:
+    track = edge.track
+    return bool(np.any(track.position_m != track.position_m[0])) or bool(
+        np.any(track.quaternion != track.quaternion[0])
+    )
+
+
+def _chain(edges: Mapping[str, Edge], frame: str) -> list[str]:
+    """A frame, its parent, and so on to the root."""
+    chain = [frame.lstrip("/")]
+    while chain[-1] in edges and edges[chain[-1]].parent not in chain:
+        chain.append(edges[chain[-1]].parent)
+    return chain
+
+
+def _pose(edges: Mapping[str, Edge], chain: Sequence[str], time_s: float) -> FloatArray | None:
+    """[4, 4] pose of the first frame of a chain in the last at a time."""
+    pose = np.eye(4)
+    for name in chain[:-1]:
+        edge = edges[name]
+        if not _moves(edge):
+            rotation, position = rotation_of(edge.track.quaternion[0]), edge.track.position_m[0]
+        else:
+            state = edge.track.at(time_s)
+            if state is None:
+                return None
+            rotation, position = world_from_body(state.attitude_rad), state.position_m
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = rotation, position
+        pose = step @ pose
+    return pose
+
+
+def _fixed(edges: Mapping[str, Edge], sensor_frame: str, body: str) -> Mounting | None:
+    """Pose of the sensor on the body; None where it is unknown, or moves."""
+    chain = _chain(edges, sensor_frame)
+    if body.lstrip("/") not in chain:
+        return None
+    chain = chain[: chain.index(body.lstrip("/")) + 1]
+    if any(_moves(edges[name]) for name in chain[:-1]):
+        return None
+    pose = _pose(edges, chain, 0.0)
+    assert pose is not None  # fixed transforms hold at any time
+    return Mounting(pose[:3, 3], attitude_from_rotation(pose[:3, :3]))

@@ -1,0 +1,1 @@
+"""Scans and recordings of scans, one format a file."""

@@ -1,0 +1,164 @@
+"""ROS 2 bags by their files alone: without metadata, or with younger ones than rosbags knows."""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from urllib.parse import quote
+
+from clearway.base.errors import InputError
+from clearway.io.foreign_errors import damage_told
+from clearway.io.scans.bag import (
+    METADATA,
+    NANOSECOND_S,
+    Bag,
+    RawMessage,
+    Topic,
+    library_complaints,
+    merged,
+    ros2_types,
+    types_of,
+)
+from clearway.io.scans.bag_mcap import open_mcap
+
+SUFFIXES = (".db3", ".mcap")
+PACKED = ".zstd"
+KNOWN_VERSION = 8
+"""Newest metadata that the pinned rosbags reads; ROS 2 Jazzy writes 9."""
+ZSTD = b"\x28\xb5\x2f\xfd"
+"""Messages packed one by one begin so, serialised ones never."""
+
+
+def without_metadata(path: Path) -> bool:
+    """Whether a ROS 2 bag has no metadata that rosbags understands."""
+    if not path.is_dir() and path.suffix.lower() != ".db3":
+        return False
+    metadata = (path if path.is_dir() else path.parent) / METADATA
+    if not metadata.is_file():
+        return True
+    version = re.search(r"^\s*version:\s*(\d+)", metadata.read_text("utf-8", "replace"), re.M)
+    return version is not None and int(version[1]) > KNOWN_VERSION
+
+
+@contextmanager
+def open_files(path: Path) -> Iterator[Bag]:
+    """Open the files of a bag one after the other, as one recording.
+
+    Raises InputError where one that the metadata name is missing or packed, or none is there.
+    """
+    files = _files(path)
+    with ExitStack() as stack:
+        bags = [
+            stack.enter_context(open_mcap(one) if one.suffix == ".mcap" else _open_sqlite(one))
+            for one in files
+        ]
+        known: dict[str, Bag] = {}  # by type of message, which is defined alike in all files
+
+        def messages(names: Sequence[str]) -> Iterator[RawMessage]:
+            for bag in bags:
+                for message in bag.messages(names):
+                    known[message.type] = bag
+                    yield message
+
+        def decoded(message: RawMessage) -> Any:
+            return known[message.type].decoded(message)
+
+        yield Bag("ROS 2 bag", merged(t for bag in bags for t in bag.topics), messages, decoded)
+
+
+def _files(path: Path) -> list[Path]:
+    """Files with messages, in the order of recording."""
+    folder = path if path.is_dir() else path.parent
+    metadata = folder / METADATA
+    if metadata.is_file():
+        _, _, listed = metadata.read_text("utf-8", "replace").partition("relative_file_paths:")
+        names = list(dict.fromkeys(re.findall(r"[\w.+/-]+\.(?:db3|mcap)(?:\.zstd)?", listed)))
+        files = [folder / name for name in names]
+    elif path.is_dir():
+        files = [one for one in folder.iterdir() if one.suffix in SUFFIXES]
+        if len({re.sub(r"_\d+$", "", one.stem) for one in files}) > 1:
+            found = ", ".join(sorted(one.name for one in files))
+            raise InputError(str(path), f"several recordings in it, and no {METADATA}: {found}")
+        files.sort(key=lambda one: ([int(n) for n in re.findall(r"\d+", one.stem)], one.name))
+    else:
+        files = [path]
+    packed = [one.name for one in files if one.suffix == PACKED]
+    if packed:
+        raise InputError(str(path), f"{', '.join(packed)}: packed by zstd; unpack with `zstd -d`")
+    absent = [one.name for one in files if not one.is_file()]
+    if absent or not files:
+        raise InputError(
+            str(path), f"no file with messages in it ({', '.join(absent) or ', '.join(SUFFIXES)})"
+        )
+    return files
+
+
+@contextmanager
+def _open_sqlite(path: Path) -> Iterator[Bag]:
+    """A .db3: tables of topics and messages, in later versions of definitions too."""
+    own = library_complaints()
+    with ExitStack() as stack:
+        with damage_told(path, "ROS 2 bag", own):
+            place = f"file:{quote(str(path.absolute()))}?immutable=1"
+            base = stack.enter_context(closing(sqlite3.connect(place, uri=True)))
+            topics = {
+                number: Topic(name, kind, count)
+                for number, name, kind, count in base.execute(
+                    "SELECT topics.id, name, type, COUNT(messages.id) FROM topics "
+                    "LEFT JOIN messages ON messages.topic_id = topics.id GROUP BY topics.id"
+                )
+            }
+            definitions = _definitions(base)
+
+        def messages(names: Sequence[str]) -> Iterator[RawMessage]:
+            chosen = [number for number, topic in topics.items() if topic.name in names]
+            marks = ",".join("?" * len(chosen))
+            with damage_told(path, "ROS 2 bag", own):
+                rows = base.execute(
+                    f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) "
+                    "ORDER BY timestamp",
+                    chosen,
+                )
+                for number, logged_ns, data in rows:
+                    topic = topics[number]
+                    logged_s = logged_ns * NANOSECOND_S
+                    yield RawMessage(topic.name, topic.type, logged_s, _unpacked(data), True)
+
+        stores: dict[str, Any] = {}
+
+        def decoded(message: RawMessage) -> Any:
+            with damage_told(path, f"message of {message.topic} ({message.type})", own):
+                if message.type not in stores:
+                    known = definitions.get(message.type)
+                    stores[message.type] = ros2_types() if known is None else types_of(known)
+                return stores[message.type].deserialize_cdr(message.raw, message.type)
+
+        yield Bag("ROS 2 bag", merged(iter(topics.values())), messages, decoded)
+
+
+def _definitions(base: sqlite3.Connection) -> dict[str, Any]:
+    """Definitions of messages by type, where the recorder wrote them."""
+    tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
+    if "message_definitions" not in tables:
+        return {}
+    rows = base.execute(
+        "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+    )
+    return {
+        name: SimpleNamespace(name=name, encoding=encoding, data=text.encode())
+        for name, encoding, text in rows
+        if encoding in ("ros2msg", "ros2idl")
+    }
+
+
+def _unpacked(data: bytes) -> bytes:
+    if not data.startswith(ZSTD):
+        return data
+    from zstandard import ZstdDecompressor
+
+    return bytes(ZstdDecompressor().decompressobj().decompress(data))

@@ -1,0 +1,102 @@
+"""MCAP files of ROS 1 and ROS 2 messages, with or without an index, through mcap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from clearway.base.errors import InputError
+from clearway.io.foreign_errors import damage_told
+from clearway.io.scans.bag import (
+    NANOSECOND_S,
+    Bag,
+    RawMessage,
+    Topic,
+    library_complaints,
+    merged,
+    ros2_name,
+    types_of,
+)
+
+MAGIC = b"\x89MCAP0\r\n"
+"""At the start of a file, and at its end."""
+
+
+@contextmanager
+def open_mcap(path: Path) -> Iterator[Bag]:
+    """Open an MCAP file; InputError where it is damaged, or does not end as one does."""
+    from mcap.reader import make_reader
+
+    own = library_complaints()
+    with ExitStack() as stack:
+        with damage_told(path, "MCAP file", own):
+            file = stack.enter_context(path.open("rb"))
+            _check_end(path, file)
+            summary = make_reader(file, validate_crcs=True).get_summary()
+            indexed = summary is not None and bool(summary.channels)
+            topics = _topics(summary if indexed else None, path)
+        definitions: dict[str, Any] = {}
+
+        def messages(names: Sequence[str]) -> Iterator[RawMessage]:
+            with damage_told(path, "MCAP file", own), path.open("rb") as own_file:
+                reader = _reader(own_file, indexed)
+                for schema, channel, message in reader.iter_messages(list(names)):
+                    if schema is not None:
+                        definitions[ros2_name(schema.name)] = schema
+                        yield RawMessage(
+                            channel.topic,
+                            ros2_name(schema.name),
+                            message.log_time * NANOSECOND_S,
+                            message.data,
+                            channel.message_encoding != "ros1",
+                        )
+
+        stores: dict[str, Any] = {}
+
+        def decoded(message: RawMessage) -> Any:
+            with damage_told(path, f"message of {message.topic} ({message.type})", own):
+                if message.type not in stores:
+                    stores[message.type] = types_of(definitions[message.type])
+                types = stores[message.type]
+                decode = types.deserialize_cdr if message.ros2 else types.deserialize_ros1
+                return decode(message.raw, message.type)
+
+        yield Bag("MCAP file", topics, messages, decoded)
+
+
+def _check_end(path: Path, file: BinaryIO) -> None:
+    """Refuse a file whose writer never came to its end: what is left out would not be known."""
+    size = path.stat().st_size
+    file.seek(max(0, size - len(MAGIC)))
+    if size < 2 * len(MAGIC) or file.read() != MAGIC:
+        raise InputError(
+            str(path),
+            f"truncated MCAP file: its {size} bytes do not end as they begin; `mcap recover` "
+            "makes a whole file of what is there",
+        )
+    file.seek(0)
+
+
+def _reader(file: BinaryIO, indexed: bool) -> Any:
+    """By the index, or from start to end where the summary lists no channels."""
+    from mcap.reader import NonSeekingReader, make_reader
+
+    return (make_reader if indexed else NonSeekingReader)(file, validate_crcs=True)
+
+
+def _topics(summary: Any, path: Path) -> tuple[Topic, ...]:
+    """From the summary, or by reading all of a file that has none."""
+    if summary is None or summary.statistics is None:
+        with path.open("rb") as file:
+            return merged(
+                Topic(channel.topic, ros2_name(schema.name if schema else ""), 1)
+                for schema, channel, _ in _reader(file, summary is not None).iter_messages()
+            )
+    counts = summary.statistics.channel_message_counts
+    names = {number: schema.name for number, schema in summary.schemas.items()}
+    return merged(
+        Topic(one.topic, ros2_name(names.get(one.schema_id, "")), counts.get(one.id, 0))
+        for one in summary.channels.values()
+    )

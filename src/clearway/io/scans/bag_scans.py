@@ -1,0 +1,121 @@
+"""Scans of a robot recording: which topic, its messages as clouds, its poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
+from clearway.io.foreign_errors import damage_told
+from clearway.io.poses.bag_poses import BagPoses, poses_of_bag
+from clearway.io.scans.bag import Bag, RawMessage, Topic, open_bag
+from clearway.io.scans.cloud_message import (
+    Header,
+    points_of_cloud,
+    points_of_cloud2,
+    points_of_voxels,
+    read_header,
+)
+from clearway.io.scans.pointcloud import PointCloud, cleaned
+from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
+from clearway.io.scans.velodyne import VelodyneDecoder
+
+CLOUD2, CLOUD = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/PointCloud"
+PACKETS, VOXELS = "velodyne_msgs/msg/VelodyneScan", "planning_ros_msgs/msg/VoxelMap"
+SCANS = (CLOUD2, CLOUD, PACKETS)
+POINTS = (*SCANS, VOXELS)
+"""Types with points; a map of voxels is only taken where it is asked for, or alone."""
+
+
+def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) -> ScanSequence:
+    """The scans of a topic of a .bag, a ROS 2 bag's folder or .db3, or an .mcap.
+
+    poses: topic of odometry or poses; by default the first one, else the transforms. Raises
+    InputError listing the valid topics where there is none, or several and none is chosen.
+    """
+    with open_bag(path) as bag:
+        chosen = _chosen(path, bag.topics, topic)
+        first = next(bag.messages([chosen.name]), None)
+        if first is None:
+            raise InputError(str(path), f"no message of topic {chosen.name} in it")
+        frame = _header(path, first).frame
+        where = poses_of_bag(path, bag, frame, poses)
+        kind = f"{bag.kind}, {chosen.name} ({chosen.type}), frame {frame or 'unnamed'}"
+
+    def scans() -> Iterator[TimedScan]:
+        with open_bag(path) as bag:
+            reader = _reader(path, bag, chosen)
+            for index, message in enumerate(bag.messages([chosen.name])):
+                yield _scan(path, index, message, reader, where)
+
+    notes = tuple(f"{path}: {note}" for note in where.notes)
+    span = NO_POSES if where.track is None else f"{len(where.track.time_s)} poses"
+    return ScanSequence(str(path), kind, scans, where.mounting, notes, span)
+
+
+def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
+    """The topic asked for, or the only one with scans."""
+    known = [topic for topic in topics if topic.type in POINTS]
+    if name is not None:
+        known = [topic for topic in known if topic.name == name]
+    elif len(known) > 1:
+        known = [topic for topic in known if topic.type in SCANS]
+    if len(known) == 1:
+        return known[0]
+    there = [topic for topic in topics if topic.type in POINTS]
+    if name is not None:
+        cause = f"no points of topic {name!r}"
+    elif there:
+        cause = "several topics with points: choose one (--topic, `topic` of [scan])"
+    else:
+        cause = "no topic with points"
+    valid = "; valid: " + _listed(there) if there else "; it has " + _listed(topics)
+    raise InputError(str(path), cause + valid)
+
+
+def _listed(topics: tuple[Topic, ...] | list[Topic]) -> str:
+    return (
+        ", ".join(f"{one.name} ({one.type}, {one.messages} messages)" for one in topics) or "none"
+    )
+
+
+def _reader(path: Path, bag: Bag, topic: Topic) -> Callable[[RawMessage], PointCloud]:
+    """How messages of a topic become clouds."""
+    if topic.type == PACKETS:
+        decoder = VelodyneDecoder(path)
+        return lambda message: decoder.cloud(bag.decoded(message), _name(path, message))
+    readers: dict[str, Callable[[RawMessage], FloatArray]] = {
+        CLOUD2: lambda message: points_of_cloud2(bag.decoded(message)),
+        CLOUD: lambda message: points_of_cloud(message.raw, message.ros2),
+        VOXELS: lambda message: points_of_voxels(bag.decoded(message)),
+    }
+    points_of = readers[topic.type]
+    return lambda message: PointCloud(
+        points_of(message), None, None, "metres", _name(path, message)
+    )
+
+
+def _scan(
+    path: Path,
+    index: int,
+    message: RawMessage,
+    reader: Callable[[RawMessage], PointCloud],
+    poses: BagPoses,
+) -> TimedScan:
+    time_s = _header(path, message).time_s or message.logged_s
+
+    def read() -> PointCloud:
+        with damage_told(f"{path} scan {index}", message.type):
+            return cleaned(reader(message))
+
+    return TimedScan(index, time_s, None if poses.track is None else poses.track.at(time_s), read)
+
+
+def _header(path: Path, message: RawMessage) -> Header:
+    with damage_told(path, f"message of {message.topic} ({message.type})"):
+        return read_header(message.raw, message.ros2)
+
+
+def _name(path: Path, message: RawMessage) -> str:
+    return f"{path} {message.topic}"

@@ -1,0 +1,105 @@
+"""Scans of any known format as a sequence: files, folders, bags, packets; poses from where told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from clearway.base.errors import InputError
+from clearway.io.scans.bag import METADATA
+from clearway.io.scans.bag_files import SUFFIXES as BAG_FILES
+from clearway.io.scans.pointcloud import READERS, PointCloud, check_start, read_points
+from clearway.io.scans.scan_folder import SCAN_SUFFIXES
+from clearway.io.scans.timed_scans import ScanSequence, TimedScan
+from clearway.io.what_file import refuse_others, what_file
+
+BAGS = (".bag", ".db3", ".mcap")
+
+
+def open_scans(
+    path: str | Path, topic: str | None = None, poses: str | Path | None = None
+) -> ScanSequence:
+    """The scans of a point cloud file, a folder of numbered ones, a bag, or an Ouster recording.
+
+    topic: of a bag with several. poses: a file of poses (KITTI, TUM, a table, ULog) or a bag's
+    topic of odometry or poses; by default those that a bag tells. Raises InputError where the file
+    cannot be read or an option does not belong to it, and MissingExtraError.
+    """
+    path = Path(path)
+    is_bag = path.suffix.lower() in BAGS or (path.is_dir() and _is_bag_folder(path))
+    if topic is not None and not is_bag:
+        raise InputError(str(path), f"topic {topic!r}: only bags and MCAP files have topics")
+    if poses is None:
+        return _opened(path, is_bag, topic, None)
+    file = Path(poses)
+    if not file.is_file():
+        if is_bag:
+            return _opened(path, is_bag, topic, str(poses))
+        raise InputError(str(poses), "cannot be read: no such file of poses")
+    return _with_poses(_opened(path, is_bag, topic, None), file)
+
+
+def _is_bag_folder(path: Path) -> bool:
+    """Whether a folder holds a ROS 2 bag: its metadata, or its files alone."""
+    suffixes = {one.suffix for one in path.iterdir()}
+    return (path / METADATA).is_file() or (
+        not suffixes.isdisjoint(BAG_FILES) and suffixes.isdisjoint(SCAN_SUFFIXES)
+    )
+
+
+def _opened(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> ScanSequence:
+    if is_bag:
+        from clearway.io.scans.bag_scans import bag_scans
+
+        if not path.is_dir():
+            check_start(path)
+        return bag_scans(path, topic, poses)
+    if path.suffix.lower() == ".pcap":
+        from clearway.io.scans.ouster import ouster_scans
+
+        check_start(path)
+        return ouster_scans(path)
+    if path.is_dir():
+        from clearway.io.scans.scan_folder import folder_scans
+
+        return folder_scans(path)
+    return _single(path)
+
+
+def _single(path: Path) -> ScanSequence:
+    """A file that holds one scan."""
+    if path.suffix.lower() not in READERS:
+        raise InputError(
+            str(path),
+            f"suffix {path.suffix or '(none)'!r} is no known scan; valid suffixes: "
+            f"{', '.join(READERS)}, or a folder" + what_file(path),
+        )
+    check_start(path)
+    refuse_others(path, "assess")
+
+    def scans() -> Iterator[TimedScan]:
+        yield TimedScan(0, 0.0, None, lambda: read_points(path))
+
+    return ScanSequence(str(path), f"point cloud {path.suffix}", scans)
+
+
+def _with_poses(sequence: ScanSequence, file: Path) -> ScanSequence:
+    """The sequence with the poses of a file, which must know at least the first scan's."""
+    from clearway.io.poses.pose_file import read_poses
+
+    poses = read_poses(file)
+
+    def scans() -> Iterator[TimedScan]:
+        for scan in sequence:
+            yield replace(scan, state=poses.at(scan.index, scan.time_s))
+
+    notes = (*sequence.notes, *poses.notes)
+    return replace(sequence, scans=scans, notes=notes, poses=poses.span)
+
+
+def first_cloud(path: Path) -> PointCloud:
+    """The points of the first scan of a recording; InputError where it has none."""
+    for scan in open_scans(path):
+        return scan.read()
+    raise InputError(str(path), "no scan in it")

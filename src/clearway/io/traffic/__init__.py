@@ -1,0 +1,1 @@
+"""Reports of traffic, one format a file."""

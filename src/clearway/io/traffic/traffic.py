@@ -1,0 +1,74 @@
+"""Traffic recordings from files: one value for all formats; the content tells which it is."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+from clearway.base.errors import InputError, naming
+from clearway.io.what_file import what_content
+from clearway.traffic.recorded.report import TrafficRecording
+
+GZIP = b"\x1f\x8b"
+MOST_BYTES = 1_000_000_000
+"""Unpacked: some five million positions. A small file may unpack to more than memory holds."""
+
+
+def read_traffic(path: str | Path) -> TrafficRecording:
+    """Read a recording of any known format, gzip or not, whatever its suffix.
+
+    Raises InputError when the file is absent, empty, truncated, of no known format, or has nothing
+    in it that can be understood; MissingExtraError when Mode S is to be decoded without [adsb], or
+    a ULog read without [ulog].
+    """
+    from clearway.io.traffic.traffic_formats import FORMATS
+
+    path = Path(path)
+    with naming(path, "read"):
+        content = path.read_bytes()
+    if not content:
+        raise InputError(str(path), "the file is empty (0 bytes)")
+    if content.startswith(GZIP):
+        content = _unpacked(str(path), content)
+    reader = next((form.read for form in FORMATS if form.recognises(content)), None)
+    if reader is None:
+        raise InputError(
+            str(path),
+            f"no known traffic recording: it begins with {content[:24]!r}; valid: "
+            + "; ".join(form.name for form in FORMATS)
+            + what_content(content),
+        )
+    recording = reader(str(path), content)
+    if not (recording.reports or recording.of_use or recording.heard):
+        reasons = ", ".join(f"{count} {reason}" for reason, count in recording.left_out.items())
+        raise InputError(
+            str(path),
+            [f"no usable message in it (left out: {reasons or 'none'})", *recording.notes],
+        )
+    return recording
+
+
+def _unpacked(source: str, content: bytes) -> bytes:
+    """What gzip has packed, all members of it."""
+    parts: list[bytes] = []
+    while content:
+        unpacker = zlib.decompressobj(wbits=31)
+        try:
+            parts.append(unpacker.decompress(content, MOST_BYTES - sum(map(len, parts))))
+        except zlib.error as cause:
+            raise InputError(source, f"damaged gzip file: {cause}") from cause
+        if sum(map(len, parts)) >= MOST_BYTES:
+            raise InputError(
+                source, f"unpacks to {MOST_BYTES:,} bytes or more: cut a shorter time out of it"
+            )
+        if not unpacker.eof:
+            raise InputError(
+                source,
+                f"truncated: the gzip data end in the middle, after {sum(map(len, parts))} bytes "
+                "unpacked",
+            )
+        content = unpacker.unused_data
+    unpacked = b"".join(parts)
+    if not unpacked:
+        raise InputError(source, "the file is empty (0 bytes, unpacked)")
+    return unpacked

@@ -1,0 +1,107 @@
+"""The kinds of traffic recordings: what each begins like, and what reads it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from clearway.io.poses.ulog import read_ulog_traffic
+from clearway.io.traffic.aircraft_json import read_aircraft
+from clearway.io.traffic.avr import is_avr, read_avr
+from clearway.io.traffic.beast import read_beast
+from clearway.io.traffic.bluesky import read_bluesky
+from clearway.io.traffic.daidalus import read_daidalus
+from clearway.io.traffic.mode_s_hex import columns_of, read_hex, read_json_frames, table_lines
+from clearway.io.traffic.opensky import read_states
+from clearway.io.traffic.readsb_trace import read_trace
+from clearway.io.traffic.sbs import read_sbs
+from clearway.io.traffic.traffic_table import is_table, read_table
+from clearway.io.traffic.trajectories import read_trajectories
+from clearway.traffic.recorded.report import TrafficRecording
+
+HEAD = 4096
+BEAST_FRAME = re.compile(rb"\x1a[\x31-\x35\xe3]")
+HEX_ROW = re.compile(rb"^\s*\"?[0-9.eE+-]+\"?\s*[,;]\s*\"?[0-9A-Fa-f]{14,28}", re.MULTILINE)
+BLUESKY_ROW = re.compile(rb"^\s*\d+:\d\d:\d\d(\.\d+)?\s*>", re.MULTILINE)
+SBS_ROW = re.compile(rb"^MSG,[1-8],", re.MULTILINE)
+JSON_FRAME = re.compile(rb'"frame"\s*:\s*"[0-9A-Fa-f]{14,28}"')
+DAIDALUS_COLUMNS = {"lat", "latitude", "sx"}
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One kind of file."""
+
+    name: str
+    recognises: Callable[[bytes], bool]
+    """Whether the content begins like it."""
+    read: Callable[[str, bytes], TrafficRecording]
+
+
+def _begins_with(content: bytes, signs: bytes) -> bool:
+    return content[:HEAD].removeprefix(b"\xef\xbb\xbf").lstrip()[:1] in {bytes([s]) for s in signs}
+
+
+def _is_beast(content: bytes) -> bool:
+    # A recording may begin in the middle of a frame; text never has a 0x1a.
+    return BEAST_FRAME.search(content[:64]) is not None
+
+
+def _is_json(content: bytes) -> bool:
+    return _begins_with(content, b"{[")
+
+
+def _has(*keys: str) -> Callable[[bytes], bool]:
+    """Whether JSON has all of these keys near its start."""
+    signs = [re.compile(rf'"{key}"\s*:'.encode()) for key in keys]
+    return lambda content: _is_json(content) and all(s.search(content[:HEAD]) for s in signs)
+
+
+def _is_json_frames(content: bytes) -> bool:
+    return _is_json(content) and JSON_FRAME.search(content[:HEAD]) is not None
+
+
+def _is_hex(content: bytes) -> bool:
+    head = content[:HEAD]
+    return HEX_ROW.search(head) is not None or columns_of(table_lines(head)) is not None
+
+
+def _is_sbs(content: bytes) -> bool:
+    return SBS_ROW.search(content[:HEAD]) is not None
+
+
+def _is_daidalus(content: bytes) -> bool:
+    """Whether the first line names columns, of names and of places."""
+    head = content[:HEAD].decode("utf-8-sig", "replace").splitlines()
+    lines = [line for line in head if line.strip() and not line.lstrip().startswith("#")]
+    words = re.split(r"[\s,;]+", lines[0].strip().lower()) if lines else []
+    return bool({"name", "aircraft", "id"} & set(words)) and (
+        words[0] in ("name", "aircraft", "id") or not DAIDALUS_COLUMNS.isdisjoint(words)
+    )
+
+
+def _is_ulog(content: bytes) -> bool:
+    return content.startswith(b"ULog")
+
+
+def _is_bluesky(content: bytes) -> bool:
+    return BLUESKY_ROW.search(content[:HEAD].replace(b"\r", b"\n")) is not None
+
+
+FORMATS = (
+    Format("ULog of PX4", _is_ulog, read_ulog_traffic),
+    Format("Beast binary", _is_beast, read_beast),
+    Format("readsb trace (JSON)", _has("trace"), read_trace),
+    Format("Mode S frames of jet1090 (JSON)", _is_json_frames, read_json_frames),
+    Format("OpenSky states (JSON)", _has("time", "states"), read_states),
+    Format("trajectories (JSON)", _has("icao24", "latitude"), read_trajectories),
+    Format("readsb aircraft (JSON, one object or one a line)", _is_json, read_aircraft),
+    Format("OpenSky states or trajectories (CSV)", lambda c: is_table(c[:HEAD]), read_table),
+    Format("BaseStation (MSG,...)", _is_sbs, read_sbs),
+    Format("Mode S messages with ticks (AVR: @...;)", lambda c: is_avr(c[:HEAD]), read_avr),
+    Format("Mode S messages (CSV of time, hex)", _is_hex, read_hex),
+    Format("DAIDALUS .daa", _is_daidalus, read_daidalus),
+    Format("BlueSky scenario (.scn)", _is_bluesky, read_bluesky),
+)
+"""In the order in which they are tried."""

@@ -1,0 +1,83 @@
+"""A decision in words: what is flown, how sure it is, and why nothing cheaper was taken."""
+
+from __future__ import annotations
+
+from clearway.avoidance.choice import Basis, Choice
+from clearway.avoidance.decide import Decision
+from clearway.avoidance.hazards import Cause
+from clearway.avoidance.rules import RuleNote
+from clearway.live.mission import Mode
+from clearway.obstacles.obstacle_map import ObstacleMap
+
+
+def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None) -> str:
+    """One line per decision for the log and for people."""
+    choice = decision.choice
+    parts = [
+        f"{mode}: {_buffer_in_words(decision.movements)}, {choice.side} of the way to the goal",
+        f"P_R {choice.rating:.3f}, P_D {choice.feasibility:.3f}, {_clearance(decision)}",
+        str(choice.basis),
+    ]
+    if choice.basis is Basis.EMERGENCY:
+        parts.insert(
+            0,
+            f"EMERGENCY: no trajectory keeps {decision.margin_m:.2f} m; "
+            f"margin stepped down to {choice.margin_m:.2f} m",
+        )
+    ruled_out = _ruled_out(choice, decision, obstacle_map)
+    if ruled_out:
+        parts.append(ruled_out)
+    parts += [_rule_in_words(note) for note in choice.rules]
+    return "; ".join(parts)
+
+
+def _buffer_in_words(movements: tuple[str, ...]) -> str:
+    """Movements with repeats counted: 2 x Left, 8 x Straight."""
+    runs: list[tuple[str, int]] = []
+    for name in movements:
+        if runs and runs[-1][0] == name:
+            runs[-1] = (name, runs[-1][1] + 1)
+        else:
+            runs.append((name, 1))
+    return ", ".join(name if count == 1 else f"{count} x {name}" for name, count in runs)
+
+
+def _clearance(decision: Decision) -> str:
+    choice = decision.choice
+    if choice.limited_by is Cause.NOTHING:
+        return "nothing in reach"
+    return f"clearance {choice.clearance_m:.2f} m of {decision.margin_m:.2f} m asked"
+
+
+def _ruled_out(choice: Choice, decision: Decision, obstacle_map: ObstacleMap | None) -> str:
+    """Why the cheaper candidates were not taken: counts by cause, and the cheapest one."""
+    reasons = [f"{number} by {name}" for name, number in choice.ruled_out_by.items()]
+    if choice.below_threshold:
+        reasons.append(f"{choice.below_threshold} of {choice.candidates} rated too low")
+    if not reasons:
+        return ""
+    text = "ruled out: " + ", ".join(reasons)
+    if choice.ruled_out:
+        first = choice.ruled_out[0]
+        what = _what(first.cause, first.index, decision, obstacle_map)
+        text += (
+            f"; the cheapest ({first.cost_m:.1f} m) comes within {first.clearance_m:.2f} m {what}"
+        )
+    return text
+
+
+def _rule_in_words(note: RuleNote) -> str:
+    did = [f"forbids {note.forbidden}"] if note.forbidden else []
+    did += ["decided"] if note.decided else []
+    did += ["broken for safety"] if note.broken else []
+    return f"rule {note.name} ({note.reason})" + (f": {', '.join(did)}" if did else "")
+
+
+def _what(cause: Cause, index: int, decision: Decision, obstacle_map: ObstacleMap | None) -> str:
+    if cause is Cause.MAP and obstacle_map is not None:
+        source = int(decision.hazards.shapes.source[index])
+        name = obstacle_map.obstacles[source].name or f"number {source}"
+        return f"of map obstacle {name}"
+    if cause is Cause.INTRUDER:
+        return f"of intruder {decision.intruders[index] or f'number {index}'}"
+    return "of a return"

@@ -1,0 +1,47 @@
+"""A decision as flight has it: with the mission's mode, in words, and with what was left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from clearway.avoidance.choice import Basis
+from clearway.avoidance.decide import Decision
+from clearway.base.state import State
+from clearway.live.mission import Mode
+
+
+@dataclass(frozen=True, eq=False)
+class FlightDecision:
+    """A decision with the mission's mode and an explanation in words."""
+
+    time_s: float
+    mode: Mode
+    goal: int
+    """Index of the goal flown to."""
+    decision: Decision
+    explanation: str
+    scan_age_s: float
+    """Age of the oldest scan used; NaN without any."""
+    counts: dict[str, int]
+    """Data left out since the last decision, by reason."""
+
+    @property
+    def state(self) -> State:
+        """Own state that was decided for."""
+        return self.decision.state
+
+    @property
+    def movements(self) -> tuple[str, ...]:
+        """The movement buffer to execute."""
+        return self.decision.movements
+
+
+def mode_of(decision: Decision, *, landing: bool) -> Mode:
+    """The mode that a decision puts the mission in; landing: on the points of that sequence."""
+    if decision.choice.basis is Basis.EMERGENCY:
+        return Mode.EMERGENCY
+    if landing:
+        return Mode.LANDING
+    if decision.choice.ruled_out or decision.choice.below_threshold:
+        return Mode.AVOIDANCE
+    return Mode.NAVIGATION

@@ -1,0 +1,208 @@
+"""Mission control (6.1): waypoints in order, modes, and what to do when there is no progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+
+from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+
+Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
+"""(position [3], target [3]) -> intermediate goals [3] each, in order; none if there is no way."""
+
+
+class Mode(StrEnum):
+    """What the vehicle is doing."""
+
+    NAVIGATION = "navigation"
+    AVOIDANCE = "avoidance"
+    EMERGENCY = "emergency"
+    LANDING = "landing"
+
+
+@dataclass(frozen=True, eq=False)
+class Mission:
+    """Ordered waypoints (6.1), flown from a start state, then the landing points.
+
+    Raises InputError naming every problem: too few waypoints, numbers that are not finite, and
+    neighbours closer than the reach radius.
+    """
+
+    name: str
+    start: State
+    waypoints_m: FloatArray
+    """[n, 3] world frame; the first may be the start itself."""
+    reach_radius_m: float = 1.5
+    landing_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    """[n, 3] points of the landing sequence, flown after the last waypoint."""
+    pass_within_m: float | None = None
+    """A goal before the last also counts once it is abeam within this distance, so that nobody
+    turns back for a waypoint that had to be passed at a distance."""
+
+    def __post_init__(self) -> None:
+        for name in ("waypoints_m", "landing_m"):
+            points = np.array(getattr(self, name), dtype=np.float64).reshape(-1, 3)
+            points.setflags(write=False)
+            object.__setattr__(self, name, points)
+        problems = self._problems()
+        if problems:
+            raise InputError(f"mission {self.name!r}", problems)
+
+    def _problems(self) -> list[str]:
+        problems = []
+        if len(self.waypoints_m) < 1:
+            problems.append("waypoints_m: at least one waypoint is needed")
+        if not self.reach_radius_m > 0.0:
+            problems.append(f"reach_radius_m: must be above 0, got {self.reach_radius_m}")
+        if self.pass_within_m is not None and not self.pass_within_m > 0.0:
+            problems.append(f"pass_within_m: must be above 0, got {self.pass_within_m}")
+        for name in ("waypoints_m", "landing_m"):
+            if not np.all(np.isfinite(getattr(self, name))):
+                problems.append(f"{name}: coordinates must be finite numbers")
+        gaps = np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
+        for index in np.flatnonzero(gaps < self.reach_radius_m):
+            problems.append(
+                f"waypoints_m[{index + 1}]: {gaps[index]:.3g} m from the one before, "
+                f"within the reach radius of {self.reach_radius_m:.3g} m"
+            )
+        return problems
+
+    @cached_property
+    def goals_m(self) -> FloatArray:
+        """[n, 3] waypoints and then landing points."""
+        return np.concatenate([self.waypoints_m, self.landing_m])
+
+    @property
+    def straight_length_m(self) -> float:
+        """Length of the straight lines from the start through all waypoints."""
+        points = np.concatenate([self.start.position_m[None], self.waypoints_m])
+        return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """How far a mission is; `advanced` makes the next one."""
+
+    goal: int = 0
+    """Index of the goal flown to; the number of goals when all are reached."""
+    reached_s: tuple[float, ...] = ()
+    """Times at which goals were reached."""
+    nearest_m: float = np.inf
+    """Smallest distance to the goal so far, since it became the goal or the last detour."""
+    nearest_s: float = 0.0
+    detour: tuple[FloatArray, ...] = ()
+    """Intermediate goals before the goal."""
+    detours: int = 0
+    """Detours begun so far."""
+
+    def done(self, mission: Mission) -> bool:
+        """Whether waypoints and landing points are all reached."""
+        return self.goal >= len(mission.goals_m)
+
+    def waypoints_reached(self, mission: Mission) -> int:
+        return min(self.goal, len(mission.waypoints_m))
+
+    def landing(self, mission: Mission) -> bool:
+        """Whether the last waypoint is behind, so that the landing sequence runs."""
+        return self.goal >= len(mission.waypoints_m)
+
+    def target(self, mission: Mission) -> FloatArray:
+        """[3] the point to fly to now."""
+        if self.detour:
+            return self.detour[0]
+        goals = mission.goals_m
+        return np.asarray(goals[min(self.goal, len(goals) - 1)])
+
+    def left(self, mission: Mission) -> FloatArray:
+        """[3] where the leg to the present goal began."""
+        return mission.goals_m[self.goal - 1] if self.goal > 0 else mission.start.position_m
+
+    def following(self, mission: Mission) -> FloatArray | None:
+        """[3] the point after that; None at the end."""
+        goals = mission.goals_m
+        if len(self.detour) > 1:
+            return self.detour[1]
+        index = self.goal if self.detour else self.goal + 1
+        return goals[index] if index < len(goals) else None
+
+
+def advanced(
+    mission: Mission, progress: Progress, position_m: FloatArray, time_s: float
+) -> Progress:
+    """Progress after the vehicle has come to a position [3]."""
+    while progress.detour and _within(position_m, progress.detour[0], 2.0 * mission.reach_radius_m):
+        progress = replace(progress, detour=progress.detour[1:])
+    while not progress.done(mission):
+        distance = float(np.linalg.norm(position_m - mission.goals_m[progress.goal]))
+        if distance > mission.reach_radius_m and not _passed(mission, progress.goal, position_m):
+            if distance < progress.nearest_m - 0.1 * mission.reach_radius_m:
+                return replace(progress, nearest_m=distance, nearest_s=time_s)
+            return progress
+        progress = replace(
+            progress,
+            goal=progress.goal + 1,
+            reached_s=(*progress.reached_s, time_s),
+            nearest_m=np.inf,
+            nearest_s=time_s,
+            detour=(),
+        )
+    return progress
+
+
+def _passed(mission: Mission, goal: int, position_m: FloatArray) -> bool:
+    """Whether a goal lies abeam or behind, seen along the middle of the courses to and from it."""
+    goals = mission.goals_m
+    if mission.pass_within_m is None or goal + 1 >= len(goals):
+        return False
+    before = goals[goal - 1] if goal else mission.start.position_m
+    beyond = position_m - goals[goal]
+    if float(np.linalg.norm(beyond)) > mission.pass_within_m:
+        return False
+    inbound, outbound = goals[goal] - before, goals[goal + 1] - goals[goal]
+    course = inbound * float(np.linalg.norm(outbound)) + outbound * float(np.linalg.norm(inbound))
+    return bool(beyond @ course > 0.0)
+
+
+def stuck(progress: Progress, time_s: float, patience_s: float) -> bool:
+    """Whether the goal has not come nearer for the time that patience lasts.
+
+    Every detour doubles the patience with the next.
+    """
+    return time_s - progress.nearest_s > patience_s * 2.0 ** min(progress.detours, 6)
+
+
+def detoured(
+    mission: Mission,
+    progress: Progress,
+    state: State,
+    time_s: float,
+    turning_radius_m: float,
+    detour: Detour,
+) -> Progress:
+    """Progress with a way round what stands between: known obstacles decide, else fly away.
+
+    Without a known way the vehicle flies three turning radii off to one side and comes back.
+    """
+    target = mission.goals_m[progress.goal]
+    points = detour(state.position_m, target)
+    if not points:
+        yaw = state.attitude_rad[2] + (0.5 * np.pi if progress.detours % 2 == 0 else -0.5 * np.pi)
+        away = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        points = (state.position_m + 3.0 * turning_radius_m * away,)
+    return replace(
+        progress,
+        detour=tuple(points),
+        detours=progress.detours + 1,
+        nearest_m=np.inf,
+        nearest_s=time_s,
+    )
+
+
+def _within(position_m: FloatArray, point_m: FloatArray, radius_m: float) -> bool:
+    return bool(np.linalg.norm(position_m - point_m) <= radius_m)

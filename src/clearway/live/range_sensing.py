@@ -1,0 +1,226 @@
+"""What range sensors told: latest scans, memory of earlier ones, and who is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.avoidance.hazards import PointHazards, no_points
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import grid_frame
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.live.movers import Following, MoverSettings, follow, forget_movers
+from clearway.live.readings import DataLimits
+from clearway.sensors import (
+    Court,
+    Detection,
+    Ground,
+    Lidar,
+    LidarSensor,
+    PointMemory,
+    RangeSensor,
+    Scan,
+    heard,
+    remembered_after,
+    unseen,
+)
+from clearway.sensors.detection import Rule
+from clearway.traffic import Intruder
+
+MEMORY_REACH = 1.5
+"""How far away returns are remembered, in ranges of the grid."""
+MEMORY_VOXEL = 0.2
+"""Voxels in which returns are merged, as a share of the safety margin."""
+
+
+class Sight:
+    """All that scans have shown up to now; the arguments are those of `live.AvoidanceSystem`."""
+
+    def __init__(
+        self,
+        planner: Planner,
+        sensors: Mapping[str, RangeSensor],
+        limits: DataLimits,
+        *,
+        detection_rule: Rule,
+        ground_m: float,
+        follow_movers: bool,
+    ) -> None:
+        self.sensors = sensors
+        self._planner = planner
+        self._fresh_s = limits.scan_s
+        self._detection_rule = detection_rule
+        self._ground_m = ground_m
+        self._scans: dict[str, Scan] = {}
+        margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
+        settings = MoverSettings.of(margin, planner.speed_mps)
+        self._following = Following(settings) if follow_movers else None
+        # One each: no sensor wipes out what another has seen.
+        empty = PointMemory.empty(
+            MEMORY_VOXEL * margin, limits.memory_s, reach_m=MEMORY_REACH * reach
+        )
+        self._memories = dict.fromkeys(sensors, empty)
+        # Alone, a sensor has nobody to contradict it.
+        court = Court.of(sensors, margin, reach, planner.speed_mps)
+        self._court = court if len(sensors) > 1 else None
+
+    # --- scans ----------------------------------------------------------------------------
+
+    def flaw_of(self, scan: Scan) -> str | None:
+        """Why a scan cannot be used, or None."""
+        if scan.sensor not in self.sensors:
+            return "scan: unknown sensor"
+        if scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
+            return "scan: late or repeated"
+        return None
+
+    def take(self, scan: Scan, state: State) -> None:
+        """Take a scan without flaw, and the own state of its time."""
+        self._scans[scan.sensor] = scan
+        sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
+        self._memories[scan.sensor] = remembered_after(
+            self._memories[scan.sensor],
+            sensor,
+            scan,
+            state,
+            tolerance_m=sigmas * state.position_std_m,
+            ground_m=self._ground_m,
+        )
+        if self._court is not None:
+            self._court = heard(
+                self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
+            )
+        if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
+            self._follow(sensor.lidar, scan, state)
+
+    def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
+        """Find what moves, and leave no ghost of it behind."""
+        if self._following is None:
+            return
+        sigmas = self._planner.settings.sigmas
+        following = follow(
+            self._following, lidar, scan, state, sigmas=sigmas, ground_m=self._ground_m
+        )
+        self._following = following
+        self._memories = {
+            name: forget_movers(memory, following) for name, memory in self._memories.items()
+        }
+
+    # --- who is believed ------------------------------------------------------------------
+
+    def believes(self, name: str) -> bool:
+        """Whether a sensor counts at all."""
+        return self._court is None or self._court.believes(name)
+
+    @property
+    def trust(self) -> dict[str, float]:
+        """Present trust by sensor; what is not believed at all is at 0."""
+        if self._court is None:
+            return {name: sensor.standing.trust for name, sensor in self.sensors.items()}
+        return {
+            name: record.trust if record.believed else 0.0
+            for name, record in self._court.records.items()
+        }
+
+    # --- what is known now ----------------------------------------------------------------
+
+    @property
+    def sigma_m(self) -> float:
+        """Standard deviation of the range of the best sensor; 0 without any."""
+        return min((sensor.sigma_m for sensor in self.sensors.values()), default=0.0)
+
+    @property
+    def movers(self) -> list[Intruder]:
+        """Bodies that have proved to move."""
+        return [] if self._following is None else self._following.intruders()
+
+    def silent(self, now_s: float) -> list[str]:
+        """Names of the sensors without a fresh scan."""
+        return [name for name in self.sensors if not self._is_fresh(name, now_s)]
+
+    def usable_scans(self, now_s: float) -> dict[str, Scan]:
+        """By sensor, the latest scan of those that are fresh and believed."""
+        return {
+            name: self._scans[name]
+            for name in self.sensors
+            if self._is_fresh(name, now_s) and self.believes(name)
+        }
+
+    def _is_fresh(self, name: str, now_s: float) -> bool:
+        return name in self._scans and now_s - self._scans[name].time_s <= self._fresh_s
+
+    def detections(
+        self, scans: Mapping[str, Scan], state: State, own_state_at: Callable[[float], State]
+    ) -> list[Detection]:
+        """One per sensor, in the grid frame of an own state; without a scan all is unseen."""
+        return [
+            self._detection(scans[name], state, own_state_at(scans[name].time_s))
+            if name in scans
+            else unseen(self._planner.grid, sensor)
+            for name, sensor in self.sensors.items()
+        ]
+
+    def _detection(self, scan: Scan, state: State, pose: State) -> Detection:
+        """pose: the own state when the scan was taken."""
+        position, world_from_grid = grid_frame(state)
+        rotation = world_from_grid.T @ pose.world_from_body
+        offset = world_from_grid.T @ (pose.position_m - position)
+        still = pose.time_s == state.time_s and pose.attitude_rad[0] == 0.0
+        detection = self.sensors[scan.sensor].detect(
+            self._planner.grid,
+            scan,
+            grid_from_body=None if still else (rotation, offset),
+            rule=self._detection_rule,
+            ground=self._ground(state),
+        )
+        if self._court is None:
+            return detection
+        return replace(detection, weight=self._court.records[scan.sensor].weight)
+
+    def _ground(self, state: State) -> Ground | None:
+        """Ground that is no obstacle, as the grid of a decision sees it."""
+        if self._ground_m == -np.inf:
+            return None
+        level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
+        return Ground.at_height(level, self._ground_m, 0.0)
+
+    def remembered_near(self, position_m: FloatArray) -> PointHazards:
+        """Points of this and earlier scans that a trajectory from there could come near to.
+
+        Those of sensors that measure worse than the best are grown by the difference here, since a
+        decision grows all alike.
+        """
+        settings = self._planner.settings
+        reach = self._planner.grid.range_m + 2.0 * settings.safety_margin_m
+        best = self.sigma_m
+        near = []
+        for name, memory in self._believed_memories():
+            place, radius = memory.near(position_m, reach)
+            worse = self.sensors[name].sigma_m - best
+            near.append((place, radius + settings.point_sigmas * worse if worse else radius))
+        return _together(near)
+
+    @property
+    def remembered(self) -> PointHazards:
+        """All points of this and earlier scans."""
+        return _together(
+            [(memory.position_m, memory.radius_m) for _, memory in self._believed_memories()]
+        )
+
+    def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
+        return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
+
+
+def _together(balls: Sequence[tuple[FloatArray, FloatArray]]) -> PointHazards:
+    """Balls of several sensors as one."""
+    if len(balls) == 1:
+        return PointHazards(*balls[0])
+    if not balls:
+        return no_points()
+    return PointHazards(
+        np.concatenate([place for place, _ in balls]),
+        np.concatenate([radius for _, radius in balls]),
+    )

@@ -1,0 +1,32 @@
+"""What may come in, and how long it counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from clearway.base.state import State
+from clearway.sensors import Scan
+from clearway.traffic import Intruder
+
+Reading = State | Scan | Intruder
+
+
+@dataclass(frozen=True, slots=True)
+class DataLimits:
+    """How old data may be, and how long things are kept."""
+
+    state_s: float = 1.5
+    """Own state; an older one is used, counted, and widens the margin."""
+    scan_s: float = 3.0
+    """Scans; without a fresh one the sensor's columns count as unseen."""
+    intruder_s: float = 10.0
+    """Intruder reports."""
+    ahead_s: float = 5.0
+    """Scans and reports later than the latest own state or question by more have a wrong clock; an
+    own state has one unless the next or a question bears it out."""
+    history_s: float = 10.0
+    """Own states kept, to place late scans."""
+    memory_s: float = 120.0
+    """Points remembered after they were last seen."""
+    patience_turns: float = 1.5
+    """Full circles' worth of time without progress before a detour."""

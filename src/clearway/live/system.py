@@ -1,0 +1,301 @@
+"""The system that a vehicle runs: takes readings, and decides when asked.
+
+`AvoidanceSystem` is the one object that changes, with what it is made of. Data that cannot be used
+are counted by reason in `counts`, never silently lost.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.live.detour import known_way
+from clearway.live.explain import explanation
+from clearway.live.flight_decision import FlightDecision, mode_of
+from clearway.live.mission import Detour, Mission, Progress, advanced, detoured, stuck
+from clearway.live.movers import unreported
+from clearway.live.own_states import OwnStates, carried_on
+from clearway.live.plan import Plan
+from clearway.live.range_sensing import Sight
+from clearway.live.readings import DataLimits, Reading
+from clearway.live.reports import reports_for
+from clearway.live.warm_up import rehearsal, with_something_near
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import AnySensor, Scan, range_sensors
+from clearway.sensors.detection import Rule
+from clearway.traffic import Intruder, TrackerSettings
+from clearway.vehicle.buffer import MovementBuffer
+
+
+class AvoidanceSystem:
+    """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
+
+    detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
+    from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
+    tracker: reports of intruders are made into tracks first; None believes each as it comes, save
+    own, repeated, late and stale ones.
+    address: the own transponder's, by which the tracker knows own echoes; by place where empty.
+    follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
+    lidars: LiDARs, and whatever else is a `sensors.RangeSensor`; with several of them, those that
+    the others contradict are no longer believed (see `sensors.trust`).
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        mission: Mission,
+        lidars: Sequence[AnySensor] = (),
+        obstacle_map: ObstacleMap | None = None,
+        limits: DataLimits | None = None,
+        detour: Detour | None = None,
+        detection_rule: Rule = "ratio",
+        ground_m: float = -np.inf,
+        tracker: TrackerSettings | None = None,
+        address: str = "",
+        follow_movers: bool = False,
+    ) -> None:
+        self.planner = planner
+        self.mission = mission
+        self.obstacle_map = obstacle_map
+        self.limits = limits or DataLimits()
+        self.progress = Progress()
+        self.counts: Counter[str] = Counter()
+        self._detour = detour
+        self._tracker = tracker
+        self._address = address
+        self._follow_movers = follow_movers
+        self._own_states = OwnStates(self.limits.history_s, self.limits.ahead_s)
+        self._sight = Sight(
+            planner,
+            range_sensors(lidars),
+            self.limits,
+            detection_rule=detection_rule,
+            ground_m=ground_m,
+            follow_movers=follow_movers,
+        )
+        self._reports = reports_for(tracker, self.limits.intruder_s, planner.speed_mps, address)
+        self._plan = Plan()
+        self._clock_s = -np.inf  # The latest time that an own state or a question told.
+        self._news = ""
+        self._unchecked = False  # Whether the plan has not been held against the news.
+        self._told: Counter[str] = Counter()
+
+    # --- readings -------------------------------------------------------------------------
+
+    def update(self, reading: Reading) -> None:
+        """Take one reading; what cannot be used is counted by reason."""
+        if isinstance(reading, State):
+            self._take_state(reading)
+        elif isinstance(reading, Scan):
+            self._take_scan(reading)
+        else:
+            self._take_report(reading)
+
+    def _take_state(self, state: State) -> None:
+        before = self._own_states.newest
+        self.counts.update(self._own_states.take(state, self._clock_s))
+        self._advance(before)
+
+    def _advance(self, before: State | None) -> None:
+        """Mission and clock go on with a new own state."""
+        state = self._own_states.newest
+        if state is not None and state is not before:
+            self._clock_s = max(self._clock_s, state.time_s)
+            self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
+
+    def _tell_time(self, now_s: float) -> None:
+        """Whoever asks tells the time, and an own state that waited for it may be right."""
+        before = self._own_states.newest
+        self._clock_s = max(self._clock_s, now_s)
+        self._own_states.believe(self._clock_s)
+        self._advance(before)
+
+    def _ahead(self, what: str, time_s: float) -> str | None:
+        """Of a time that no right clock tells yet: believed, it would shut out all that follows."""
+        known = np.isfinite(self._clock_s)
+        if not known or time_s <= self._clock_s + self.limits.ahead_s:
+            return None
+        return f"{what}: from the future"
+
+    def _take_scan(self, scan: Scan) -> None:
+        flaw = self._sight.flaw_of(scan) or self._ahead("scan", scan.time_s)
+        if flaw:
+            self.counts[flaw] += 1
+        elif not self._own_states.reach_back_to(scan.time_s):
+            self.counts["scan: no own state of its time"] += 1
+        else:
+            self._sight.take(scan, self._own_state_at(scan.time_s))
+            if len(scan.points_m):
+                self._news, self._unchecked = "new returns", True
+            if not self._sight.believes(scan.sensor):
+                self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
+
+    def _take_report(self, report: Intruder) -> None:
+        flaw = self._ahead("intruder", report.time_s) or self._reports.take(report)
+        if flaw:
+            self.counts[flaw] += 1
+        else:
+            self._news, self._unchecked = self._news or "new reports of traffic", True
+
+    @property
+    def trust(self) -> dict[str, float]:
+        """Present trust by sensor; what is not believed at all is at 0."""
+        return self._sight.trust
+
+    # --- decisions ------------------------------------------------------------------------
+
+    @property
+    def buffer(self) -> MovementBuffer:
+        """The movements decided last, with their times; what is past of them is flown (6.2)."""
+        return self._plan.buffer
+
+    def due(self, now_s: float) -> str | None:
+        """Why a decision is due now, or None while the plan may be flown on.
+
+        In the middle of the plan's first movement news counts only if it endangers the plan:
+        decided anew with every scan, from between two movements, it would waver for ever.
+        """
+        self._tell_time(now_s)
+        due = self._plan.due(now_s, self.progress.goal)
+        if due or not self._news:
+            return due
+        if not (self.planner.settings.verify and self._plan.in_first_movement(now_s)):
+            return self._news
+        if not self._unchecked:
+            return None
+        danger = self._endangered_at(now_s)
+        self._unchecked = danger is not None
+        return danger
+
+    def _endangered_at(self, now_s: float) -> str | None:
+        """By what the plan being flown lacks the margin, as far as is known now."""
+        path = self._plan.path
+        if path is None:
+            return None
+        state = self._own_state_at(now_s)
+        return path.endangered(self.planner, self._known(state, now_s), now_s)
+
+    def warm_up(self) -> None:
+        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
+        planner, start = self.planner, self.mission.start
+        sensors = self._sight.sensors
+        trial = AvoidanceSystem(
+            planner,
+            self.mission,
+            tuple(sensors.values()),
+            with_something_near(self.obstacle_map, planner, start),
+            self.limits,
+            follow_movers=self._follow_movers,
+            tracker=self._tracker,
+            address=self._address,
+        )
+        for time_s, readings in rehearsal(planner, start, sensors):
+            for reading in readings:
+                trial.update(reading)
+            trial.decide(time_s)
+            trial._endangered_at(time_s)
+        trial._known_way(start.position_m, self.mission.goals_m[0])
+
+    def decide(self, now_s: float) -> FlightDecision:
+        """Decide for the present moment; the buffer returned is to be flown from `now_s` on.
+
+        Raises ClearwayError if no own state has come yet.
+        """
+        situation, scan_age = self.situation(now_s)
+        decision = decide(self.planner, situation, self._plan.commitment(now_s))
+        return self._adopt(decision, now_s, scan_age)
+
+    def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
+        goal = self.progress.goal
+        self._plan = self._plan.after(decision, now_s, goal, self.planner.automaton)
+        self._news, self._unchecked = "", False
+        mode = mode_of(decision, landing=self.progress.landing(self.mission))
+        fresh = self.counts - self._told
+        self._told = Counter(self.counts)
+        return FlightDecision(
+            now_s,
+            mode,
+            goal,
+            decision,
+            explanation(decision, mode, self.obstacle_map),
+            scan_age,
+            dict(fresh),
+        )
+
+    # --- what is known now ----------------------------------------------------------------
+
+    def situation(self, now_s: float) -> tuple[Situation, float]:
+        """All that is known at a moment, and the age of the oldest scan used (NaN without any).
+
+        Raises ClearwayError if no own state has come yet.
+        """
+        self._tell_time(now_s)
+        state = self._expected_state(now_s)
+        self._leave_dead_end(state, now_s)
+        for name in self._sight.silent(now_s):
+            self.counts[f"scan: none fresh of {name}"] += 1
+        scans = self._sight.usable_scans(now_s)
+        detections = self._sight.detections(scans, state, self._own_state_at)
+        situation = replace(self._known(state, now_s), detections=detections)
+        return situation, max((now_s - scan.time_s for scan in scans.values()), default=np.nan)
+
+    def _known(self, state: State, now_s: float) -> Situation:
+        """All that is known but for the cells that sensors see."""
+        return Situation(
+            state=state,
+            target_m=self.progress.target(self.mission),
+            next_m=self.progress.following(self.mission),
+            from_m=self.progress.left(self.mission),
+            reach_radius_m=self.mission.reach_radius_m,
+            remembered=self._sight.remembered_near(state.position_m),
+            obstacle_map=self.obstacle_map,
+            intruders=self._traffic(state, now_s),
+            state_age_s=now_s - self._own_states.latest.time_s,
+            range_sigma_m=self._sight.sigma_m,
+        )
+
+    def _expected_state(self, now_s: float) -> State:
+        """The latest own state carried to the decision time."""
+        latest = self._own_states.latest
+        if now_s - latest.time_s > self.limits.state_s:
+            self.counts["state: stale"] += 1
+        return carried_on(latest, now_s, self._plan.buffer, self.planner.automaton)
+
+    def _own_state_at(self, time_s: float) -> State:
+        """Between own states, or carried on from the latest: a scan may come before its own."""
+        latest = self._own_states.latest
+        if time_s <= latest.time_s:
+            return self._own_states.at(time_s)
+        return carried_on(latest, time_s, self._plan.buffer, self.planner.automaton)
+
+    def _traffic(self, state: State, now_s: float) -> list[Intruder]:
+        """Reported intruders, and those that LiDAR alone sees."""
+        reported, left_out = self._reports.intruders(state, now_s)
+        self.counts.update(left_out)
+        return reported + unreported(self._sight.movers, reported)
+
+    def _leave_dead_end(self, state: State, now_s: float) -> None:
+        """The no-progress rule: fly a detour when the goal has not come nearer for long."""
+        radius = self.planner.automaton.turning_radius_m
+        if not np.isfinite(radius) or self.progress.done(self.mission):
+            return
+        patience = self.limits.patience_turns * 2.0 * np.pi * radius / self.planner.speed_mps
+        if stuck(self.progress, now_s, patience):
+            self.progress = detoured(
+                self.mission, self.progress, state, now_s, radius, self._detour or self._known_way
+            )
+
+    def _known_way(self, position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
+        """Round what the map and the memory show, with room to turn if there is any."""
+        margin = self.planner.settings.safety_margin_m
+        wide = margin + 0.5 * self.planner.automaton.turning_radius_m
+        remembered = self._sight.remembered
+        return known_way(self.obstacle_map, remembered, position_m, target_m, (wide, margin))

@@ -1,0 +1,66 @@
+"""Made-up readings on which everything that a decision runs is compiled before take-off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.avoidance.planner import Planner
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.state import State
+from clearway.live.readings import Reading
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import Scan
+from clearway.traffic import Intruder
+
+INTRUDERS_AHEAD = (None, 0.5, 0.0)
+"""By step, in ranges of the grid: none; one ahead; one so near that only the emergency rule is
+left."""
+
+
+def rehearsal(
+    planner: Planner, start: State, sensors: Iterable[str]
+) -> Iterator[tuple[float, list[Reading]]]:
+    """Moments at which to decide, and the readings that come before; sensors: their names."""
+    names = tuple(sensors)
+    for step, ahead in enumerate(INTRUDERS_AHEAD):
+        time_s = start.time_s + step
+        readings: list[Reading] = [replace(start, time_s=time_s)]
+        readings += [Scan(0.4 * planner.grid.range_m * _fan(), time_s, name) for name in names]
+        if ahead is not None:
+            readings.append(_passing(planner, start, ahead, time_s))
+        yield time_s, readings
+
+
+def _passing(planner: Planner, start: State, ahead: float, time_s: float) -> Intruder:
+    return Intruder(
+        start.position_m + ahead * planner.grid.range_m,
+        np.array([0.0, -planner.speed_mps, 0.0]),
+        np.array([0.1, 0.1]),
+        planner.settings.safety_margin_m,
+        "passing",
+        time_s,
+    )
+
+
+def _fan() -> FloatArray:
+    """[49, 3] directions ahead."""
+    steps = np.linspace(-0.5, 0.5, 7)
+    y, z = np.meshgrid(steps, steps, indexing="ij")
+    ahead = np.stack([np.ones(49), y.ravel(), z.ravel()], axis=1)
+    return np.asarray(ahead / np.linalg.norm(ahead, axis=1)[:, None])
+
+
+def with_something_near(
+    obstacle_map: ObstacleMap | None, planner: Planner, start: State
+) -> ObstacleMap | None:
+    """The map, if there is one, with a ball where the first decision has to look at it."""
+    if not obstacle_map:
+        return None
+    ahead = np.array([0.5 * planner.grid.range_m, 0.0, 0.0])
+    place = start.position_m + world_from_body(start.attitude_rad) @ ahead
+    ball = Obstacle.ball(place, planner.settings.safety_margin_m)
+    return ObstacleMap([*obstacle_map.obstacles, ball])

@@ -1,0 +1,43 @@
+"""The codec: pymavlink's tables of messages, brought by the extra [mavlink]."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib import import_module
+from typing import Any
+
+from clearway.base.errors import MissingExtraError
+
+HEARTBEAT = 0
+ATTITUDE = 30
+LOCAL_POSITION_NED = 32
+GLOBAL_POSITION_INT = 33
+GPS_GLOBAL_ORIGIN = 49
+HOME_POSITION = 242
+ADSB_VEHICLE = 246
+OBSTACLE_DISTANCE = 330
+
+OBSTACLE_AVOIDANCE = 196
+"""MAV_COMP_ID_OBSTACLE_AVOIDANCE: our component in the vehicle's system."""
+
+Message = Any
+"""A decoded message; pymavlink has no types for them."""
+
+
+@lru_cache(maxsize=1)
+def dialect() -> Any:
+    """The module of MAVLink 2's common messages; MissingExtraError without pymavlink."""
+    try:
+        return import_module("pymavlink.dialects.v20.common")
+    except ImportError as cause:
+        raise MissingExtraError("a MAVLink link", "mavlink") from cause
+
+
+@lru_cache(maxsize=1)
+def _checksum() -> Any:
+    return import_module("pymavlink.generator.mavcrc").x25crc
+
+
+def checksum(data: bytes) -> int:
+    """CRC-16/MCRF4XX of header and payload with the extra byte of the message behind them."""
+    return int(_checksum()(data).crc)

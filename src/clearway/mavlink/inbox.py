@@ -1,0 +1,124 @@
+"""From pieces of a link to the messages of one vehicle: filtered, checked, bounded, counted.
+
+However much comes between two ticks, the work on it is bounded: of every kind of message only the
+newest few are decoded, so that a flood of one kind shuts out no other.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from clearway.mavlink import dialect as known
+from clearway.mavlink.dialect import Message, dialect
+from clearway.mavlink.links import Peer
+from clearway.mavlink.signing import SignatureCheck
+from clearway.mavlink.wire import LONGEST, Frame, frames_in
+
+KEPT = {
+    known.HEARTBEAT: 16,
+    known.ATTITUDE: 32,
+    known.LOCAL_POSITION_NED: 32,
+    known.GLOBAL_POSITION_INT: 32,
+    known.GPS_GLOBAL_ORIGIN: 4,
+    known.HOME_POSITION: 4,
+    known.ADSB_VEHICLE: 128,
+    known.OBSTACLE_DISTANCE: 16,
+}
+"""Messages that we need, and how many of each are decoded at a tick, the newest."""
+FROM_ANY_COMPONENT = (known.ADSB_VEHICLE, known.OBSTACLE_DISTANCE)
+"""Sensors may be components of their own; all else comes from the autopilot alone."""
+MOST_BYTES = 1 << 18
+"""Cut into frames at a tick; older bytes beyond are dropped."""
+
+OTHER_SYSTEM = "another system"
+OTHER_COMPONENT = "another component"
+OWN_FRAME = "our own frame"
+FLOOD = "flood: more than can be used"
+UNREADABLE = "cannot be decoded"
+
+
+class Arrival(NamedTuple):
+    """A message that may be used."""
+
+    message: Message
+    number: int
+    peer: Peer
+
+
+class Inbox:
+    """Takes pieces, gives messages; `refused` and `received` count everything that came."""
+
+    def __init__(
+        self,
+        system: int,
+        component: int,
+        signatures: SignatureCheck | None,
+        *,
+        stream: bool,
+    ) -> None:
+        self.received: Counter[str] = Counter()
+        self.refused: Counter[str] = Counter()
+        self._system, self._component = system, component
+        self._signatures, self._stream = signatures, stream
+        self._rest = b""
+        messages = dialect().mavlink_map
+        self._extras = {number: int(messages[number].crc_extra) for number in KEPT}
+        self._codec = dialect().MAVLink(None)
+
+    def take(self, pieces: Iterable[tuple[bytes, Peer]]) -> list[Arrival]:
+        """Messages in the order of their arrival."""
+        newest: dict[int, deque[tuple[int, Frame, Peer]]] = {}
+        order = 0
+        for data, peer in self._bounded(list(pieces)):
+            frames, rest = frames_in(
+                self._rest + data, self._extras, self.refused, stream=self._stream
+            )
+            self._rest = rest[-LONGEST:]
+            for frame in frames:
+                flaw = self._stranger(frame)
+                if flaw is not None:
+                    self.refused[flaw] += 1
+                    continue
+                waiting = newest.setdefault(frame.message, deque(maxlen=KEPT[frame.message]))
+                self.refused[FLOOD] += len(waiting) == waiting.maxlen
+                waiting.append((order, frame, peer))
+                order += 1
+        self.refused = +self.refused
+        waiting_all = sorted(entry for waiting in newest.values() for entry in waiting)
+        return [a for _, frame, peer in waiting_all if (a := self._opened(frame, peer)) is not None]
+
+    def _bounded(self, pieces: list[tuple[bytes, Peer]]) -> list[tuple[bytes, Peer]]:
+        """The newest pieces, MOST_BYTES of them at most."""
+        room, first = MOST_BYTES, len(pieces)
+        while first > 0 and len(pieces[first - 1][0]) <= room:
+            first -= 1
+            room -= len(pieces[first][0])
+        if first:
+            self.refused[FLOOD] += first
+            self._rest = b""
+        return pieces[first:]
+
+    def _stranger(self, frame: Frame) -> str | None:
+        if frame.system != self._system:
+            return OTHER_SYSTEM
+        if frame.component == known.OBSTACLE_AVOIDANCE:
+            return OWN_FRAME
+        if frame.component != self._component and frame.message not in FROM_ANY_COMPONENT:
+            return OTHER_COMPONENT
+        return None
+
+    def _opened(self, frame: Frame, peer: Peer) -> Arrival | None:
+        """The message in a frame, if its signature is right and it can be decoded."""
+        flaw = None if self._signatures is None else self._signatures.flaw(frame)
+        if flaw is not None:
+            self.refused[flaw] += 1
+            return None
+        try:
+            message = self._codec.decode(bytearray(frame.data))
+        except dialect().MAVError:
+            self.refused[UNREADABLE] += 1
+            return None
+        self.received[message.get_type()] += 1
+        return Arrival(message, frame.message, peer)

@@ -1,0 +1,114 @@
+"""The loop at a set rate: read what has come, tick, send; deadlines are measured, not hoped for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from clearway.mavlink.health import LinkState
+from clearway.mavlink.inbox import Inbox
+from clearway.mavlink.links import Link
+from clearway.mavlink.outbox import Outbox
+from clearway.mavlink.session import Outcome, Session
+
+IDLE_S = 0.2
+"""In lock-step, a tick is due after so long even if no own position comes."""
+TOLD_S = 1.1e-3
+"""Vehicles tell whole milliseconds."""
+
+
+@dataclass(slots=True)
+class LoopReport:
+    """How the ticks went."""
+
+    ticks: int = 0
+    late: int = 0
+    """Ticks that were not done when the next one was due."""
+    skipped: int = 0
+    """Ticks left out since their time had passed."""
+    tick_s: list[float] = field(default_factory=list)
+    """Each from reading to the last message sent."""
+
+
+OnOutcome = Callable[[Outcome], None]
+Stop = Callable[[float, Outcome | None], bool]
+"""(seconds since the start, last outcome) -> whether to end."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loop:
+    """What a session runs on; `run` ends when `stop` says so, or the autopilot restarts."""
+
+    link: Link
+    inbox: Inbox
+    session: Session
+    outbox: Outbox
+    period_s: float
+    """Between ticks, by the vehicle's clock."""
+
+    @property
+    def wall_period_s(self) -> float:
+        """The same by our clock."""
+        return self.period_s / (self.session.settings.speedup or 1.0)
+
+    def run(self, stop: Stop, on_outcome: OnOutcome) -> LoopReport:
+        report, outcome = LoopReport(), None
+        in_lock_step = self.session.settings.speedup is None
+        began = due = time.monotonic()
+        while not stop(time.monotonic() - began, outcome):
+            if in_lock_step:
+                self._until_vehicle(outcome)
+            else:
+                due = self._until(due, report)
+            outcome = self._tick(report)
+            on_outcome(outcome)
+            report.late += not in_lock_step and time.monotonic() > due + self.wall_period_s
+            due += self.wall_period_s
+            if outcome.state is LinkState.RESTARTED:
+                break
+        return report
+
+    def end(self) -> None:
+        """Say that set-points stop, if there were any."""
+        if self.session.settings.act:
+            self.outbox.send(self.session.farewell())
+
+    def _tick(self, report: LoopReport) -> Outcome:
+        started = time.perf_counter()
+        self._read()
+        outcome = self.session.tick(time.monotonic())
+        self.outbox.send(outcome.messages)
+        report.tick_s.append(time.perf_counter() - started)
+        report.ticks += 1
+        return outcome
+
+    def _read(self) -> None:
+        wall_s = time.monotonic()
+        for arrival in self.inbox.take(self.link.receive()):
+            if self.session.take(arrival, wall_s):
+                self.link.answer_to(arrival.peer)
+
+    def _until(self, due: float, report: LoopReport) -> float:
+        """Sleep until a tick is due; those whose time has passed are left out."""
+        now = time.monotonic()
+        if now > due + self.wall_period_s:
+            missed = int((now - due) / self.wall_period_s)
+            report.skipped += missed
+            due += missed * self.wall_period_s
+        time.sleep(max(0.0, due - now))
+        return due
+
+    def _until_vehicle(self, last: Outcome | None) -> None:
+        """Read until there is an own position a period later, or nothing comes.
+
+        The vehicle's clock alone would not do: attitude tells it too, and comes before the rest.
+        """
+        before = None if last is None else last.time_s
+        until = time.monotonic() + IDLE_S
+        while time.monotonic() < until:
+            self.link.wait(until - time.monotonic())
+            self._read()
+            now = self.session.own_s
+            if now is not None and (before is None or now >= before + self.period_s - TOLD_S):
+                return

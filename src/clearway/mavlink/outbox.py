@@ -1,0 +1,64 @@
+"""Messages out: packed as MAVLink 2 frames of our component, signed where there is a key."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+
+from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
+from clearway.mavlink.signing import SignatureCheck, signing_time
+
+ONBOARD_CONTROLLER, NO_AUTOPILOT = 18, 8
+"""MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID."""
+STANDBY, ACTIVE, CRITICAL = 3, 4, 5
+"""MAV_STATE."""
+
+
+class Packer:
+    """Numbers, signs and packs the messages of one component.
+
+    check: of what is heard with the same key; signatures are never older than those.
+    """
+
+    def __init__(
+        self,
+        system: int,
+        component: int = OBSTACLE_AVOIDANCE,
+        key: bytes | None = None,
+        check: SignatureCheck | None = None,
+    ) -> None:
+        self._check = check
+        self._codec = dialect().MAVLink(None, srcSystem=system, srcComponent=component)
+        if key is not None:
+            self._codec.signing.secret_key = key
+            self._codec.signing.sign_outgoing = True
+            self._codec.signing.timestamp = signing_time()
+
+    def pack(self, message: Message) -> bytes:
+        """The frame of a message."""
+        signing = self._codec.signing
+        if signing.sign_outgoing:
+            # A computer without a clock keeps up with the others by what it hears of them.
+            heard = 0 if self._check is None else self._check.newest
+            signing.timestamp = max(signing.timestamp, signing_time(), heard)
+        frame = bytes(message.pack(self._codec))
+        self._codec.seq = (self._codec.seq + 1) % 256
+        return frame
+
+
+class Outbox:
+    """Sends messages and counts those that went, by type."""
+
+    def __init__(self, packer: Packer, send: Callable[[bytes], bool]) -> None:
+        self.sent: Counter[str] = Counter()
+        self._packer, self._send = packer, send
+
+    def send(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            if self._send(self._packer.pack(message)):
+                self.sent[message.get_type()] += 1
+
+
+def heartbeat(status: int) -> Message:
+    """HEARTBEAT of an onboard computer."""
+    return dialect().MAVLink_heartbeat_message(ONBOARD_CONTROLLER, NO_AUTOPILOT, 0, 0, status, 3)

@@ -1,0 +1,104 @@
+"""What a session leaves behind: a line for every decision and change, and a summary."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, TextIO
+
+import numpy as np
+
+from clearway.base.frames import FloatArray
+from clearway.live.mission import Mode
+from clearway.mavlink.health import LinkState
+from clearway.mavlink.inbox import Inbox
+from clearway.mavlink.loop import LoopReport
+from clearway.mavlink.outbox import Outbox
+from clearway.mavlink.session import Outcome, Session
+
+
+class SessionRecord:
+    """Takes outcomes as they come; `log` gets a JSON line for each that says something new."""
+
+    def __init__(self, session: Session, log: TextIO | None) -> None:
+        self.last: Outcome | None = None
+        self.decisions = 0
+        self.emergencies = 0
+        self.seconds_in: dict[str, float] = {}
+        self._session, self._log = session, log
+        self._elapsed_s: list[float] = []
+
+    def take(self, outcome: Outcome) -> None:
+        last, self.last = self.last, outcome
+        if last is not None and last.time_s > 0.0:
+            spent = max(0.0, outcome.time_s - last.time_s)
+            self.seconds_in[last.state] = self.seconds_in.get(last.state, 0.0) + spent
+        if outcome.flight is not None:
+            self.decisions += 1
+            self.emergencies += outcome.flight.mode is Mode.EMERGENCY
+            self._elapsed_s.append(outcome.elapsed_s)
+        changed = last is None or last.state is not outcome.state
+        if self._log is not None and (outcome.flight is not None or changed):
+            self._log.write(json.dumps(row_of(outcome, self._session), allow_nan=False) + "\n")
+            self._log.flush()
+
+    def summary(
+        self, loop: LoopReport, inbox: Inbox, outbox: Outbox, rate_hz: float
+    ) -> dict[str, Any]:
+        """What the session came to; every message is counted in one place."""
+        system = self._session.system
+        progress, mission = system.progress, system.mission
+        state = LinkState.WAITING if self.last is None else self.last.state
+        return {
+            "mission": mission.name,
+            "acting": self._session.settings.act,
+            "reached": progress.done(mission),
+            "waypoints_reached": progress.waypoints_reached(mission),
+            "state": str(state),
+            "seconds_in": {name: round(spent, 3) for name, spent in self.seconds_in.items()},
+            "decisions": self.decisions,
+            "emergencies": self.emergencies,
+            "decision_ms": quantiles_ms(self._elapsed_s),
+            "rate_hz": rate_hz,
+            "ticks": loop.ticks,
+            "late": loop.late,
+            "skipped": loop.skipped,
+            "tick_ms": quantiles_ms(loop.tick_s),
+            "received": dict(inbox.received),
+            "refused": dict(inbox.refused),
+            "left_out": dict(system.counts + self._session.counts),
+            "sent": dict(outbox.sent),
+        }
+
+
+def row_of(outcome: Outcome, session: Session) -> dict[str, Any]:
+    """One line of the log."""
+    row: dict[str, Any] = {
+        "time_s": round(outcome.time_s, 3),
+        "state": str(outcome.state),
+        "autopilot": str(session.mode) if session.mode is not None else "unknown",
+        "sent": session.settings.act and outcome.set_point is not None,
+        "set_point": None if outcome.set_point is None else outcome.set_point.row(),
+    }
+    flight = outcome.flight
+    if flight is not None:
+        row |= {
+            "why_now": outcome.why_now,
+            "mode": str(flight.mode),
+            "goal": flight.goal,
+            "position_m": [round(v, 3) for v in flight.state.position_m.tolist()],
+            "movements": list(flight.movements),
+            "margin_m": round(flight.decision.margin_m, 3),
+            "explanation": flight.explanation,
+            "elapsed_ms": round(1e3 * outcome.elapsed_s, 3),
+            "aircraft": [approach.row() for approach in outcome.approaches],
+        }
+    return row
+
+
+def quantiles_ms(seconds: list[float]) -> dict[str, float | None]:
+    """Median, 99th percentile and largest, in milliseconds; None without any."""
+    if not seconds:
+        return {"p50": None, "p99": None, "max": None}
+    values: FloatArray = 1e3 * np.array(seconds)
+    p50, p99, top = np.percentile(values, [50.0, 99.0, 100.0]).tolist()
+    return {"p50": round(p50, 3), "p99": round(p99, 3), "max": round(top, 3)}

@@ -1,0 +1,265 @@
+"""One session with an autopilot: messages in, decisions when due, messages out; no clock, no link.
+
+`take` and `tick` are told the time of our monotonic clock, so that a session can be run through
+anything in a test, and faster than real time.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem, FlightDecision
+from clearway.mavlink import dialect as known
+from clearway.mavlink.adsb import AdsbPicture, AdsbSettings
+from clearway.mavlink.clock import Tick, VehicleClock
+from clearway.mavlink.dialect import Message
+from clearway.mavlink.health import LinkFacts, LinkLimits, LinkState, link_state
+from clearway.mavlink.inbox import Arrival
+from clearway.mavlink.mode import AutopilotMode
+from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
+from clearway.mavlink.own_state import Motion, OwnPlace
+from clearway.mavlink.plan import FlownPlan
+from clearway.mavlink.reasons import Approach, Sayings, approaches
+from clearway.mavlink.sector_scans import SectorScans
+from clearway.mavlink.setpoints import SetPoint
+from clearway.sensors import Lidar
+from clearway.traffic import Intruder
+
+HEARTBEAT_S = 1.0
+"""Between our heartbeats."""
+SLOWEST = 0.3
+"""Share of the speed of a movement below which the heading stands for the direction of flight."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionSettings:
+    """How a session is run."""
+
+    act: bool = False
+    """Send set-points and reasons; otherwise nothing but our heartbeat."""
+    system: int = 1
+    component: int = 1
+    """The autopilot's."""
+    lead_s: float = 0.05
+    """How far ahead on the plan set-points are: half a tick, since each counts for one."""
+    position_std_m: float = 0.0
+    limits: LinkLimits = field(default_factory=LinkLimits)
+    speedup: float | None = 1.0
+    """Of the vehicle's clock against ours; None for lock-step."""
+    mission_origin: tuple[float, float, float] | None = None
+    traffic: AdsbSettings = field(default_factory=AdsbSettings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What a tick came to."""
+
+    time_s: float
+    """The vehicle's time."""
+    state: LinkState
+    flight: FlightDecision | None
+    """The decision, if one was due."""
+    why_now: str
+    elapsed_s: float
+    """That the decision took."""
+    set_point: SetPoint | None
+    """What is sent, or would be."""
+    approaches: tuple[Approach, ...]
+    messages: tuple[Message, ...]
+    """To be sent, in this order."""
+
+
+class Session:
+    """Feed it with `take`, and ask it with `tick` at a set rate.
+
+    system: warmed up, with `sensor` as its only LiDAR (None where the mission has none). counts
+    grows by data that are left out, by reason.
+    """
+
+    def __init__(
+        self,
+        system: AvoidanceSystem,
+        sensor: Lidar | None,
+        settings: SessionSettings,
+        counts: Counter[str],
+    ) -> None:
+        self.system, self.settings, self.counts = system, settings, counts
+        self.mode: AutopilotMode | None = None
+        self.state = LinkState.WAITING
+        self.heartbeats = 0
+        self._sensor = sensor
+        self._clock = VehicleClock(settings.speedup)
+        self._place = OwnPlace(settings.mission_origin, counts)
+        self._traffic = AdsbPicture(settings.traffic, counts)
+        self._intruders: dict[str, Intruder] = {}
+        self._reports: dict[str, Intruder] = {}
+        self._motion: Motion | None = None
+        self._own: State | None = None
+        self._distances = SectorScans(sensor, counts)
+        self._heartbeat_s = -math.inf
+        self._said_s = -math.inf
+        self._restarted = False
+        self._plan: FlownPlan | None = None
+        self._sayings = Sayings()
+
+    @property
+    def own_s(self) -> float | None:
+        """Time of the newest own position; None before any."""
+        return None if self._own is None else self._own.time_s
+
+    # --- in -------------------------------------------------------------------------------
+
+    def take(self, arrival: Arrival, wall_s: float) -> bool:
+        """Use one message; true for a heartbeat of the autopilot."""
+        message, number = arrival.message, arrival.number
+        if number == known.HEARTBEAT:
+            self._heartbeat_s, self.mode = wall_s, AutopilotMode.of(message)
+            self.heartbeats += 1
+            return True
+        if number in (known.ATTITUDE, known.LOCAL_POSITION_NED, known.GLOBAL_POSITION_INT):
+            self._take_timed(message, number, wall_s)
+        elif number == known.GPS_GLOBAL_ORIGIN:
+            self._place.take_origin(message)
+        elif number == known.HOME_POSITION:
+            self._place.take_home(message)
+        elif number == known.ADSB_VEHICLE:
+            self._take_traffic(message, wall_s)
+        elif number == known.OBSTACLE_DISTANCE:
+            self._distances.take(message, self._clock.now(wall_s))
+        return False
+
+    def _take_timed(self, message: Message, number: int, wall_s: float) -> None:
+        tick = self._clock.take(message.time_boot_ms, wall_s)
+        if tick is not Tick.GOOD:
+            self.counts[str(tick)] += 1
+        if tick is Tick.RESTARTED:
+            self._restarted = True
+        if tick in (Tick.STRAY, Tick.RESTARTED):
+            return
+        time_s = self._clock.time_of(message.time_boot_ms)
+        oldest = self.settings.limits.stale_s
+        if number == known.ATTITUDE:
+            self._place.take_attitude(message, time_s)
+            return
+        if number == known.LOCAL_POSITION_NED:
+            motion = self._place.take_local(message, time_s, oldest)
+        else:
+            motion = self._place.take_global(message, time_s, oldest)
+        if motion is not None:
+            self._take_motion(motion)
+
+    def _take_motion(self, motion: Motion) -> None:
+        speed = self.system.planner.speed_mps
+        state = motion.state(SLOWEST * speed, self.settings.position_std_m)
+        follows = self.settings.act and self.mode is not None and self.mode.follows
+        if follows and self._plan is not None:
+            state = self._plan.turned_onto(state, self.counts)
+        if self._own is None or state.time_s > self._own.time_s:
+            self._motion, self._own = motion, state
+            self._distances.move(state, motion.heading_rad)
+        self.system.update(state)
+
+    def _take_traffic(self, message: Message, wall_s: float) -> None:
+        now = self._clock.now(wall_s)
+        intruder = self._traffic.take(message, now, self._motion, self._place.origin_geodetic)
+        if intruder is not None:
+            oldest = now - self.settings.traffic.oldest_s
+            self._intruders = {k: i for k, i in self._intruders.items() if i.time_s >= oldest}
+            self._intruders[intruder.name] = self._reports[intruder.name] = intruder
+
+    # --- out ------------------------------------------------------------------------------
+
+    def tick(self, wall_s: float) -> Outcome:
+        """Decide if it is due and allowed, and say what is to be sent."""
+        now = self._clock.now(wall_s)
+        for scan in self._distances.placed():
+            self.system.update(scan)
+        before, self.state = self.state, self._state_at(now, wall_s)
+        flight, why, elapsed = self._decide(now)
+        close: list[Approach] = []
+        if flight is not None and self._motion is not None:
+            close = approaches(flight, self._motion, self._intruders.values())
+        set_point = self._set_point(now)
+        messages = self._heartbeat(wall_s)
+        if self.settings.act:
+            if set_point is not None:
+                target = (self.settings.system, self.settings.component)
+                messages.append(set_point.message(self._clock.boot_ms(now), *target))
+            if flight is not None:
+                messages += self._sayings.of_decision(flight, close)
+            if self.state is not before:
+                messages += self._sayings.text(f"{self.state}")
+        return Outcome(
+            now,
+            self.state,
+            flight,
+            why,
+            elapsed,
+            set_point,
+            tuple(close),
+            tuple(messages),
+        )
+
+    def farewell(self) -> list[Message]:
+        """What is said last."""
+        return self._sayings.text("ends, set-points stop")
+
+    def _state_at(self, now: float, wall_s: float) -> LinkState:
+        if self.mode is None or not (self.mode.armed and self.mode.follows):
+            # Patience with a goal that does not come nearer begins when we are followed.
+            self.system.progress = replace(self.system.progress, nearest_s=now)
+        facts = LinkFacts(
+            heartbeat_age_s=wall_s - self._heartbeat_s,
+            position_age_s=math.inf if self._own is None else now - self._own.time_s,
+            distances_age_s=None if self._sensor is None else now - self._distances.newest_s,
+            restarted=self._restarted,
+            arrived=self.system.progress.done(self.system.mission),
+        )
+        return link_state(facts, self.settings.limits)
+
+    def _decide(self, now: float) -> tuple[FlightDecision | None, str, float]:
+        if not self.state.decides:
+            return None, "", 0.0
+        for report in self._reports.values():
+            self.system.update(report)
+        self._reports.clear()
+        why = self.system.due(now)
+        if why is None:
+            return None, "", 0.0
+        started = time.perf_counter()
+        flight = self.system.decide(now)
+        self._plan = FlownPlan.of(self.system.planner.automaton, flight)
+        return flight, why, time.perf_counter() - started
+
+    def _set_point(self, now: float) -> SetPoint | None:
+        offset = self._place.world_from_local_m
+        if not self.state.steers or offset is None or self._own is None:
+            return None
+        if self.state is LinkState.ARRIVED:
+            return self._holding(offset)
+        plan = self._plan
+        if plan is None or (self.state is LinkState.STALE and now > plan.holds_until_s):
+            return None
+        ahead = plan.at(now + self.settings.lead_s)
+        if ahead is None:
+            return None
+        return SetPoint.following(ahead, plan.speed_at(now + self.settings.lead_s), offset)
+
+    def _holding(self, offset: FloatArray) -> SetPoint:
+        """At the last goal, pointing as the plan left it."""
+        assert self._own is not None
+        yaw = float(self._own.attitude_rad[2])
+        return SetPoint.holding(self.system.mission.goals_m[-1], yaw, offset)
+
+    def _heartbeat(self, wall_s: float) -> list[Message]:
+        if wall_s - self._said_s < HEARTBEAT_S - 1e-3:
+            return []
+        self._said_s = wall_s
+        if self.state is LinkState.WAITING:
+            return [heartbeat(STANDBY)]
+        return [heartbeat(ACTIVE if self.state.steers else CRITICAL)]

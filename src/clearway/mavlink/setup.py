@@ -1,0 +1,149 @@
+"""From a mission file and the options of `clearway mavlink` to a loop that is ready to run."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from clearway.avoidance.hazards import PointHazards
+from clearway.base.errors import InputError
+from clearway.base.frames import enu_from_geodetic
+from clearway.live.detour import known_way
+from clearway.mavlink.adsb import AdsbSettings
+from clearway.mavlink.distances import sector_lidar
+from clearway.mavlink.health import LinkLimits
+from clearway.mavlink.inbox import Inbox
+from clearway.mavlink.links import Link, open_link
+from clearway.mavlink.loop import Loop
+from clearway.mavlink.outbox import Outbox, Packer
+from clearway.mavlink.session import Session, SessionSettings
+from clearway.mavlink.signing import SignatureCheck, is_open, read_key
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.setup import FlightSetup, Notice, prepare
+from clearway.sensors import Lidar
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """What the command line says."""
+
+    connect: str
+    rate_hz: float = 10.0
+    act: bool = False
+    signing_key: Path | None = None
+    system: int = 1
+    component: int = 1
+    icao: str | None = None
+    traffic_margin_m: float = 0.0
+    fan_deg: float = 0.0
+    heartbeat_s: float = 3.0
+    speedup: float | None = 1.0
+
+
+def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
+    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    key = None if options.signing_key is None else read_key(options.signing_key)
+    address = _address(options.icao)
+    counts: Counter[str] = Counter()
+    link = open_link(options.connect, counts)
+    what = "acting" if options.act else "read-only: only our heartbeat is sent, --act sends more"
+    notice(f"listening on {link.name}, {what}")
+    _warn(options, key, notice)
+    try:
+        setup = prepare(file, notice)
+        for note in setup.notes:
+            notice(note)
+        sensor = sensor_of(file, setup, math.radians(options.fan_deg))
+        system = replace(setup, lidars=() if sensor is None else (sensor,)).system()
+        notice("warming up; the first run compiles, which takes a while")
+        system.warm_up()
+        _warm_up_more(setup)
+        settings = SessionSettings(
+            act=options.act,
+            system=options.system,
+            component=options.component,
+            lead_s=0.5 / options.rate_hz,
+            position_std_m=file.simulation.position_sigma_m,
+            limits=LinkLimits(
+                options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
+            ),
+            speedup=options.speedup,
+            mission_origin=file.mission.origin_geodetic,
+            traffic=_traffic(file, setup, options, address),
+        )
+        session = Session(system, sensor, settings, counts)
+        check = None if key is None else SignatureCheck(key)
+        inbox = Inbox(options.system, options.component, check, stream=link.stream)
+        outbox = Outbox(Packer(options.system, key=key, check=check), link.send)
+        _clear(link, counts)
+        return Loop(link, inbox, session, outbox, 1.0 / options.rate_hz)
+    except BaseException:
+        link.close()
+        raise
+
+
+def _warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
+    """Say what makes it easy to steer the vehicle for those who should not."""
+    if options.signing_key is not None and is_open(options.signing_key):
+        notice(f"{options.signing_key}: others than its owner can read the key")
+    outside = options.connect.startswith("udp") and ":127." not in options.connect
+    if options.act and key is None and outside:
+        notice("no --signing-key: whoever reaches this link can mislead the vehicle")
+
+
+def _warm_up_more(setup: FlightSetup) -> None:
+    """Load what is needed now and then only: geodesy, and the way out of a dead end."""
+    enu_from_geodetic([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    range_m, margin = setup.planner.grid.range_m, setup.planner.settings.safety_margin_m
+    in_the_way = PointHazards(np.array([[0.5 * range_m, 0.0, 0.0]]), np.array([margin]))
+    ahead = np.array([range_m, 0.0, 0.0])
+    known_way(setup.obstacle_map, in_the_way, np.zeros(3), ahead, (margin,))
+
+
+def _clear(link: Link, counts: Counter[str]) -> None:
+    """Drop what came while we got ready: it is old. A flood does not keep us here."""
+    for _ in range(50):
+        pieces = link.receive()
+        if not pieces:
+            break
+        counts["link: came before we were ready"] += len(pieces)
+
+
+def sensor_of(file: MissionFile, setup: FlightSetup, fan_rad: float) -> Lidar | None:
+    """The sensor behind OBSTACLE_DISTANCE: range and noise are those of the first [[lidar]]."""
+    if not file.lidar:
+        return None
+    section = file.lidar[0]
+    far = section.max_range_m or setup.planner.grid.range_m
+    return sector_lidar(far, fan_rad, section.sigma_m, section.airframe_radius_m)
+
+
+def _traffic(
+    file: MissionFile, setup: FlightSetup, options: SessionOptions, address: int | None
+) -> AdsbSettings:
+    reach = setup.planner.grid.range_m
+    return AdsbSettings(
+        own_address=address,
+        position_std_m=file.traffic.position_sigma_m,
+        velocity_std_mps=file.traffic.velocity_sigma_mps,
+        extra_radius_m=options.traffic_margin_m,
+        reach_m=reach,
+        horizon_s=reach / setup.planner.speed_mps,
+        oldest_s=setup.limits.intruder_s,
+    )
+
+
+def _address(text: str | None) -> int | None:
+    if text is None:
+        return None
+    try:
+        address = int(text, 16)
+    except ValueError:
+        address = -1
+    if len(text) != 6 or address < 0:
+        raise InputError("--icao", f"{text!r} is no address; needed are six hexadecimal digits")
+    return address

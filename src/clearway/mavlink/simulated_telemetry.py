@@ -1,0 +1,109 @@
+"""What a simulated autopilot tells: its messages, made of the truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from clearway.base.frames import (
+    FloatArray,
+    attitude_ned_frd_from_enu,
+    geodetic_from_enu,
+    ned_from_enu,
+    world_from_body,
+)
+from clearway.mavlink.dialect import Message, dialect
+from clearway.mavlink.distances import BODY_FRD, UNKNOWN
+from clearway.mavlink.simulated_vehicle import VehicleTruth
+from clearway.obstacles.world import World
+from clearway.traffic import Intruder
+
+SECTORS, RAYS = 72, 5
+"""Of OBSTACLE_DISTANCE; rays cast in each."""
+FIRST_ADDRESS = 0xC1EA00
+UNMANNED = 14
+"""ADSB_EMITTER_TYPE_UAV."""
+ALL_VALID = 1 | 2 | 4 | 8 | 128
+FLIES = 128 | 8
+"""MAV_MODE_FLAG: armed, guided."""
+QUADROTOR, GENERIC, ACTIVE, MAVLINK_3 = 2, 0, 4, 3
+GEOMETRIC = 1
+"""ADSB_ALTITUDE_TYPE_GEOMETRIC."""
+
+
+def slow(origin_geodetic: FloatArray) -> list[Message]:
+    """HEARTBEAT and GPS_GLOBAL_ORIGIN, told every second."""
+    latitude, longitude, height = origin_geodetic.tolist()
+    return [
+        dialect().MAVLink_heartbeat_message(QUADROTOR, GENERIC, FLIES, 0, ACTIVE, MAVLINK_3),
+        dialect().MAVLink_gps_global_origin_message(
+            round(latitude * 1e7), round(longitude * 1e7), round(height * 1e3)
+        ),
+    ]
+
+
+def attitude(truth: VehicleTruth, boot_ms: int) -> Message:
+    """ATTITUDE, level."""
+    heading = float(attitude_ned_frd_from_enu([0.0, 0.0, truth.yaw_rad])[2])
+    return dialect().MAVLink_attitude_message(boot_ms, 0.0, 0.0, heading, 0.0, 0.0, 0.0)
+
+
+def position(truth: VehicleTruth, boot_ms: int) -> Message:
+    """LOCAL_POSITION_NED."""
+    place = ned_from_enu(truth.position_m).tolist()
+    velocity = ned_from_enu(truth.velocity_mps).tolist()
+    return dialect().MAVLink_local_position_ned_message(boot_ms, *place, *velocity)
+
+
+def distances(truth: VehicleTruth, boot_ms: int, world: World, range_m: float) -> Message:
+    """OBSTACLE_DISTANCE: the least distance of the rays in every sector."""
+    turn = world_from_body([0.0, 0.0, truth.yaw_rad])
+    rays = np.ascontiguousarray(_sector_rays() @ turn.T)
+    nearest = world.cast(truth.position_m, rays, range_m).reshape(SECTORS, RAYS).min(axis=1)
+    reach = round(100.0 * range_m)
+    told = np.where(np.isfinite(nearest), np.floor(100.0 * nearest), reach + 1)
+    return dialect().MAVLink_obstacle_distance_message(
+        1000 * boot_ms,
+        0,
+        [int(value) for value in np.minimum(told, UNKNOWN - 1)],
+        0,
+        0,
+        reach,
+        360.0 / SECTORS,
+        0.0,
+        BODY_FRD,
+    )
+
+
+def adsb(report: Intruder, names: Sequence[str], origin_geodetic: FloatArray) -> Message:
+    """ADSB_VEHICLE of one of the intruders of a mission, by names."""
+    place = geodetic_from_enu(report.position_m, origin_geodetic)
+    latitude, longitude, height = place.tolist()
+    east, north, up = report.velocity_mps.tolist()
+    return dialect().MAVLink_adsb_vehicle_message(
+        FIRST_ADDRESS + names.index(report.name),
+        round(latitude * 1e7),
+        round(longitude * 1e7),
+        GEOMETRIC,
+        round(height * 1e3),
+        round(math.degrees(math.atan2(east, north)) * 100) % 36_000,
+        round(100.0 * math.hypot(east, north)),
+        round(100.0 * up),
+        report.name[:8].encode("ascii", "replace"),
+        UNMANNED,
+        0,
+        ALL_VALID,
+        0,
+    )
+
+
+@lru_cache(maxsize=1)
+def _sector_rays() -> FloatArray:
+    """[SECTORS * RAYS, 3] level unit vectors of the body, sector by sector clockwise from ahead."""
+    width = 2.0 * math.pi / SECTORS
+    across = (np.arange(RAYS) + 0.5) / RAYS - 0.5
+    clockwise = (np.arange(SECTORS)[:, None] + across).ravel() * width
+    return np.stack([np.cos(clockwise), -np.sin(clockwise), np.zeros(len(clockwise))], axis=-1)

@@ -1,0 +1,44 @@
+"""A vehicle that follows set-points as a multirotor does: with lag and limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.base.frames import FloatArray, wrap_angle
+from clearway.mavlink.setpoints import SetPoint
+
+GAIN_PER_S = 1.0
+"""Speed towards the set-point's place for every metre away from it."""
+LAG_S = 0.3
+"""Of the velocity behind what is asked for."""
+FASTEST = 1.3
+"""Speed that it can reach, in speeds of the mission."""
+YAW_RATE_RPS = 1.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VehicleTruth:
+    """Where the vehicle is; local frame, z up."""
+
+    position_m: FloatArray
+    """[3]"""
+    velocity_mps: FloatArray
+    """[3]"""
+    yaw_rad: float
+
+    def after(self, step_s: float, target: SetPoint, cruise_mps: float) -> VehicleTruth:
+        """The vehicle a short step later, on its way to a set-point."""
+        asked = np.zeros(3) if target.velocity_mps is None else target.velocity_mps
+        asked = asked + GAIN_PER_S * (target.position_m - self.position_m)
+        speed = float(np.linalg.norm(asked))
+        asked = asked * min(1.0, FASTEST * cruise_mps / max(speed, 1e-9))
+        share = 1.0 - np.exp(-step_s / LAG_S)
+        velocity = self.velocity_mps + share * (asked - self.velocity_mps)
+        turn = float(wrap_angle(target.yaw_rad - self.yaw_rad))
+        turn = float(np.clip(turn, -YAW_RATE_RPS * step_s, YAW_RATE_RPS * step_s))
+        middle = 0.5 * (velocity + self.velocity_mps)
+        return VehicleTruth(
+            self.position_m + step_s * middle, velocity, float(wrap_angle(self.yaw_rad + turn))
+        )

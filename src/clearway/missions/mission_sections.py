@@ -1,0 +1,160 @@
+"""Tables of a mission file: the way, the vehicle, how it decides, and what its truth is like."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from clearway.io.toml import Section
+from clearway.missions.sections import NotNegative, Point, Positive, Share
+from clearway.vehicle.automaton import MovementAutomaton
+
+Points = Annotated[tuple[Point, ...], Field(strict=False)]
+
+
+class MissionSection(Section):
+    """`[mission]`: where to go."""
+
+    name: Annotated[str, Field(min_length=1)]
+    """What logs, pictures and the output folder are called."""
+    waypoints_m: Annotated[Points, Field(min_length=1)]
+    """Points to fly to, in this order, world frame; `plan` can bring them."""
+    plan: str | None = None
+    """A ground station's .plan or .waypoints file, relative to the mission file. It brings name,
+    waypoints, start, speed, fences, and what suits the speed; keys given here take precedence."""
+    origin_geodetic: Point | None = None
+    """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
+    x is then east and y north. Default: amid the first map file, if there is one."""
+    reach_radius_m: Positive = 1.5
+    """A waypoint is reached within this distance; 0.4 turning radii serve well."""
+    landing_m: Points = ()
+    """Points of the landing sequence, after the last waypoint."""
+    pass_within_m: Positive | None = None
+    """A waypoint before the last also counts once it is abeam within this distance; default: every
+    waypoint has to be reached."""
+
+
+class VehicleSection(Section):
+    """`[vehicle]`: start pose and movement automaton."""
+
+    position_m: Point = (0.0, 0.0, 0.0)
+    """Where the flight starts, world frame."""
+    attitude_deg: Point = (0.0, 0.0, 0.0)
+    """Roll, pitch (nose down positive), yaw (left positive)."""
+    speed_mps: Positive = 1.0
+    """Kept throughout: the vehicle cannot hover."""
+    turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
+    """Turn in one movement."""
+    movement_s: Positive = 1.0
+    """Duration of a movement."""
+    pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
+    """Steepest pitch, up and down."""
+    body_radius_m: NotNegative = 0.3
+    """For the margins drawn in the picture of distances only."""
+
+    def to_automaton(self) -> MovementAutomaton:
+        return MovementAutomaton.plane(
+            self.speed_mps, self.turn_step_deg, self.movement_s, self.pitch_limit_deg
+        )
+
+
+class ReachSetSection(Section):
+    """`[reach_set]`: the trajectories to choose from."""
+
+    method: Literal[
+        "flying", "primitives", "cover", "late", "dispersion", "combined", "harmonic", "chaotic"
+    ] = "flying"
+    """How trajectories are selected; flying contains turns of any length, then straight."""
+
+
+class SafetySection(Section):
+    """`[safety]`: what to keep clear by."""
+
+    margin_m: Positive = 0.6
+    """From the vehicle's centre to any obstacle's surface."""
+    conservative_turning_radius_m: Positive | None = None
+    """Turning radius of (6.14), for the picture only; default: the automaton's."""
+    sigmas: NotNegative = 3.0
+    """Standard deviations of the own position by which the margin grows."""
+    own_drift_mps: NotNegative = 0.05
+    """Growth of the margin with the age of the own state."""
+    point_sigmas: NotNegative = 2.0
+    """Standard deviations of the range by which a hit point grows."""
+    ground_height_m: float | None = None
+    """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
+    patience_turns: Positive = 1.5
+    """Full circles' worth of time without progress before a detour."""
+
+
+class RatingSection(Section):
+    """`[rating]`: how evidence becomes a rating, and what a trajectory must have of it."""
+
+    name: Literal["total", "printed", "visible", "evidence"] = "total"
+    """total weighs what is seen, what the map says and what is hidden; printed is (4.22), visible
+    that of 2.2.2, evidence 1 - P_O."""
+    unknown: Share = 0.0
+    """How far hidden space counts as blocked, u."""
+    unknown_unseen: Share = 1.0
+    """The same for columns that no beam looks into."""
+    threshold: Share = 0.3
+    """P_R that a trajectory must have."""
+    detection: Literal["ratio", "surface"] = "ratio"
+    """Hits by beams of the column (5.41), or by those that a reference surface returns."""
+    sensors: Literal["conjunction", "weighted"] = "conjunction"
+    """How several sensors become one: (5.38), or weighted by precision and trust; see
+    [sensors.md](sensors.md)."""
+
+
+class VerifySection(Section):
+    """`[verify]`: whether candidates are held against the evidence itself."""
+
+    method: Literal["evidence", "none"] = "evidence"
+    """none flies on cell ratings alone, as the paper does."""
+
+
+class PricesSection(Section):
+    """`[prices]`: small prices beside the length flown."""
+
+    turn: NotNegative = 0.2
+    """Per movement that is not smooth, as a share of its length."""
+    change: NotNegative = 0.1
+    """Per movement unlike the one before it, as a share of its length."""
+    vertical: NotNegative = 0.15
+    """Per metre of height changed."""
+    risk: NotNegative = 0.5
+    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
+    coated: NotNegative = 3.0
+    """For passing cells that the margin around evidence reaches into, in movement lengths."""
+    miss: NotNegative = 2.0
+    """For grazing the reach radius of the goal, in movement lengths."""
+    other_side: NotNegative = 4.0
+    """For passing on another side than the one committed to, in movement lengths."""
+    other_plan: NotNegative = 0.1
+    """For a first movement other than the last plan's, in movement lengths."""
+    no_room: NotNegative = 6.0
+    """For a way without room to circle within its first movements, in movement lengths: what is
+    entered without room to turn round may be a dead end."""
+    ahead: NotNegative = 0.0
+    """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+
+
+class SimulationSection(Section):
+    """`[simulation]`: what truth is like."""
+
+    seed: int = Field(default=0, ge=0)
+    """Of all noise; the same seed flies the same flight."""
+    step_s: float = Field(default=0.05, gt=0.0, le=0.05)
+    """Step of the true motion."""
+    scan_latency_s: NotNegative = 0.0
+    """Age of a scan when it reaches the vehicle."""
+    state_noise_mps: NotNegative = 0.0
+    """Bound of the disturbance w (3.20) on each axis of velocity."""
+    input_noise: NotNegative = 0.0
+    """Bound of the disturbance v (3.20), as a share of speed and of the turn rate."""
+    wind_mps: Point = (0.0, 0.0, 0.0)
+    """Steady wind that carries the vehicle, world frame; unknown to it."""
+    position_sigma_m: NotNegative = 0.0
+    """Standard deviation of the own position as measured; stated to the vehicle."""
+    time_limit_s: Positive | None = None
+    """End of a flight that does not arrive; default: six straight flights and a minute."""

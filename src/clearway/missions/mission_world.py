@@ -1,0 +1,64 @@
+"""What a mission flies in: its obstacles, maps and survey, by what is there and what is told."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.errors import InputError
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.mission_maps import MissionMaps
+from clearway.missions.place_sections import PointCloudSection
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.obstacles.point_world import PointWorld
+from clearway.obstacles.world import CombinedWorld, World
+
+
+class MissionWorld(NamedTuple):
+    """World frame."""
+
+    there: World
+    """What is really there."""
+    charted: ObstacleMap
+    """What the vehicle is told."""
+    notes: tuple[str, ...]
+    """What was left out of the survey."""
+
+
+def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
+    """The obstacles of a mission and its maps, and its survey.
+
+    Raises InputError for a survey that cannot be read, or of which nothing is left.
+    """
+    there = [part.to_obstacle() for part in file.obstacle if part.known != "map"]
+    charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
+    solid, told = ObstacleMap([*there, *maps.there]), ObstacleMap([*charted, *maps.charted])
+    if file.point_cloud is None:
+        return MissionWorld(solid, told, ())
+    cloud, notes = _surveyed(file.point_cloud)
+    return MissionWorld(CombinedWorld([solid, cloud]), told, notes)
+
+
+def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
+    """A surveyed place as balls at its points, and what was left out of it."""
+    from clearway.io.scans.pointcloud import read_points
+
+    cloud = read_points(section.file)
+    points = cloud.points_m
+    keep = np.ones(len(points), dtype=np.bool_)
+    if section.leave_out_classes:
+        if cloud.classes is None:
+            raise InputError(section.file, "leave_out_classes: the file has no classes")
+        keep = ~np.isin(cloud.classes, section.leave_out_classes)
+    if not keep.any():
+        raise InputError(section.file, "leave_out_classes: no point is left")
+    if section.origin_m == "lowest-corner":
+        points = points - points.min(axis=0)
+    elif section.origin_m != "file":
+        points = points - np.array(section.origin_m)
+    left_out = [f"{number} points left out: {reason}" for reason, number in cloud.counts.items()]
+    if not keep.all():
+        left_out.append(f"{int((~keep).sum())} points left out: class not wanted")
+    world = PointWorld(np.ascontiguousarray(points[keep]), section.point_radius_m)
+    return world, tuple(f"{section.file}: {note}" for note in (*left_out, *cloud.notes))

@@ -1,0 +1,76 @@
+"""Mission files that fly the flight plan of a ground station, alone or with keys of their own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from clearway.base.errors import InputError, naming
+from clearway.io.plans.flight_plan import FlightPlan, as_mission
+from clearway.io.plans.qgc_plan import read_plan
+from clearway.io.plans.waypoint_file import read_waypoints
+
+READERS = {".plan": read_plan, ".waypoints": read_waypoints}
+PLANS = tuple(READERS)
+"""Suffixes of flight plans of ground stations."""
+SIGNS = {rb"\A(?:\xef\xbb\xbf)?QGC WPL": read_waypoints, rb'"fileType"\s*:\s*"Plan"': read_plan}
+"""What they begin like, whatever they are called: Mission Planner says .txt too."""
+HEAD = 4096
+Notice = Callable[[str], None]
+"""Called with a sentence for the user."""
+
+
+def beside(path: Path, file: str) -> str:
+    """The place of a file that is given relative to a mission file."""
+    return str((path.parent / file).absolute())
+
+
+def plan_reader(path: Path) -> Callable[[Path], FlightPlan] | None:
+    """What reads a flight plan, by suffix or content; None for any other file."""
+    reader = READERS.get(path.suffix.lower())
+    if reader is not None or path.suffix == ".toml" or not path.is_file():
+        return reader
+    with naming(path, "read"), path.open("rb") as file:
+        head = file.read(HEAD)
+    return next((reader for sign, reader in SIGNS.items() if re.search(sign, head)), None)
+
+
+def planned_tables(path: Path, speed_mps: float | None, notice: Notice | None) -> dict[str, Any]:
+    """Tables of a mission file that flies a plan, at a speed in place of the plan's if it is given.
+
+    notice: called with what was assumed or left out.
+    """
+    read = plan_reader(path)
+    if read is None:
+        raise InputError(str(path), f"no flight plan; valid: {', '.join(PLANS)}")
+    plan = read(path)
+    converted = as_mission(plan, speed_mps)
+    if notice is not None:
+        for note in converted.notes:
+            notice(f"{path}: {note}")
+    return converted.tables
+
+
+def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict[str, Any]:
+    """The tables of a mission file over those of the plan that it names."""
+    mission, shared = tables.get("mission"), ("mission", "vehicle", "grid", "safety")
+    if not isinstance(mission, dict) or not isinstance(mission.get("plan"), str):
+        return tables
+    if not all(isinstance(tables.get(name, {}), dict) for name in shared):
+        return tables
+    place = Path(beside(path, mission["plan"]))
+    if plan_reader(place) is None:
+        raise InputError(
+            str(path), f"mission.plan: suffix {place.suffix!r}; valid: {', '.join(PLANS)}"
+        )
+    speed = tables.get("vehicle", {}).get("speed_mps")
+    planned = planned_tables(place, speed if isinstance(speed, (int, float)) else None, notice)
+    own = {key: value for key, value in mission.items() if key != "plan"}
+    merged = {**planned, **tables}
+    for name in shared:
+        merged[name] = {**planned[name], **(own if name == "mission" else tables.get(name, {}))}
+    if isinstance(tables.get("obstacle", []), list):
+        merged["obstacle"] = [*planned["obstacle"], *tables.get("obstacle", [])]
+    return merged

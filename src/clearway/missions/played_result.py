@@ -1,0 +1,85 @@
+"""The result of `assess --all`: each scan and its decision as plain values, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from clearway.io.json_values import finite
+from clearway.live.playback import PlayedScan
+from clearway.missions.played_scene import Playback
+
+
+def played_result(name: str, playback: Playback, scans: list[dict[str, Any]]) -> dict[str, Any]:
+    """The object that `assess --all --json` prints."""
+    return {
+        "name": name,
+        "file": playback.sequence.source,
+        "format": playback.sequence.format,
+        "pattern": playback.lidar.pattern.name,
+        "pattern_from": playback.pattern_from,
+        "poses": playback.posed,
+        "left_out": dict(playback.left_out),
+        "scans": scans,
+    }
+
+
+def scan_result(index: int, played: PlayedScan) -> dict[str, Any]:
+    """One scan and its decision; None for what is not finite."""
+    flight, state = played.decision, played.moment.state
+    choice = flight.decision.choice
+    return {
+        "scan": index,
+        "time_s": state.time_s,
+        "position_m": state.position_m.tolist(),
+        "attitude_deg": np.degrees(state.attitude_rad).tolist(),
+        "points": len(played.moment.scan.points_m),
+        "hits": played.hits,
+        "nearest_m": finite(played.nearest_m),
+        "mode": str(flight.mode),
+        "basis": str(choice.basis),
+        "movements": list(flight.movements),
+        "p_reach": finite(choice.rating),
+        "p_decision": finite(choice.feasibility),
+        "clearance_m": finite(choice.clearance_m),
+        "margin_m": flight.decision.margin_m,
+        "explanation": flight.explanation,
+        "counts": dict(flight.counts),
+    }
+
+
+def in_words(result: Mapping[str, Any]) -> str:
+    """A line a scan under what is the same for all."""
+    beams = f"{result['pattern_from']}: {result['pattern']}"
+    poses = "recorded" if result["poses"] else "none: hovering, goal straight ahead, no memory"
+    left_out = ", ".join(f"{count} {reason}" for reason, count in result["left_out"].items())
+    head = [
+        ("scans", f"{result['format']}: {len(result['scans'])} decided, left out {left_out or 0}"),
+        ("beams", beams),
+        ("poses", poses),
+    ]
+    lines = [f"{name:<12}{text}" for name, text in head]
+    lines.append("scan   after s   points    hits  nearest m   P_R    P_D  clearance m  decision")
+    scans = result["scans"]
+    for one in scans:
+        lines.append(
+            f"{one['scan']:<5}{one['time_s'] - scans[0]['time_s']:9.3f}{one['points']:9d}"
+            f"{one['hits']:8d}{_number(one['nearest_m'])}{_number(one['p_reach'], 6)}"
+            f"{_number(one['p_decision'], 7)}{_number(one['clearance_m'], 13)}  "
+            f"{one['mode']}: {_runs(one['movements'])}"
+        )
+    return "\n".join(lines)
+
+
+def _number(value: float | None, width: int = 11) -> str:
+    return f"{'-' if value is None else format(value, '.2f'):>{width}}"
+
+
+def _runs(movements: list[str]) -> str:
+    """The first movements, repeats counted."""
+    runs = [(name, len(list(group))) for name, group in groupby(movements)]
+    told = ", ".join(name if n == 1 else f"{n} x {name}" for name, n in runs[:3])
+    return told + (" ..." if len(runs) > 3 else "")

@@ -1,0 +1,173 @@
+"""All scans of the recording that a scene names, through the avoidance system."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.scene import Scene
+from clearway.base.errors import InputError
+from clearway.base.state import State
+from clearway.io.scans.pointcloud import PointCloud
+from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
+from clearway.live import AvoidanceSystem, DataLimits
+from clearway.live.playback import Moment, PlayedScan, mission_along, play
+from clearway.missions.scene_file import ScanSection
+from clearway.missions.scene_reading import SceneInput, cloud_notes, lidar_of, open_section
+from clearway.reach.store import Notice, ReachLibrary
+from clearway.sensors import Lidar, Scan
+from clearway.vehicle.automaton import MovementAutomaton
+
+NO_POSE, INCOMPLETE = "no pose at its time", "incomplete: its missing beams say nothing"
+OUT_OF_ORDER = "not later than the one before"
+ONE_SCAN_S = 1e-3
+"""Memory of a vehicle that may have moved, nobody knows where to."""
+REACH_RADIUS = 1.5
+"""Within which a waypoint counts as reached, in movements of 1 s."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Playback:
+    """A recording being played; `left_out` is complete once `scans` is exhausted."""
+
+    sequence: ScanSequence
+    lidar: Lidar
+    pattern_from: str
+    posed: bool
+    """Whether the recording tells where the vehicle was."""
+    scans: Iterator[tuple[int, PlayedScan]]
+    """(number of the scan, what was decided)"""
+    left_out: Counter[str]
+    """Scans without a decision, by reason."""
+    notes: tuple[str, ...]
+
+
+def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:
+    """Every scan of the file that a scene names, with its grid, map and settings.
+
+    With poses, goals lie on the recorded way; without, the vehicle hovers, has its goal straight
+    ahead, and remembers nothing from scan to scan. Raises InputError where the scene names no
+    recording, or one that no pose fits.
+    """
+    section = ScanSection.model_validate(read.tables["scan"]) if "scan" in read.tables else None
+    if section is None or section.file is None:
+        raise InputError("--all", "needs a scan file, a folder of scans or a recording (--scan)")
+    if read.scene.reach.method != "flying":
+        raise InputError(
+            "--all", f"decides with the reach set flying, not {read.scene.reach.method}"
+        )
+    sequence = open_section(Path(), section)
+    states = _states(sequence, section)
+    scene, (first, cloud) = read.scene, _first(sequence)
+    lidar, pattern_from = _lidar(section, cloud, sequence, scene)
+    system = _system(scene, lidar, states, first.time_s, notice)
+    left_out: Counter[str] = Counter()
+    moments = _moments(sequence, scene.state, bool(states), lidar, left_out)
+    return Playback(
+        sequence,
+        lidar,
+        pattern_from,
+        bool(states),
+        _played(system, moments),
+        left_out,
+        (*sequence.notes, *cloud_notes(cloud)),
+    )
+
+
+def _first(sequence: ScanSequence) -> tuple[TimedScan, PointCloud]:
+    """The first scan that is complete and has points: it tells the beams of all."""
+    for scan in sequence:
+        cloud = scan.read()
+        if cloud.complete and len(cloud.points_m):
+            return scan, cloud
+    raise InputError(sequence.source, "no complete scan with points in it")
+
+
+def _states(sequence: ScanSequence, section: ScanSection) -> list[State]:
+    """Poses at the scans' times; none where the recording has none."""
+    if sequence.poses == NO_POSES:
+        return []
+    states = [scan.state for scan in sequence if scan.state is not None]
+    if not states and section.poses is not None:
+        raise InputError(section.poses, f"no pose at the time of any scan; it has {sequence.poses}")
+    return states
+
+
+def _lidar(
+    section: ScanSection, cloud: PointCloud, sequence: ScanSequence, scene: Scene
+) -> tuple[Lidar, str]:
+    """The sensor of the first scan, taken to reach through the grid in the others too."""
+    lidar, pattern_from = lidar_of(sequence.source, section, cloud, sequence)
+    reach = max(lidar.pattern.max_range_m, scene.grid.range_m)
+    return replace(lidar, pattern=replace(lidar.pattern, max_range_m=reach)), pattern_from
+
+
+def _system(
+    scene: Scene, lidar: Lidar, states: list[State], start_s: float, notice: Notice | None
+) -> AvoidanceSystem:
+    automaton = MovementAutomaton.plane(
+        scene.speed_mps, scene.reach.turn_step_deg, pitch_limit_deg=scene.reach.pitch_limit_deg
+    )
+    rating = scene.rating
+    settings = AvoidanceSettings(
+        rating=rating.name,
+        unknown=rating.unknown,
+        unknown_unseen=rating.unknown_unseen,
+        threshold=rating.threshold,
+        safety_margin_m=rating.safety_margin_m,
+    )
+    planner = Planner.of(ReachLibrary.load_or_build(automaton, scene.grid, notice=notice), settings)
+    mission = mission_along(
+        states or [replace(scene.state, time_s=start_s)],
+        scene.grid.range_m,
+        REACH_RADIUS * scene.speed_mps,
+    )
+    limits = DataLimits() if states else DataLimits(memory_s=ONE_SCAN_S)
+    system = AvoidanceSystem(
+        planner, mission, (lidar,), scene.obstacle_map, limits, detection_rule=rating.detection
+    )
+    for traffic in scene.traffic:
+        system.update(replace(traffic.intruder, time_s=start_s))
+    return system
+
+
+def _moments(
+    sequence: ScanSequence, still: State, posed: bool, lidar: Lidar, left_out: Counter[str]
+) -> Iterator[tuple[int, Moment]]:
+    """Scans with their states; those of no use are counted."""
+    last_s = -math.inf
+    for scan in sequence:
+        reason, cloud = _usable(scan, posed, last_s)
+        if cloud is None:
+            left_out[reason] += 1
+            continue
+        last_s = scan.time_s
+        state = scan.state if posed and scan.state is not None else still
+        yield (
+            scan.index,
+            Moment(
+                replace(state, time_s=scan.time_s), Scan(cloud.points_m, scan.time_s, lidar.name)
+            ),
+        )
+
+
+def _usable(scan: TimedScan, posed: bool, last_s: float) -> tuple[str, PointCloud | None]:
+    """The points of a scan, or why they are of no use."""
+    if scan.time_s <= last_s:
+        return OUT_OF_ORDER, None
+    if posed and scan.state is None:
+        return NO_POSE, None
+    cloud = scan.read()
+    return (INCOMPLETE, None) if not cloud.complete else ("", cloud)
+
+
+def _played(
+    system: AvoidanceSystem, moments: Iterator[tuple[int, Moment]]
+) -> Iterator[tuple[int, PlayedScan]]:
+    for index, moment in moments:
+        for played in play(system, [moment]):
+            yield index, played

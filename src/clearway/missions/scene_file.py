@@ -1,0 +1,261 @@
+"""The scene file of `clearway assess`: its tables and keys, with defaults, as typed sections."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from clearway.io.toml import Section
+from clearway.missions.sections import GridSection, Numbers, ObstacleSection, Point, Share, said
+from clearway.traffic import Intruder
+
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+ModelName = Literal["line", "body", "spread"]
+Tuning = Annotated[int, Field(ge=1, le=1000)]
+TimedRule = Literal["vehicle", "intruder", "shorter", "future", "future-printed"]
+
+
+class VehicleSection(Section):
+    """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
+
+    position_m: Point = (0.0, 0.0, 0.0)
+    """World frame."""
+    attitude_deg: Point = (0.0, 0.0, 0.0)
+    """Roll, pitch (nose down positive), yaw (left positive)."""
+
+
+Obstacles = Annotated[tuple[ObstacleSection, ...], Field(strict=False)]
+
+
+class SimulateSection(Section):
+    """`[scan.simulate]`: a scan of obstacles by ray casting."""
+
+    obstacles: Annotated[tuple[int, ...], Field(strict=False)] | None = None
+    """Which of the map's obstacles are really there, by index from 0."""
+    obstacle: Obstacles = ()
+    """What is there besides; without both keys, all obstacles of the map are there."""
+    beams_per_cell: Annotated[tuple[int, int], Field(strict=False)] = (20, 10)
+    """Azimuths and elevations through every column of cells, at angular midpoints."""
+    azimuth_deg: Numbers | None = None
+    """Left positive; needs `elevation_deg` beside it."""
+    elevation_deg: Numbers | None = None
+    """Beams at every azimuth and elevation listed, in place of `beams_per_cell`."""
+    max_range_m: float | None = Field(default=None, gt=0.0)
+    """Default: the grid's range."""
+    sigma_m: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the range."""
+    dropout: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Share of returns that get lost."""
+    seed: int = Field(default=0, ge=0)
+    """Of noise and drop-outs."""
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        if (self.azimuth_deg is None) != (self.elevation_deg is None):
+            raise ValueError("azimuth_deg and elevation_deg are needed together")
+        if self.azimuth_deg is not None and "beams_per_cell" in self.model_fields_set:
+            raise ValueError("give beams_per_cell, or azimuth_deg and elevation_deg, not both")
+        if self.azimuth_deg == () or self.elevation_deg == ():
+            raise ValueError("azimuth_deg and elevation_deg need at least one angle each")
+        if min(self.beams_per_cell) < 1:
+            raise ValueError(f"beams_per_cell must be at least [1, 1], got {self.beams_per_cell}")
+        return self
+
+
+class ScanSection(Section):
+    """`[scan]`: what the LiDAR returned, from a file or simulated."""
+
+    file: str | None = None
+    """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame: x
+    forward, y left, z up; relative to the scene file."""
+    at: int | str | None = None
+    """Which scan of several: its number from 0, or "1.5s" after the first; default: the first."""
+    topic: str | None = None
+    """Of a bag with several topics with points."""
+    poses: str | None = None
+    """File of the vehicle's poses, or a bag's topic; without [vehicle] the one at the scan's time
+    is taken."""
+    pattern: str = "auto"
+    """Name of the sensor whose beams these are, or "auto": as the file says, else estimated from
+    the points."""
+    position_m: Point | None = None
+    """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
+    attitude_deg: Point | None = None
+    """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
+    simulate: SimulateSection | None = None
+    """In place of `file`."""
+
+    @model_validator(mode="after")
+    def _is_one_of_two(self) -> Self:
+        if (self.file is None) == (self.simulate is None):
+            raise ValueError("either `file` or [scan.simulate] is needed, and not both")
+        if self.simulate is not None and self.model_fields_set - {"simulate"}:
+            others = ", ".join(f"`{name}`" for name in sorted(self.model_fields_set - {"simulate"}))
+            raise ValueError(f"{others} belong to `file`; [scan.simulate] states its beams itself")
+        return self
+
+
+class IntruderSection(Section):
+    """`[[intruder]]`: in the same frame as the obstacles."""
+
+    position_m: Point
+    """Where it is at the moment of decision."""
+    velocity_mps: Point
+    """In the same frame."""
+    spread_deg: float | Pair = 0.0
+    """Half-angles of the cone of its uncertainty: [horizontal, vertical], or one for both."""
+    radius_m: float = 0.0
+    """Of its body."""
+    models: Annotated[tuple[ModelName, ...], Field(strict=False)] | None = None
+    """Default: line, and body with a radius, and spread with a spread."""
+    timed: bool | TimedRule = False
+    """Whether meeting it at the vehicle's time counts; true is the paper's (5.5)."""
+    up: Point | None = None
+    """World up in the grid's frame; default: as the vehicle's attitude says."""
+    name: str = ""
+    """For the result."""
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        said(self.to_intruder)
+        if self.models == ():
+            raise ValueError("models: at least one of line, body, spread is needed")
+        if self.up is not None and not any(self.up):
+            raise ValueError("up: a direction is needed, got [0, 0, 0]")
+        return self
+
+    def to_intruder(self) -> Intruder:
+        return Intruder(
+            np.array(self.position_m),
+            np.array(self.velocity_mps),
+            np.radians(self._spread_deg),
+            self.radius_m,
+            self.name,
+        )
+
+    @property
+    def _spread_deg(self) -> tuple[float, float]:
+        spread = self.spread_deg
+        return spread if isinstance(spread, tuple) else (spread, spread)
+
+    @property
+    def chosen_models(self) -> tuple[str, ...]:
+        """The models given, or those that the data call for."""
+        if self.models is not None:
+            return self.models
+        body = ("body",) if self.radius_m > 0.0 else ()
+        spread = ("spread",) if any(self._spread_deg) else ()
+        return ("line", *body, *spread)
+
+
+class TimingSection(Section):
+    """`[vehicle_timing]`: when the vehicle is in which cell."""
+
+    model: Literal["radial", "reach-set"] = "radial"
+    """radial: straight away through the layers; reach-set: as its trajectories pass."""
+    speed_mps: float | None = Field(default=None, gt=0.0)
+    """Default: the reach set's."""
+
+
+class ReachSetSection(Section):
+    """`[reach_set]`: the trajectories that are rated."""
+
+    method: Literal[
+        "flying",
+        "primitives",
+        "cover",
+        "late",
+        "dispersion",
+        "combined",
+        "harmonic",
+        "chaotic",
+        "full",
+    ] = "flying"
+    """How trajectories are selected."""
+    spread: Tuning | None = None
+    """Nodes kept per cell by chaotic, and by the chaotic part of combined."""
+    harmonic: Tuning | None = None
+    """The same by harmonic."""
+    start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
+    """Nose down positive; default: the vehicle's pitch."""
+    speed_mps: float | None = Field(default=None, gt=0.0)
+    """Default: one layer a movement of 1 s."""
+    turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
+    """Turn in one movement."""
+    pitch_limit_deg: float = Field(default=30.0, ge=0.0, le=90.0)
+    """Steepest pitch, up and down."""
+
+    @model_validator(mode="after")
+    def _tuning_belongs(self) -> Self:
+        for name, base in (("spread", "chaotic"), ("harmonic", "harmonic")):
+            if getattr(self, name) is not None and self.method not in (base, "combined"):
+                raise ValueError(f"{name} tunes the methods {base} and combined, not {self.method}")
+        return self
+
+    @property
+    def tuning(self) -> dict[str, float]:
+        """Tuning that was given."""
+        given = {"spread": self.spread, "harmonic": self.harmonic}
+        return {name: float(value) for name, value in given.items() if value is not None}
+
+
+class RatingSection(Section):
+    """`[rating]`: how evidence becomes a rating."""
+
+    name: Literal["total", "printed", "visible", "evidence"] = "total"
+    """total weighs what is seen, what the map says and what is hidden; printed is (4.22), visible
+    that of 2.2.2, evidence 1 - P_O."""
+    unknown: Share = 0.0
+    """How far hidden space counts as blocked, u."""
+    unknown_unseen: Share = 1.0
+    """The same for columns that no beam looks into."""
+    detection: Literal["ratio", "surface"] = "ratio"
+    """Hits by beams of the column (5.41), or by those that a reference surface returns."""
+    threshold: Share = 0.3
+    """Rating from which a trajectory counts as passable."""
+    safety_margin_m: float = Field(default=0.6, ge=0.0)
+    """How far `coated` reaches around points and map obstacles."""
+
+
+class SceneFile(Section):
+    """All of a scene file; every table may be left out."""
+
+    grid: GridSection = GridSection()
+    vehicle: VehicleSection | None = None
+    obstacle: Obstacles = ()
+    scan: ScanSection | None = None
+    intruder: Annotated[tuple[IntruderSection, ...], Field(strict=False)] = ()
+    vehicle_timing: TimingSection = TimingSection()
+    reach_set: ReachSetSection = ReachSetSection()
+    rating: RatingSection = RatingSection()
+
+    @model_validator(mode="after")
+    def _indices_exist(self) -> Self:
+        simulate = self.scan.simulate if self.scan else None
+        bad = [n for n in (simulate and simulate.obstacles) or () if n not in self._indices]
+        if bad:
+            valid = f"0 to {len(self.obstacle) - 1}" if self.obstacle else "none, no [[obstacle]]"
+            raise ValueError(f"scan.simulate.obstacles: no obstacle {bad}; valid indices: {valid}")
+        return self
+
+    @property
+    def _indices(self) -> range:
+        return range(len(self.obstacle))
+
+    def effective(self, folder: Path) -> dict[str, Any]:
+        """Tables that assess the same scene again from anywhere, defaults filled in."""
+        tables = self.model_dump(exclude_none=True)
+        tables["grid"] = self.grid.effective()
+        if self.scan is not None and self.scan.file is not None:
+            tables["scan"]["file"] = str((folder / self.scan.file).absolute())
+            poses = self.scan.poses
+            if poses is not None and (folder / poses).is_file():
+                tables["scan"]["poses"] = str((folder / poses).absolute())
+        elif self.scan is not None:
+            del tables["scan"]["pattern"]
+            if "azimuth_deg" in tables["scan"]["simulate"]:
+                del tables["scan"]["simulate"]["beams_per_cell"]
+        return tables

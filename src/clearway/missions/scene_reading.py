@@ -1,0 +1,277 @@
+"""Scenes from files: parsed tables become the values that `avoidance.scene` assesses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.avoidance.scene import (
+    RatingSettings,
+    ReachSettings,
+    Scene,
+    Sighting,
+    TimingSettings,
+    Traffic,
+)
+from clearway.base.errors import ClearwayError, InputError
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud, with_points
+from clearway.io.scans.sequences import open_scans
+from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
+from clearway.io.toml import parse_model, read_toml
+from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import (
+    BeamPattern,
+    Lidar,
+    Mounting,
+    Scan,
+    estimate_pattern,
+    named_pattern,
+    simulate_scan,
+)
+
+MOST_BEAMS = 5_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """A scan of a file: the sequence that it belongs to, and its points."""
+
+    sequence: ScanSequence
+    scan: TimedScan
+    cloud: PointCloud
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneInput:
+    """A scene, and what a user should see of how it was read."""
+
+    scene: Scene
+    tables: Mapping[str, Any]
+    """The effective scene file: all defaults filled in, paths absolute."""
+    notes: tuple[str, ...] = ()
+    """What was left out or assumed on the way."""
+
+
+def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> SceneInput:
+    """Read a scene file; `overrides` are tables whose keys take the place of the file's; a
+    scan's file takes the place of the whole `[scan]`.
+
+    Raises InputError naming every problem of the file, and those of the scan that it names.
+    """
+    path = Path(path)
+    tables = read_toml(path)
+    changes = dict(overrides or {})
+    if "file" in changes.get("scan", {}):
+        tables.pop("scan", None)
+    tables = merged(tables, changes)
+    return scene_of(str(path), tables, path.parent, path.stem)
+
+
+def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
+    """The scene of plain tables; `folder` is where relative paths in them start."""
+    file = parse_model(source, tables, SceneFile)
+    measured = _measured(folder, file.scan)
+    grid, state = file.grid.to_grid(), _state(file, measured)
+    scene = Scene(
+        name=name,
+        grid=grid,
+        state=state,
+        obstacle_map=ObstacleMap([obstacle.to_obstacle() for obstacle in file.obstacle]),
+        sightings=(_sighting(source, file, grid, state, measured),) if file.scan else (),
+        traffic=_traffic(file),
+        timing=TimingSettings(file.vehicle_timing.model, file.vehicle_timing.speed_mps),
+        reach=_reach_settings(file),
+        rating=RatingSettings(**file.rating.model_dump()),
+    )
+    return SceneInput(scene, file.effective(folder), (*_notes_of(measured), *_inside(file, state)))
+
+
+def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables with the keys of `overrides` in place of theirs, tables within tables likewise."""
+    result = dict(tables)
+    for key, value in overrides.items():
+        old = result.get(key)
+        if isinstance(value, Mapping) and isinstance(old, Mapping):
+            value = merged(old, value)
+        result[key] = value
+    return result
+
+
+def _measured(folder: Path, section: ScanSection | None) -> Measured | None:
+    """The scan that a file is asked for; None where none is."""
+    if section is None or section.file is None:
+        return None
+    sequence = open_section(folder, section)
+    scan = scan_at(sequence, 0 if section.at is None else section.at)
+    if section.poses is not None and scan.state is None:
+        raise InputError(
+            str(section.poses),
+            f"no pose at scan {scan.index}, {scan.time_s:.3f} s; it has {sequence.poses}",
+        )
+    return Measured(sequence, scan, with_points(scan.read()))
+
+
+def open_section(folder: Path, section: ScanSection) -> ScanSequence:
+    """The scans of a file; relative paths begin at `folder`."""
+    assert section.file is not None
+    poses = section.poses
+    if poses is not None and (folder / poses).is_file():
+        poses = str(folder / poses)
+    return open_scans(folder / section.file, section.topic, poses)
+
+
+def _state(file: SceneFile, measured: Measured | None) -> State:
+    """The vehicle's pose as stated, else as the recording tells it, else level at the origin."""
+    if file.vehicle is not None:
+        return State(np.array(file.vehicle.position_m), np.radians(file.vehicle.attitude_deg))
+    if measured is not None and measured.scan.state is not None:
+        return measured.scan.state
+    return State(np.zeros(3))
+
+
+def _traffic(file: SceneFile) -> tuple[Traffic, ...]:
+    return tuple(
+        Traffic(
+            section.to_intruder(),
+            section.chosen_models,
+            section.timed,
+            None if section.up is None else np.array(section.up),
+        )
+        for section in file.intruder
+    )
+
+
+def _reach_settings(file: SceneFile) -> ReachSettings:
+    section = file.reach_set
+    pitch = section.start_pitch_deg
+    return ReachSettings(
+        method=section.method,
+        tuning=section.tuning,
+        start_pitch_rad=None if pitch is None else float(np.radians(pitch)),
+        speed_mps=section.speed_mps,
+        turn_step_deg=section.turn_step_deg,
+        pitch_limit_deg=section.pitch_limit_deg,
+    )
+
+
+def _sighting(
+    source: str, file: SceneFile, grid: AvoidanceGrid, state: State, measured: Measured | None
+) -> Sighting:
+    assert file.scan is not None
+    if measured is not None:
+        lidar, pattern_from = lidar_of(source, file.scan, measured.cloud, measured.sequence)
+        scan = Scan(measured.cloud.points_m, measured.scan.time_s, lidar.name)
+        return Sighting(lidar, scan, pattern_from)
+    assert file.scan.simulate is not None
+    return _simulated(source, file, file.scan.simulate, grid, state)
+
+
+def lidar_of(
+    source: str, section: ScanSection, cloud: PointCloud, sequence: ScanSequence
+) -> tuple[Lidar, str]:
+    """The sensor of a scan, and where its beams are from: stated, of the file, or estimated.
+
+    Raises InputError for map coordinates, and beams that nobody knows.
+    """
+    nearest = float(np.sqrt(np.min(np.einsum("ij,ij->i", cloud.points_m, cloud.points_m))))
+    if nearest > SCAN_LIMIT_M:
+        raise InputError(
+            cloud.source,
+            f"the nearest point is {nearest:,.0f} m from the origin: map coordinates, not the scan "
+            "of a sensor; valid: points in the sensor's frame (a survey is a world to fly in: "
+            "[point_cloud] of a mission)",
+        )
+    pattern, pattern_from = cloud.pattern, "file"
+    try:
+        if section.pattern != "auto":
+            pattern, pattern_from = named_pattern(section.pattern), "stated"
+        elif pattern is None:
+            pattern, pattern_from = estimate_pattern(cloud.points_m), "estimated"
+    except ClearwayError as error:
+        raise InputError(source, f"scan.pattern: {error}; or auto") from error
+    return Lidar(pattern.name, pattern, _mounting(section, sequence)), pattern_from
+
+
+def _mounting(section: ScanSection, sequence: ScanSequence) -> Mounting:
+    """Where the sensor sits: as stated, else as the recording says, else at the origin."""
+    told = sequence.mounting or Mounting()
+    place, turn = section.position_m, section.attitude_deg
+    return Mounting(
+        told.position_m if place is None else np.array(place),
+        told.attitude_rad if turn is None else np.radians(turn),
+    )
+
+
+def _simulated(
+    source: str, file: SceneFile, section: SimulateSection, grid: AvoidanceGrid, state: State
+) -> Sighting:
+    """A scan of those obstacles that are really there, cast from the vehicle's position."""
+    beams = _beam_count(section, grid)
+    if beams > MOST_BEAMS:
+        raise InputError(source, f"scan.simulate: {beams:,} beams; at most {MOST_BEAMS:,}")
+    lidar = Lidar(
+        "simulated",
+        _pattern(section, grid),
+        sigma_m=section.sigma_m,
+        dropout=section.dropout,
+    )
+    scan = simulate_scan(lidar, _truth(file, section), state, section.seed)
+    return Sighting(lidar, scan, "simulated")
+
+
+def _truth(file: SceneFile, section: SimulateSection) -> ObstacleMap:
+    """The obstacles that the simulated LiDAR meets."""
+    chosen = section.obstacles
+    if chosen is None:
+        chosen = () if section.obstacle else tuple(range(len(file.obstacle)))
+    present = [*(file.obstacle[n] for n in chosen), *section.obstacle]
+    return ObstacleMap([obstacle.to_obstacle() for obstacle in present])
+
+
+def _notes_of(measured: Measured | None) -> tuple[str, ...]:
+    if measured is None:
+        return ()
+    return (*measured.sequence.notes, *cloud_notes(measured.cloud))
+
+
+def cloud_notes(cloud: PointCloud) -> tuple[str, ...]:
+    """What was assumed of a cloud, and left out of it."""
+    left_out = (f"{count} points left out: {reason}" for reason, count in cloud.counts.items())
+    return tuple(f"{cloud.source}: {note}" for note in (*cloud.notes, *left_out))
+
+
+def _inside(file: SceneFile, state: State) -> tuple[str, ...]:
+    """A note where the vehicle is inside something really there: its beams see nothing of it."""
+    if file.scan is None or file.scan.simulate is None:
+        return ()
+    distance_m = _truth(file, file.scan.simulate).distance_m(state.position_m[None])[0]
+    if distance_m > 0.0:
+        return ()
+    return ("scan.simulate: the vehicle is inside an obstacle; its beams see nothing of that",)
+
+
+def _beam_count(section: SimulateSection, grid: AvoidanceGrid) -> int:
+    if section.azimuth_deg is not None and section.elevation_deg is not None:
+        return len(section.azimuth_deg) * len(section.elevation_deg)
+    azimuths, elevations = section.beams_per_cell
+    return azimuths * grid.columns * elevations * grid.rows
+
+
+def _pattern(section: SimulateSection, grid: AvoidanceGrid) -> BeamPattern:
+    range_m = section.max_range_m or grid.range_m
+    if section.azimuth_deg is not None and section.elevation_deg is not None:
+        return BeamPattern.from_angles(
+            np.radians(section.azimuth_deg),
+            np.radians(section.elevation_deg),
+            name="listed angles",
+            max_range_m=range_m,
+        )
+    azimuths, elevations = section.beams_per_cell
+    return BeamPattern.per_cell(grid, azimuths, elevations, max_range_m=range_m)

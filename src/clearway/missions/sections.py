@@ -1,0 +1,155 @@
+"""Sections and types that scene and mission files share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from clearway.base.errors import ClearwayError, InputError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.io.toml import Section
+from clearway.obstacles.obstacle import Obstacle
+
+Numbers = Annotated[tuple[float, ...], Field(strict=False)]
+Point = Annotated[tuple[float, float, float], Field(strict=False)]
+Count = Annotated[int, Field(ge=1, le=1000)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+MOST_CELLS = 100_000
+MOST_RANGE_M = 1e6
+
+
+def said(make: Callable[[], object]) -> None:
+    """Turn what a value refuses into a problem of the section that it comes from."""
+    try:
+        make()
+    except InputError as error:
+        raise ValueError("; ".join(error.problems)) from error
+
+
+class GridSection(Section):
+    """`[grid]`: even cells, or edges; without any key the paper's 10 x 7 x 5 cells to 10 m."""
+
+    range_m: float | Numbers = 10.0
+    """Outer radius, or [near, far]; more than two numbers are the edges themselves."""
+    layers: Count = 10
+    """Layers from near to far."""
+    azimuth_deg: float | Numbers = 45.0
+    """Half of the field of view, or [right, left]; left is positive."""
+    columns: Count = 7
+    """Columns from right to left."""
+    elevation_deg: float | Numbers = 30.0
+    """Half of the field of view, or [bottom, top]; up is positive."""
+    rows: Count = 5
+    """Rows from bottom to top."""
+    range_edges_m: Numbers | None = None
+    """Uneven layers, in place of `range_m`."""
+    azimuth_edges_deg: Numbers | None = None
+    """Uneven columns, in place of `azimuth_deg`."""
+    elevation_edges_deg: Numbers | None = None
+    """Uneven rows, in place of `elevation_deg`."""
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        said(self.to_grid)
+        return self
+
+    def to_grid(self) -> AvoidanceGrid:
+        """The grid; raises ClearwayError with every axis that is impossible."""
+        axes = (
+            ("range_m", "range_edges_m", "layers", 0.0, MOST_RANGE_M),
+            ("azimuth_deg", "azimuth_edges_deg", "columns", -180.0, 180.0),
+            ("elevation_deg", "elevation_edges_deg", "rows", -90.0, 90.0),
+        )
+        edges, problems = [], []
+        for span, listed, count, low, high in axes:
+            try:
+                edges.append(self._edges(span, listed, count, low, high))
+            except ClearwayError as error:
+                problems.append(str(error))
+        cells = math.prod(len(axis) - 1 for axis in edges)
+        if not problems and cells > MOST_CELLS:
+            problems.append(f"{cells:,} cells are too many; at most {MOST_CELLS:,}")
+        if problems:
+            raise ClearwayError("; ".join(problems))
+        return AvoidanceGrid(edges[0], np.radians(edges[1]), np.radians(edges[2]))
+
+    def _edges(self, span: str, listed: str, count: str, low: float, high: float) -> FloatArray:
+        """Edges of one axis, in the file's unit."""
+        given, cells = getattr(self, listed), getattr(self, count)
+        key, value = (span, getattr(self, span)) if given is None else (listed, given)
+        if given is not None and span in self.model_fields_set:
+            raise ClearwayError(f"{listed} takes the place of {span}: give only one of them")
+        if not isinstance(value, tuple):
+            start = 0.0 if span == "range_m" else -value
+            edges = np.linspace(start, value, cells + 1)
+        elif len(value) == 2 and given is None:
+            edges = np.linspace(*value, cells + 1)
+        else:
+            edges = np.array(value)
+            if count in self.model_fields_set and cells != len(edges) - 1:
+                raise ClearwayError(
+                    f"{key} has {len(edges)} edges, which bound {len(edges) - 1} cells, "
+                    f"but {count} = {cells}"
+                )
+        if len(edges) < 2 or not np.all(np.diff(edges) > 1e-7):
+            raise ClearwayError(f"{key}: edges must be at least two and ascend, got {_text(value)}")
+        if edges[0] < low or edges[-1] > high:
+            raise ClearwayError(f"{key}: must lie within {low:g} to {high:g}, got {_text(value)}")
+        return edges
+
+    def effective(self) -> dict[str, Any]:
+        """The grid as plain keys without contradictions: edges where edges were given."""
+        keys: dict[str, Any] = {}
+        for span, listed, count in (
+            ("range_m", "range_edges_m", "layers"),
+            ("azimuth_deg", "azimuth_edges_deg", "columns"),
+            ("elevation_deg", "elevation_edges_deg", "rows"),
+        ):
+            edges, value = getattr(self, listed), getattr(self, span)
+            if edges is None and isinstance(value, tuple) and len(value) != 2:
+                edges = value
+            keys |= {span: value, count: getattr(self, count)} if edges is None else {listed: edges}
+        return keys
+
+
+class ObstacleSection(Section):
+    """`[[obstacle]]`: in the grid's frame, or the world's where a `[vehicle]` is given."""
+
+    shape: Literal["ball", "line", "plane", "cuboid"]
+    """A box along its local axes, rotated, then rounded by the radius."""
+    position_m: Point
+    """Its middle."""
+    orientation_deg: Point = (0.0, 0.0, 0.0)
+    """Roll, pitch (nose down positive), yaw (left positive)."""
+    size_m: Numbers = ()
+    """Full lengths along local x, y, z: [], [l], [l, w] or [l, w, d]."""
+    radius_m: float = 0.0
+    """Of a ball or a line; how far a plane or a cuboid is inflated."""
+    name: str = ""
+    """For messages and logs."""
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        said(self.to_obstacle)
+        return self
+
+    def to_obstacle(self) -> Obstacle:
+        return Obstacle(
+            self.shape,
+            np.array(self.position_m),
+            np.radians(self.orientation_deg),
+            self.size_m,
+            self.radius_m,
+            self.name,
+        )
+
+
+def _text(value: object) -> str:
+    return str(list(value)) if isinstance(value, tuple) else str(value)

@@ -1,0 +1,196 @@
+"""From a mission file's values to everything that a simulated flight needs, and to the flight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.avoidance.planner import Planner
+from clearway.base.errors import FlightRefusedError, InputError
+from clearway.base.grid import AvoidanceGrid
+from clearway.live import AvoidanceSystem, DataLimits
+from clearway.live.mission import Mission
+from clearway.live.route import check_mission
+from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
+from clearway.missions.mission_maps import mission_maps
+from clearway.missions.mission_traffic import RecordedAir, mission_traffic
+from clearway.missions.mission_world import mission_world
+from clearway.missions.rule_sections import mission_rules
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.obstacles.world import World
+from clearway.reach import ReachLibrary
+from clearway.sensors import Lidar
+from clearway.sensors.detection import Rule
+from clearway.sim import OnDecision, Run, SimulationSettings, simulate
+from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.lying_lidar import LyingLidar
+from clearway.sim.pilot import D, Pilot, Steering
+from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
+from clearway.traffic import TrackerSettings
+from clearway.vehicle.automaton import MovementAutomaton
+
+MOST_MOVEMENTS = 100
+"""Movements that may fit in the range of the grid: more make trees that nobody needs."""
+Notice = Callable[[str], None]
+"""Called with a sentence for the user."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlightSetup:
+    """A mission, ready to be flown any number of times."""
+
+    planner: Planner
+    craft: Craft
+    """What baselines know of the vehicle."""
+    mission: Mission
+    lidars: tuple[Lidar, ...]
+    world: World
+    """What is really there."""
+    obstacle_map: ObstacleMap
+    """What the vehicle is told."""
+    simulation: SimulationSettings
+    limits: DataLimits
+    detection_rule: Rule
+    ground_m: float
+    script: tuple[ScriptedIntruder, ...]
+    """Intruders that appear."""
+    traffic: TrafficSettings
+    follow_movers: bool
+    tracker: TrackerSettings | None
+    recorded: RecordedAir | None = None
+    """Real traffic that plays around the flight."""
+    lies: tuple[LyingLidar, ...] = ()
+    """LiDARs that tell the system something else than what is there."""
+    notes: tuple[str, ...] = ()
+    """What was left out or assumed while reading the mission's files."""
+
+    @property
+    def kept_out(self) -> World | None:
+        """Volumes that rules keep out of; None without any."""
+        volumes = [volume for rule in self.planner.rules for volume in rule.volumes]
+        return ObstacleMap(volumes) if volumes else None
+
+    def system(self) -> AvoidanceSystem:
+        """A fresh system on the ground."""
+        return AvoidanceSystem(
+            self.planner,
+            self.mission,
+            self.lidars,
+            self.obstacle_map,
+            limits=self.limits,
+            detection_rule=self.detection_rule,
+            ground_m=self.ground_m,
+            follow_movers=self.follow_movers,
+            tracker=self.tracker,
+            address=OWN_ADDRESS,
+        )
+
+    def refuse_impossible(self) -> None:
+        """Raise FlightRefusedError with the reasons if the map shows that the mission cannot be."""
+        reasons = check_mission(
+            np.concatenate([self.mission.start.position_m[None], self.mission.goals_m]),
+            self.obstacle_map,
+            self.planner.settings.safety_margin_m,
+            self.mission.reach_radius_m,
+        )
+        start = self.mission.start.position_m
+        inside = -float(self.world.distance_m(start[None])[0])
+        if inside > 0.0:
+            reasons.append(f"the start lies {inside:.2f} m inside something that is really there")
+        if reasons:
+            raise FlightRefusedError(
+                "\n".join(f"mission {self.mission.name!r} refused: {reason}" for reason in reasons)
+            )
+
+    def fly(self, on_decision: OnDecision | None = None) -> Run:
+        """Refuse or fly; the decisions of the flight never compile, a warm-up has done it."""
+        return self._flown(self.system(), on_decision)
+
+    def fly_with(
+        self, planner: str, on_decision: OnDecision[Steering] | None = None
+    ) -> Run[Steering]:
+        """As `fly`, with clearway or a baseline by name; raises ClearwayError for other names."""
+        if planner == CLEARWAY:
+            return self._flown(self.system(), on_decision)
+        rule = rule_named(planner, self.craft)
+        return self._flown(BaselinePilot(self.system(), rule), on_decision)
+
+    def fly_deaf(self) -> Run:
+        """As `fly`, but nothing of the recorded traffic is told to the ownship."""
+        return self._flown(self.system(), None, deaf=True)
+
+    def _flown(
+        self, pilot: Pilot[D], on_decision: OnDecision[D] | None, *, deaf: bool = False
+    ) -> Run[D]:
+        self.refuse_impossible()
+        pilot.warm_up()
+        traffic = self._traffic(deaf)
+        lies = {lie.name: lie for lie in self.lies}
+        scanners = [lies.get(lidar.name, lidar) for lidar in self.lidars]
+        return simulate(pilot, self.world, scanners, self.simulation, on_decision, traffic)
+
+    def _traffic(self, deaf: bool) -> AirTraffic | None:
+        """Fresh traffic for one flight."""
+        if self.recorded is not None:
+            return self.recorded.play(deaf=deaf)
+        if not self.script:
+            return None
+        speed = self.planner.speed_mps
+        return Traffic(self.script, self.mission, speed, self.traffic, self.simulation.seed)
+
+
+def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
+    """Build automaton, reach sets, sensors and worlds of a mission.
+
+    Raises InputError for files that cannot be read and values that contradict each other.
+    """
+    grid, automaton = file.grid.to_grid(), file.vehicle.to_automaton()
+    _check_scale(file, automaton, grid)
+    library = ReachLibrary.load_or_build(automaton, grid, file.reach_set.method, notice=notice)
+    mission = file.to_mission()
+    maps = mission_maps(file)
+    recorded = mission_traffic(file)
+    world = mission_world(file, maps)
+    rules = mission_rules(file.rules, file.keep_out, maps.ground, file.mission.name)
+    planner = Planner.of(library, file.to_avoidance(), rules=rules)
+    turning_radius_m = file.safety.conservative_turning_radius_m or automaton.turning_radius_m
+    ground_m, faults = file.safety.ground_height_m, file.faults.to_faults()
+    lies = (part.to_lie(grid) for part in file.lidar)
+    return FlightSetup(
+        planner=planner,
+        craft=Craft(planner, file.vehicle.body_radius_m, turning_radius_m),
+        mission=mission,
+        lidars=tuple(part.to_lidar(grid) for part in file.lidar),
+        world=world.there,
+        obstacle_map=world.charted,
+        simulation=SimulationSettings(**file.simulation.model_dump(), faults=faults),
+        limits=DataLimits(patience_turns=file.safety.patience_turns),
+        detection_rule=file.rating.detection,
+        ground_m=-np.inf if ground_m is None else ground_m,
+        script=tuple(part.to_scripted(file.traffic.spawn) for part in file.intruder),
+        traffic=file.traffic.to_settings(),
+        follow_movers=file.follows_movers,
+        tracker=file.traffic.to_tracker(),
+        recorded=recorded,
+        lies=tuple(lie for lie in lies if lie is not None),
+        notes=maps.notes + (recorded.notes if recorded is not None else ()) + world.notes,
+    )
+
+
+def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
+    """Refuse movements that are out of proportion to what the vehicle sees."""
+    step, needed = automaton.step_m, automaton.turning_radius_m + file.safety.margin_m
+    if grid.range_m > MOST_MOVEMENTS * step:
+        raise InputError(
+            f"mission {file.mission.name!r}",
+            f"vehicle.speed_mps x movement_s: a movement of {step:.3g} m is too short for a grid "
+            f"of {grid.range_m:.3g} m; at most {MOST_MOVEMENTS} movements may fit in its range",
+        )
+    if grid.range_m < step + needed:
+        raise InputError(
+            f"mission {file.mission.name!r}",
+            f"grid.range_m: {grid.range_m:.3g} m is too short to turn away in time; one movement "
+            f"({step:.3g} m), the turning radius and the margin ({needed:.3g} m) must fit in it",
+        )

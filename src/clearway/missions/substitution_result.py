@@ -1,0 +1,90 @@
+"""The JSON of an encounter flown in place of one of its aircraft."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from clearway.io.json_values import rounded
+from clearway.missions.run_files import decision_times_ms
+
+if TYPE_CHECKING:
+    from clearway.missions.substitute import Substitution, Way
+    from clearway.sim import Run
+    from clearway.traffic.recorded import Aircraft
+    from clearway.traffic.recorded.approach import Approach
+    from clearway.traffic.recorded.report import Clock
+
+
+def substitution_result(found: Substitution, clock: Clock) -> dict[str, Any]:
+    """Both aircraft, and the closest points of the three ways; times since the flight's start."""
+    part, file = found.part, found.file
+    closest = part.from_s + part.closest_s
+    return {
+        "mission": file.mission.name,
+        "recording": file.traffic.recording,
+        "own": _aircraft(part.own),
+        "other": _aircraft(part.other),
+        "from_s": rounded(part.from_s),
+        "from": _utc(part.from_s, clock),
+        "closest": _utc(closest, clock),
+        "closest_s": rounded(part.closest_s),
+        "speed_mps": file.vehicle.speed_mps,
+        "turning_radius_m": rounded(found.setup.planner.automaton.turning_radius_m),
+        "margin_m": found.run.safety_margin_m,
+        "keep_m": rounded(found.keep_m),
+        "recorded": _way(found.recorded, clock, part.from_s) | {"unheard_s": found.unheard_s},
+        "without_avoidance": _way(found.without, clock, part.from_s) | _run(found.run_without),
+        "with_avoidance": _way(found.avoiding, clock, part.from_s) | _run(found.run),
+        "path_added_m": rounded(found.added_m),
+        "notes": list(found.setup.notes),
+    }
+
+
+def _aircraft(one: Aircraft) -> dict[str, Any]:
+    return {
+        "address": one.address,
+        "callsign": one.callsign,
+        "altitude_step_m": rounded(one.altitude_step_m),
+    }
+
+
+def _way(way: Way, clock: Clock, from_s: float) -> dict[str, Any]:
+    nearest = None
+    if way.nearest is not None:
+        nearest = {"address": way.nearest[0]} | _approach(way.nearest[1], clock, from_s)
+    return {
+        "closest": None if way.closest is None else _approach(way.closest, clock, from_s),
+        "nearest_of_all": nearest,
+        "path_length_m": rounded(way.path_length_m),
+    }
+
+
+def _approach(approach: Approach, clock: Clock, from_s: float) -> dict[str, Any]:
+    return {
+        "time_s": rounded(approach.time_s),
+        "time": _utc(from_s + approach.time_s, clock),
+        "horizontal_m": rounded(approach.horizontal_m),
+        "vertical_m": rounded(approach.vertical_m),
+        "slant_m": rounded(approach.slant_m),
+        "near_mid_air": approach.near_mid_air,
+        "well_clear": approach.well_clear,
+    }
+
+
+def _run(run: Run) -> dict[str, Any]:
+    return {
+        "reached": run.reached,
+        "time_s": rounded(run.metrics.time_s),
+        "margin_violations": run.metrics.margin_violations,
+        "emergencies": run.emergencies,
+        "decisions": len(run.decisions),
+        "decision_ms": decision_times_ms(run),
+        "data_left_out": dict(sorted(run.counts.items())),
+    }
+
+
+def _utc(time_s: float, clock: Clock) -> str | None:
+    if clock != "utc":
+        return None
+    return datetime.fromtimestamp(time_s, UTC).isoformat(timespec="milliseconds")

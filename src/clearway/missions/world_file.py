@@ -1,0 +1,72 @@
+"""Missions through made-up worlds as mission files: `forest:3` is the forest of seed 3."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
+from clearway.live.mission import Mission
+from clearway.missions.lidar_section import LidarSection
+from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_sections import MissionSection, SimulationSection, VehicleSection
+from clearway.missions.place_sections import WorldObstacleSection
+from clearway.missions.planned import Notice
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sim.worlds import FAMILIES, made_world
+
+NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
+"""The sensor of all made-up worlds: that of the paper's missions."""
+
+
+def find_mission(name: str, notice: Notice | None = None) -> MissionFile:
+    """A world of a family as `family:seed` (the family alone means seed 0), else `read_mission`.
+
+    Raises InputError for a seed that is no number, and as `read_mission` does.
+    """
+    family, _, seed = name.partition(":")
+    if family not in FAMILIES:
+        return read_mission(name, notice)
+    if seed and not seed.isdigit():
+        raise InputError(name, f"seed {seed!r}: a whole number is needed after the colon")
+    return world_mission(family, int(seed or 0))
+
+
+def world_mission(family: str, seed: int) -> MissionFile:
+    """The mission file that flies a world of a family; its seed is the simulation's too."""
+    return mission_of(*made_world(family, seed), seed)
+
+
+def mission_of(world: ObstacleMap, mission: Mission, seed: int) -> MissionFile:
+    """The mission file that flies a made world; the seed is that of noise and drop-outs."""
+    return MissionFile(
+        mission=MissionSection(
+            name=mission.name,
+            waypoints_m=tuple(_point(goal) for goal in mission.waypoints_m),
+            reach_radius_m=mission.reach_radius_m,
+        ),
+        vehicle=VehicleSection(
+            position_m=_point(mission.start.position_m),
+            attitude_deg=_point(np.degrees(mission.start.attitude_rad)),
+        ),
+        simulation=SimulationSection(seed=seed),
+        lidar=(NOISE,),
+        obstacle=tuple(_section(obstacle) for obstacle in world.obstacles),
+    )
+
+
+def _section(obstacle: Obstacle) -> WorldObstacleSection:
+    return WorldObstacleSection(
+        shape=obstacle.shape,
+        position_m=_point(obstacle.position_m),
+        orientation_deg=_point(np.degrees(obstacle.orientation_rad)),
+        size_m=obstacle.size_m,
+        radius_m=obstacle.radius_m,
+        name=obstacle.name,
+    )
+
+
+def _point(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,97 @@
+"""Each cell of a grid cut into near-cubes, computed once per grid."""
+
+from __future__ import annotations
+
+import itertools
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import IntArray
+from clearway.obstacles.cell_volume import part_of
+
+NODES_PER_CELL = 100
+
+
+class CellNodes(NamedTuple):
+    """Cells and the parts that they are cut into, as compiled loops take them."""
+
+    center_m: FloatArray
+    """[cells, 3] grid frame."""
+    radius_m: FloatArray
+    """[cells] no point of the cell is farther from its centre."""
+    first: IntArray
+    """[cells + 1] where a cell's nodes begin."""
+    position_m: FloatArray
+    """[nodes, 3] grid frame."""
+    width_m: FloatArray
+    """[nodes] edge of the cube of a node's volume."""
+    node_radius_m: FloatArray
+    """[nodes] no point of a node's part is farther from it."""
+    share: FloatArray
+    """[nodes] of the cell's volume; a cell's nodes sum to 1."""
+
+
+@lru_cache(maxsize=16)
+def cell_nodes(grid: AvoidanceGrid, per_cell: int = NODES_PER_CELL) -> CellNodes:
+    """The nodes of each cell, about so many of them, as nearly cubes as the cell allows."""
+    ranges, azimuths, elevations = grid.edges
+    center, radius, counts = [], [], []
+    for low, high in itertools.pairwise(ranges):
+        for right, left in itertools.pairwise(azimuths):
+            for bottom, top in itertools.pairwise(elevations):
+                cell = part_of(low, high, right, left, bottom, top)
+                center.append((cell.x, cell.y, cell.z))
+                radius.append(cell.radius)
+                middle = 0.5 * (low + high) / high
+                counts.append(
+                    _parts_along(per_cell, cell.out, cell.across * middle, cell.up * middle)
+                )
+    parts = np.array(counts, dtype=np.int64)
+    first = np.concatenate([[0], np.cumsum(parts.prod(axis=1))]).astype(np.int64)
+    nodes = _cut_cells(ranges, azimuths, elevations, parts, first)
+    return CellNodes(np.array(center), np.array(radius), first, *nodes)
+
+
+def _parts_along(per_cell: int, *extents_m: float) -> list[int]:
+    """In how many near-cubes to cut a cell along distance, azimuth and elevation."""
+    width = (np.prod(extents_m) / per_cell) ** (1.0 / 3.0)
+    return [max(2 if extent > 0.5 * width else 1, round(extent / width)) for extent in extents_m]
+
+
+@compiled
+def _cut_cells(
+    ranges: FloatArray,
+    azimuths: FloatArray,
+    elevations: FloatArray,
+    parts: IntArray,
+    first: IntArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Positions, widths, radii and volume shares of all nodes."""
+    nodes = first[-1]
+    position, width = np.empty((nodes, 3)), np.empty(nodes)
+    radius, share = np.empty(nodes), np.empty(nodes)
+    columns, rows = len(azimuths) - 1, len(elevations) - 1
+    for cell in range(len(parts)):
+        i, j, k = cell // (columns * rows), cell // rows % columns, cell % rows
+        d = np.linspace(ranges[i], ranges[i + 1], parts[cell, 0] + 1)
+        a = np.linspace(azimuths[j], azimuths[j + 1], parts[cell, 1] + 1)
+        e = np.linspace(elevations[k], elevations[k + 1], parts[cell, 2] + 1)
+        whole = part_of(d[0], d[-1], a[0], a[-1], e[0], e[-1]).volume
+        for n in range(first[cell], first[cell + 1]):
+            rest, z = divmod(n - first[cell], parts[cell, 2])
+            x, y = divmod(rest, parts[cell, 1])
+            part = part_of(d[x], d[x + 1], a[y], a[y + 1], e[z], e[z + 1])
+            # The outer half of a part holds more volume: its centroid lies beyond its middle.
+            middle, thickness = 0.5 * (d[x] + d[x + 1]), part.out * part.out
+            shift = thickness * middle / (6.0 * middle * middle + 0.5 * thickness)
+            stretch = 1.0 + shift / middle
+            position[n] = part.x * stretch, part.y * stretch, part.z * stretch
+            width[n] = part.volume ** (1.0 / 3.0)
+            radius[n] = part.radius + shift
+            share[n] = part.volume / whole
+    return position, width, radius, share

@@ -1,0 +1,122 @@
+"""The obstacle map (5.49): what was known before take-off, quick to ask from any place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Obstacle, Shapes, shapes_of
+from clearway.obstacles.tree import (
+    BoxTree,
+    build_box_tree,
+    cast_rays,
+    nearest_obstacles,
+    obstacles_within,
+)
+
+
+class ObstacleMap:
+    """Any number of obstacles in the world frame; an empty map is legal. Immutable.
+
+    Serves as a world to fly in too: it has signed distances and casts rays.
+    """
+
+    __slots__ = ("obstacles", "shapes", "tree")
+
+    obstacles: tuple[Obstacle, ...]
+    shapes: Shapes
+    """World frame."""
+    tree: BoxTree
+
+    def __init__(self, obstacles: Sequence[Obstacle] = ()) -> None:
+        self.obstacles = tuple(obstacles)
+        self.shapes = shapes_of(self.obstacles)
+        self.tree = build_box_tree(self.shapes)
+
+    def __len__(self) -> int:
+        return len(self.obstacles)
+
+    def label(self, index: int) -> str:
+        """How messages call an obstacle: its index, shape and name."""
+        obstacle = self.obstacles[index]
+        name = f" {obstacle.name!r}" if obstacle.name else ""
+        return f"obstacle {index}{name} ({obstacle.shape})"
+
+    def near(self, position_m: npt.ArrayLike, radius_m: float) -> IntArray:
+        """Ascending indices of obstacles whose surface is within a radius of a world position."""
+        x, y, z = np.asarray(position_m, dtype=np.float64)
+        return obstacles_within(x, y, z, float(radius_m), self.shapes, self.tree)
+
+    def nearest(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
+        """Signed distance [n] in metres of world points [n, 3] and whose it is [n]; -1 for none."""
+        points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
+        return nearest_obstacles(points, self.shapes, self.tree)
+
+    def distance_m(self, points_m: npt.ArrayLike) -> FloatArray:
+        """Signed distance [n] of world points [n, 3] to the nearest surface; inf without any."""
+        return self.nearest(points_m)[0]
+
+    def cast(
+        self, origin_m: npt.ArrayLike, directions: npt.ArrayLike, max_range_m: float
+    ) -> FloatArray:
+        """Range [n] from a world point [3] along unit directions [n, 3]; inf where none is met."""
+        return cast_rays(
+            np.ascontiguousarray(origin_m, dtype=np.float64),
+            np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3),
+            float(max_range_m),
+            self.shapes,
+            self.tree,
+        )
+
+    def in_grid(
+        self,
+        position_m: npt.ArrayLike,
+        world_from_grid: FloatArray,
+        grid: AvoidanceGrid,
+        margin_m: float = 0.0,
+    ) -> Shapes:
+        """Obstacles within the grid's range plus a margin, in the grid frame: O_M(A) (5.50).
+
+        position_m: [3] origin of the grid in the world; world_from_grid: [3, 3] its rotation.
+        """
+        return _in_frame(
+            np.ascontiguousarray(position_m, dtype=np.float64),
+            np.ascontiguousarray(world_from_grid, dtype=np.float64),
+            grid.range_m + float(margin_m),
+            self.shapes,
+            self.tree,
+        )
+
+
+@compiled
+def _in_frame(
+    position: FloatArray, world_from_grid: FloatArray, reach: float, shapes: Shapes, tree: BoxTree
+) -> Shapes:
+    """The obstacles within `reach` of a position, turned into the frame that sits there."""
+    near = obstacles_within(position[0], position[1], position[2], reach, shapes, tree)
+    center = np.empty((len(near), 3))
+    rotation = np.empty((len(near), 3, 3))
+    for s in range(len(near)):
+        n = near[s]
+        for i in range(3):
+            center[s, i] = 0.0
+            for j in range(3):
+                offset = shapes.center_m[n, j] - position[j]
+                center[s, i] += world_from_grid[j, i] * offset
+                rotation[s, i, j] = 0.0
+                for k in range(3):
+                    rotation[s, i, j] += world_from_grid[k, i] * shapes.rotation[n, k, j]
+    return Shapes(
+        center,
+        rotation,
+        shapes.half_m[near],
+        shapes.radius_m[near],
+        shapes.bound_m[near],
+        shapes.source[near],
+    )

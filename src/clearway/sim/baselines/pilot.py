@@ -1,0 +1,105 @@
+"""A baseline in the closed loop: clearway's own sensing, memory and mission, another's rule."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem, Reading
+from clearway.live.mission import Mission, Mode
+from clearway.sim.baselines.manoeuvre import Manoeuvre, Rule
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BaselineDecision:
+    """What a baseline flies next; a `pilot.Steering`."""
+
+    time_s: float
+    mode: Mode
+    goal: int
+    state: State
+    movements: tuple[str, ...]
+    explanation: str
+    counts: dict[str, int]
+
+
+class BaselinePilot:
+    """Flies by a rule, asked anew after every movement.
+
+    knowledge: takes the readings, remembers points and follows the mission's progress as it does
+    for clearway itself, so that planners differ in their rule only. It is not asked to decide.
+    """
+
+    def __init__(self, knowledge: AvoidanceSystem, rule: Rule) -> None:
+        self._knowledge = knowledge
+        self._rule = rule
+        self._last: Manoeuvre | None = None
+        self._next_s = -np.inf
+        self._reported: Counter[str] = Counter()
+
+    @property
+    def planner(self) -> Planner:
+        return self._knowledge.planner
+
+    @property
+    def mission(self) -> Mission:
+        return self._knowledge.mission
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Data left out, by reason."""
+        return self._knowledge.counts
+
+    def update(self, reading: Reading) -> None:
+        """Take one reading."""
+        self._knowledge.update(reading)
+
+    def due(self, now_s: float) -> str | None:
+        """A rule is asked whenever a movement has ended."""
+        return "the movement has ended" if now_s >= self._next_s - 1e-9 else None
+
+    def decide(self, now_s: float) -> BaselineDecision:
+        """Decide for the present moment; raises ClearwayError if no own state has come yet."""
+        situation, _ = self._knowledge.situation(now_s)
+        self._last = self._rule(situation, self._last)
+        first = self.planner.automaton[self._last.movements[0]]
+        self._next_s = now_s + first.duration_s
+        fresh = self.counts - self._reported
+        self._reported = Counter(self.counts)
+        return BaselineDecision(
+            now_s,
+            self._last.mode,
+            self._knowledge.progress.goal,
+            situation.state,
+            self._last.movements,
+            self._last.reason,
+            dict(fresh),
+        )
+
+    def warm_up(self) -> None:
+        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
+        self._knowledge.warm_up()
+        start, grid = self.mission.start, self.planner.grid
+        ahead = 0.3 * grid.range_m * start.world_from_body[:, 0]
+        seen = PointHazards(start.position_m + _fan(ahead), np.full(9, 0.1))
+        situation = Situation(
+            state=start,
+            target_m=self.mission.goals_m[-1] + grid.range_m,
+            remembered=seen,
+            obstacle_map=self._knowledge.obstacle_map,
+        )
+        self._rule(situation, self._rule(situation, None))
+
+
+def _fan(ahead: FloatArray) -> FloatArray:
+    """[9, 3] points ahead and beside, within half their distance."""
+    steps = 0.5 * float(np.linalg.norm(ahead)) * np.array([-1.0, 0.0, 1.0])
+    y, z = np.meshgrid(steps, steps, indexing="ij")
+    return ahead + np.stack([np.zeros(9), y.ravel(), z.ravel()], axis=1)

@@ -1,0 +1,52 @@
+"""The reach set's complete trajectories by cost, as if nothing stood in their way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.avoidance.choice import Commitment, Repertoire, price_candidates
+from clearway.avoidance.costs import Goal, arrival
+from clearway.avoidance.fusion import rate_reach_set
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation, goal_of
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.live.mission import Mode
+from clearway.sim.baselines.manoeuvre import Manoeuvre
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Routes:
+    """Complete trajectories, cheapest first, by clearway's own costs."""
+
+    repertoire: Repertoire
+    goal: Goal
+    nodes: IntArray
+    """[routes] nodes that end them."""
+    cost_m: FloatArray
+    """[routes] ascending."""
+
+    def flown(self, node: int, reason: str, mode: Mode = Mode.NAVIGATION) -> Manoeuvre:
+        """The manoeuvre that flies to a node."""
+        return Manoeuvre(self.repertoire.reach_set.movements_to(node), reason, mode)
+
+
+def routes(planner: Planner, situation: Situation, repertoire: Repertoire | None = None) -> Routes:
+    """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
+    repertoire = repertoire or planner.repertoire(float(situation.state.attitude_rad[1]))
+    reach_set = repertoire.reach_set
+    goal = goal_of(situation)
+    arrived = arrival(reach_set, goal)
+
+    def to_go(nodes: IntArray) -> FloatArray:
+        return planner.terminal_cost(reach_set, nodes, goal, arrived, planner.automaton)
+
+    free = rate_reach_set(reach_set, np.ones(reach_set.grid.cells))
+    everywhere = np.ones(reach_set.nodes, dtype=np.bool_)
+    candidates = price_candidates(
+        repertoire, free, everywhere, goal, arrived, to_go, planner.settings.prices, Commitment()
+    )
+    order = np.argsort(candidates.cost_m, kind="stable")
+    return Routes(repertoire, goal, candidates.nodes[order], candidates.cost_m[order])

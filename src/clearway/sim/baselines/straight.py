@@ -1,0 +1,18 @@
+"""Straight flight: the cheapest way to the waypoint, whatever stands in it."""
+
+from __future__ import annotations
+
+from clearway.avoidance.situation import Situation
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.routes import routes
+
+
+def straight(craft: Craft) -> Rule:
+    """Clearway's own costs without any evidence: what a flight costs that avoids nothing."""
+
+    def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
+        del before
+        ways = routes(craft.planner, situation)
+        return ways.flown(int(ways.nodes[0]), f"cheapest way, {ways.cost_m[0]:.1f} m; blind")
+
+    return rule

@@ -1,0 +1,183 @@
+"""Truth and a pilot in a loop: what is sensed goes in, what is decided is flown.
+
+The vehicle flies movement by movement, as a movement automaton does: a decision takes effect when
+a movement ends.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Generic
+
+import numpy as np
+
+from clearway.live import Reading
+from clearway.live.mission import Progress, advanced
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.obstacles.world import CombinedWorld, World
+from clearway.sensors import Lidar, Scanner, scanned
+from clearway.sim.faults import NO_FAULTS
+from clearway.sim.metrics import intruder_distances, measure, straight_distances
+from clearway.sim.motion import TrueMotion
+from clearway.sim.pilot import D, Pilot
+from clearway.sim.run import LoggedDecision, OnDecision, Run
+from clearway.sim.scripted import AirTraffic
+from clearway.sim.settings import SimulationSettings
+from clearway.vehicle.automaton import Movement
+
+
+def simulate(
+    system: Pilot[D],
+    world: World,
+    lidars: Sequence[Lidar | Scanner],
+    settings: SimulationSettings | None = None,
+    on_decision: OnDecision[D] | None = None,
+    traffic: AirTraffic | None = None,
+) -> Run[D]:
+    """Fly the pilot's mission through a true world; the same seed gives the same run.
+
+    traffic: fresh for every flight, since it flies along.
+    """
+    settings = settings or SimulationSettings()
+    flight = _Flight(system, world, lidars, settings, traffic)
+    return flight.run(on_decision)
+
+
+class _Flight(Generic[D]):
+    """One flight under way."""
+
+    def __init__(
+        self,
+        system: Pilot[D],
+        world: World,
+        lidars: Sequence[Lidar | Scanner],
+        settings: SimulationSettings,
+        traffic: AirTraffic | None,
+    ) -> None:
+        self.system, self.world, self.lidars, self.settings = system, world, lidars, settings
+        self.traffic = traffic
+        self.mission = system.mission
+        self.automaton = system.planner.automaton
+        self.margin_m = system.planner.settings.safety_margin_m
+        self.scan_rng, self.state_rng, noise_rng, self.fault_rng = (
+            np.random.default_rng([settings.seed, stream]) for stream in range(4)
+        )
+        start = self.mission.start
+        self.motion = TrueMotion(self.automaton, start, settings, noise_rng, self.margin_m)
+        self.progress = Progress()
+        self.crashed = False
+        self.free_m = 0.0
+
+    def run(self, on_decision: OnDecision[D] | None) -> Run[D]:
+        limit = self._time_limit()
+        self._move_traffic()
+        decisions: list[LoggedDecision[D]] = []
+        queue: list[Movement] = []
+        while not self._over and self.motion.now_s < limit:
+            entry = self._decided(self._sense())
+            if entry is not None:
+                decisions.append(entry)
+                queue = list(self.automaton.chain(entry.flight.movements))
+                if on_decision is not None:
+                    on_decision(entry, self.progress)
+            self._fly(queue.pop(0))
+        return self._finished(decisions)
+
+    @property
+    def _over(self) -> bool:
+        return self.crashed or self.progress.done(self.mission)
+
+    def _sense(self) -> list[Reading]:
+        """What arrives at this moment: the own state, and scans as old as the latency."""
+        now = self.motion.now_s
+        settings = self.settings
+        sigma = settings.position_sigma_m
+        state = self.motion.state
+        error = self.state_rng.normal(0.0, 1.0, 3) * sigma
+        measured = replace(state, position_m=state.position_m + error, position_std_m=sigma)
+        seen_from = self.motion.at(max(self.mission.start.time_s, now - settings.scan_latency_s))
+        world = self._world_at(seen_from.time_s)
+        scans = [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
+        reports = self.traffic.reports(now) if self.traffic is not None else []
+        if settings.faults == NO_FAULTS:
+            return [measured, *scans, *reports]
+        faulty = [settings.faults.scan(scan, now) for scan in scans]
+        heard = [settings.faults.report(report, self.fault_rng) for report in reports]
+        return [measured, *(one for one in (*faulty, *heard) if one is not None)]
+
+    def _decided(self, readings: Sequence[Reading]) -> LoggedDecision[D] | None:
+        """What the pilot makes of readings, if a decision is due."""
+        now = self.motion.now_s
+        started = time.perf_counter()
+        for reading in readings:
+            self.system.update(reading)
+        why = self.system.due(now)
+        if why is None:
+            return None
+        flight = self.system.decide(now)
+        return LoggedDecision(flight, why, time.perf_counter() - started)
+
+    def _world_at(self, time_s: float) -> World:
+        """What stands still, and visible traffic where it was at a time."""
+        bodies = self.traffic.bodies(time_s) if self.traffic is not None else []
+        return CombinedWorld([self.world, ObstacleMap(bodies)]) if bodies else self.world
+
+    def _move_traffic(self) -> None:
+        if self.traffic is not None:
+            self.traffic.step(self.motion.state)
+
+    def _fly(self, movement: Movement) -> None:
+        """Execute one movement in steps; stops early at the last goal, or in an obstacle."""
+        for _ in self.motion.fly(movement):
+            self._move_traffic()
+            self.crashed = self._hit()
+            if self.crashed:
+                return
+            state = self.motion.states[-1]
+            self.progress = advanced(self.mission, self.progress, state[:3], self.motion.now_s)
+            if self.progress.done(self.mission):
+                return
+
+    def _hit(self) -> bool:
+        """Whether the vehicle is in an obstacle; looked up only where it can have come to one."""
+        before, now = self.motion.states[-2:]
+        self.free_m -= float(np.linalg.norm(now[:3] - before[:3]))
+        if self.free_m <= 0.0:
+            self.free_m = float(self.world.distance_m(now[None, :3])[0])
+        return self.free_m <= 0.0
+
+    def _time_limit(self) -> float:
+        if self.settings.time_limit_s is not None:
+            return self.mission.start.time_s + self.settings.time_limit_s
+        straight = self.mission.straight_length_m / max(self.system.planner.speed_mps, 1e-9)
+        return self.mission.start.time_s + 6.0 * straight + 60.0
+
+    def _finished(self, decisions: list[LoggedDecision[D]]) -> Run[D]:
+        times, states = np.array(self.motion.times), np.array(self.motion.states)
+        margin = self.margin_m
+        tracks = self.traffic.tracks if self.traffic is not None else {}
+        radii = self.traffic.radii_m() if self.traffic is not None else {}
+        margins = {name: margin + radius for name, radius in radii.items()}
+        intruders = intruder_distances(times, states[:, :3], tracks, margins)
+        nominal = np.concatenate([self.mission.start.position_m[None], self.mission.waypoints_m])
+        speed = self.system.planner.speed_mps
+        straight = straight_distances(times, nominal, speed, tracks, margins)
+        return Run(
+            mission=self.mission,
+            time_s=times,
+            states=states,
+            decisions=tuple(decisions),
+            movements=tuple(self.motion.movements),
+            progress=self.progress,
+            metrics=measure(times, states, self.world, nominal, margin, intruders, straight),
+            safety_margin_m=margin,
+            seed=self.settings.seed,
+            intruder_tracks={
+                name: np.array([[time, *place] for time, place in track])
+                for name, track in tracks.items()
+            },
+            corrections=self.motion.corrections,
+            counts=dict(self.system.counts),
+        )

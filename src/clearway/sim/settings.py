@@ -1,0 +1,43 @@
+"""What the simulated truth is like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.base.errors import ClearwayError
+from clearway.sim.faults import NO_FAULTS, Faults
+
+LARGEST_STEP_S = 0.05
+"""Truth is never coarser than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationSettings:
+    """What the simulated truth is like."""
+
+    seed: int = 0
+    step_s: float = LARGEST_STEP_S
+    scan_latency_s: float = 0.0
+    """Age of a scan when it reaches the system."""
+    state_noise_mps: float = 0.0
+    """Bound of w (3.20) on each axis of velocity."""
+    input_noise: float = 0.0
+    """Bound of v (3.20) as a share of the speed, and of the largest turn rate."""
+    wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Steady wind that carries the vehicle, world frame."""
+    position_sigma_m: float = 0.0
+    """Standard deviation of the own position as measured, stated to the system."""
+    time_limit_s: float | None = None
+    """None allows six times the straight flight and a minute."""
+    faults: Faults = NO_FAULTS
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.step_s <= LARGEST_STEP_S:
+            raise ClearwayError(f"step_s: must be within (0, {LARGEST_STEP_S}], got {self.step_s}")
+        for name in ("scan_latency_s", "state_noise_mps", "input_noise", "position_sigma_m"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ClearwayError(f"{name}: must be a number >= 0, got {getattr(self, name)}")
+        if not np.all(np.isfinite(self.wind_mps)):
+            raise ClearwayError(f"wind_mps: must be three finite numbers, got {self.wind_mps}")

@@ -1,0 +1,1 @@
+"""Many flights: campaigns, encounters, risk, faults, the paper made again."""

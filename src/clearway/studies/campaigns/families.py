@@ -1,0 +1,218 @@
+"""Families of cases by name: from a seed and parameters to a flight that any planner can fly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from clearway.base.errors import ClearwayError, InputError
+from clearway.io.toml import Section, parse_model
+from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.missions.world_file import mission_of, world_mission
+from clearway.sim.worlds import BALL_COUNTS, ball_world
+from clearway.sim.worlds import FAMILIES as WORLDS
+from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
+from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
+
+
+class AbsentDataError(ClearwayError):
+    """Files that a case needs are not there."""
+
+
+class NoParameters(Section):
+    """A family that has none."""
+
+
+class BallParameters(Section):
+    """Of `balls`."""
+
+    balls: Annotated[int, Field(ge=1)] | None = None
+    """Number in the box of 50 x 30 x 20 m; default: drawn from 30 to 240 with the seed."""
+
+
+class MissionParameters(Section):
+    """Of `mission`."""
+
+    mission: str
+    """Its name: the seed is that of noise and drop-outs."""
+
+
+class PlaceParameters(Section):
+    """Of `place`."""
+
+    mission: str
+    """A mission file, relative to the campaign's: the seed is that of noise and drop-outs."""
+
+
+class SampledParameters(Section):
+    """Of `sampled`."""
+
+    model: str | None = None
+    """File of an encounter model, relative to the campaign's; default: a small made-up one."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaseOf:
+    """What a case is made from."""
+
+    seed: int
+    parameters: Any
+    """A section of the family's own kind."""
+    folder: Path
+    """What paths are relative to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Cases of one kind."""
+
+    about: str
+    parameters: type[Section]
+    make: Callable[[CaseOf], MissionFile]
+    """Raises AbsentDataError where files that it reads are not there."""
+    finish: Callable[[FlightSetup, CaseOf], FlightSetup] = field(default=lambda setup, _: setup)
+    """What a mission file cannot say, such as traffic that follows recorded tracks."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A flight, ready for any planner."""
+
+    file: MissionFile
+    """What `clearway fly` would fly."""
+    setup: FlightSetup
+
+
+def _balls(case: CaseOf) -> MissionFile:
+    return mission_of(*ball_world(case.seed, case.parameters.balls), case.seed)
+
+
+def _world(name: str) -> Callable[[CaseOf], MissionFile]:
+    return lambda case: world_mission(name, case.seed)
+
+
+def _mission(case: CaseOf) -> MissionFile:
+    name = case.parameters.mission
+    if name not in built_in_missions():
+        known = ", ".join(sorted(built_in_missions()))
+        raise InputError("mission", f"{name!r}: there are {known}; family place takes files")
+    return read_mission(name).changed("simulation", seed=case.seed)
+
+
+def _place(case: CaseOf) -> MissionFile:
+    path = case.folder / case.parameters.mission
+    if not path.exists():
+        raise AbsentDataError(f"no file {case.parameters.mission}")
+    file = read_mission(str(path))
+    clouds = (file.point_cloud.file,) if file.point_cloud else ()
+    absent = [
+        name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
+    ]
+    if absent:
+        raise AbsentDataError(
+            f"{case.parameters.mission} needs {', '.join(Path(a).name for a in absent)}"
+        )
+    return file.changed("simulation", seed=case.seed)
+
+
+def _conflict(kind: str) -> Callable[[CaseOf], MissionFile]:
+    return lambda case: conflict(kind, case.seed, case.parameters)
+
+
+def _model(case: CaseOf) -> Path | None:
+    name = case.parameters.model
+    path = None if name is None else case.folder / name
+    if path is not None and not path.exists():
+        raise AbsentDataError(f"no file {name}")
+    return path
+
+
+def _sampled(case: CaseOf) -> MissionFile:
+    return sampled_mission(case.seed, _model(case))
+
+
+def _with_intruder(setup: FlightSetup, case: CaseOf) -> FlightSetup:
+    return with_intruder(setup, case.seed, _model(case))
+
+
+def _about(function: Callable[..., Any]) -> str:
+    return (function.__doc__ or "").strip().splitlines()[0]
+
+
+FAMILIES: Mapping[str, Family] = MappingProxyType(
+    {
+        "balls": Family(
+            f"Balls at random in a box, {BALL_COUNTS[0]} to {BALL_COUNTS[1]} or as many as asked "
+            "for, and a leg of 60 m right through it.",
+            BallParameters,
+            _balls,
+        ),
+        **{
+            name: Family(_about(make), NoParameters, _world(name))
+            for name, make in WORLDS.items()
+            if not name.startswith("balls-")
+        },
+        "mission": Family("A mission that comes with clearway.", MissionParameters, _mission),
+        "place": Family(
+            "A mission file of your own, such as a surveyed place.", PlaceParameters, _place
+        ),
+        **{
+            kind: Family(_about(make), ConflictParameters, _conflict(kind))
+            for kind, make in KINDS.items()
+        },
+        "sampled": Family(
+            "Traffic drawn from an encounter model; the margin keeps near mid-air collisions off.",
+            SampledParameters,
+            _sampled,
+            _with_intruder,
+        ),
+    }
+)
+"""Add a family here to fly it in campaigns."""
+
+
+def make_case(
+    family: str,
+    seed: int,
+    parameters: Mapping[str, Any],
+    changes: Mapping[str, Mapping[str, Any]],
+    folder: Path,
+) -> Case:
+    """A case of a known family.
+
+    Raises AbsentDataError where data are not there, InputError for parameters and changes that
+    cannot be.
+    """
+    known = FAMILIES[family]
+    section = parse_model(f"{family}: parameters", parameters, known.parameters)
+    case = CaseOf(seed, section, folder)
+    file = _changed(known.make(case), changes)
+    # All seeds of a mission share what is the same: reach sets, sensors, surveyed worlds.
+    shared = _prepared(file.changed("simulation", seed=0))
+    setup = replace(shared, simulation=replace(shared.simulation, seed=file.simulation.seed))
+    return Case(file, known.finish(setup, case))
+
+
+@lru_cache(maxsize=8)
+def _prepared(file: MissionFile) -> FlightSetup:
+    return prepare(file)
+
+
+def _changed(file: MissionFile, changes: Mapping[str, Mapping[str, Any]]) -> MissionFile:
+    """The mission with keys of its tables changed, checked like a file."""
+    if not changes:
+        return file
+    tables = file.effective()
+    for table, values in changes.items():
+        old = tables.get(table, {})
+        # Every sensor, intruder or obstacle alike.
+        several = isinstance(old, (list, tuple))
+        tables[table] = [{**one, **values} for one in old] if several else {**old, **values}
+    return parse_model("changes", tables, MissionFile)

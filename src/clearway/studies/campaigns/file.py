@@ -1,0 +1,128 @@
+"""The campaign file: families of cases, planners and seeds, as typed sections."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from clearway.base.errors import InputError
+from clearway.io.toml import Section, parse_model, read_toml
+from clearway.missions.mission_file import MissionFile
+from clearway.sim.baselines import PLANNERS
+from clearway.studies.campaigns.families import FAMILIES
+
+Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+Tables = dict[str, Any]
+
+
+class FamilySection(Section):
+    """`[[family]]`: cases of one kind, each from a seed."""
+
+    family: str
+    """Its name in the registry."""
+    label: str | None = Field(default=None, pattern=r"^[A-Za-z0-9][\w.-]*$")
+    """Name in tables and keys; default: the family's."""
+    seeds: int | None = Field(default=None, ge=1)
+    """Number of cases; default: the campaign's."""
+    planners: Names | None = None
+    """Default: the campaign's."""
+    leave_out: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    """Planners that do not fly here."""
+    parameters: Tables = Field(default_factory=dict)
+    """Of the family."""
+    changes: dict[str, Tables] = Field(default_factory=dict)
+    """Keys of the mission file to be flown with other values, by table; of every `[[table]]`."""
+
+    @property
+    def name(self) -> str:
+        """Label, or family."""
+        return self.label or self.family
+
+    @property
+    def settings_id(self) -> str:
+        """The same for the same cases, however the file is written and however many it asks for."""
+        settings = [self.family, self.parameters, self.changes]
+        return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
+
+    @model_validator(mode="after")
+    def _is_known(self) -> Self:
+        if self.family not in FAMILIES:
+            raise ValueError(f"family {self.family!r}: there are {', '.join(FAMILIES)}")
+        _check_planners((*(self.planners or ()), *self.leave_out))
+        parse_model(f"family {self.name}: parameters", self.parameters, self.known.parameters)
+        tables = MissionFile.model_fields
+        for table in self.changes:
+            if table not in tables:
+                raise ValueError(f"changes.{table}: a mission has {', '.join(tables)}")
+        return self
+
+    @property
+    def known(self) -> Any:
+        """Its entry in the registry."""
+        return FAMILIES[self.family]
+
+
+class CampaignFile(Section):
+    """A campaign: every family with every planner and every seed."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$")
+    planners: Names = PLANNERS
+    """The first is the one that is looked at; default: all there are."""
+    seeds: int = Field(default=1, ge=1)
+    """Cases of each family."""
+    first_seed: int = Field(default=0, ge=0)
+    family: Annotated[tuple[FamilySection, ...], Field(strict=False, min_length=1)]
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        _check_planners(self.planners)
+        names = [section.name for section in self.family]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(
+                f"family: give each a label of its own, {', '.join(twice)} is there twice"
+            )
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    """A campaign as it was asked for."""
+
+    source: str
+    """Name or path, as given."""
+    folder: str
+    """What paths in it are relative to."""
+    file: CampaignFile
+
+
+def read_campaign(name_or_path: str) -> Campaign:
+    """A campaign of clearway by name, or a campaign file.
+
+    Raises InputError with every problem of a file.
+    """
+    built_in = built_in_campaigns()
+    path = built_in.get(name_or_path, Path(name_or_path))
+    if name_or_path not in built_in and not path.exists() and path.suffix != ".toml":
+        names = ", ".join(sorted(built_in))
+        raise InputError(name_or_path, f"no such campaign or file; campaigns by name: {names}")
+    file = parse_model(str(name_or_path), read_toml(path), CampaignFile)
+    return Campaign(name_or_path, str(path.resolve().parent), file)
+
+
+def built_in_campaigns() -> dict[str, Path]:
+    """Campaigns that come with clearway, by name."""
+    folder = Path(str(resources.files("clearway.studies") / "campaigns"))
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def _check_planners(names: tuple[str, ...]) -> None:
+    for name in names:
+        if name not in PLANNERS:
+            raise ValueError(f"planner {name!r}: there are {', '.join(PLANNERS)}")

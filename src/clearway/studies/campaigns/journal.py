@@ -1,0 +1,111 @@
+"""The journal of a campaign under way: a line a flight, on disk before the next one is counted.
+
+A process may be killed at any moment. What it wrote last may then be torn: that line is cut off
+when the campaign goes on, and its flight is flown again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import IO, Any
+
+from clearway.base.errors import InputError, naming
+from clearway.studies.campaigns.row import FlightRow
+
+
+class Journal:
+    """An open journal; `rows` are those that were in it."""
+
+    def __init__(self, file: IO[bytes], rows: list[FlightRow]) -> None:
+        self._file = file
+        self.rows = rows
+
+    def append(self, row: FlightRow) -> None:
+        """Write a row; on return it is on disk."""
+        _append(self._file, asdict(row))
+
+
+@contextmanager
+def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
+    """Open or begin a journal, for this process alone.
+
+    settings: what the rows in it must have in common; raises InputError where those of the journal
+    differ, where another process has it open, and where it cannot be written.
+    """
+    with naming(path, "written"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = path.open("a+b")
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not path.exists() or not os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                # Another process has just ended its campaign, and removed the journal.
+                raise BlockingIOError
+        except BlockingIOError as cause:
+            raise InputError(str(path), "another campaign is writing to it") from cause
+        yield Journal(file, _begun(file, path, settings))
+
+
+def check_settings(source: str, found: dict[str, Any], wanted: dict[str, str]) -> None:
+    """Raise InputError where results were made with other settings than those wanted."""
+    other = [
+        f"{name} {found.get(name)!r} there, {value!r} now"
+        for name, value in wanted.items()
+        if found.get(name) != value
+    ]
+    if other:
+        raise InputError(
+            source,
+            f"holds flights of other settings ({'; '.join(other)}): choose another --out, or "
+            "remove it",
+        )
+
+
+def _begun(file: IO[bytes], path: Path, settings: dict[str, str]) -> list[FlightRow]:
+    """Rows of whole lines; the file ends after the last of them, and has a head."""
+    file.seek(0)
+    head, *lines = _whole_lines(file) or [{}]
+    if not head:
+        _append(file, settings)
+        _sync_folder(path.parent)
+        return []
+    check_settings(str(path), head, settings)
+    return [FlightRow(**line) for line in lines]
+
+
+def _whole_lines(file: IO[bytes]) -> list[dict[str, Any]]:
+    """Objects of the lines up to the first torn one; the file is cut there."""
+    objects = []
+    good = 0
+    for line in file:
+        try:
+            found = json.loads(line) if line.endswith(b"\n") else None
+        except ValueError:
+            found = None
+        if not isinstance(found, dict):
+            break
+        objects.append(found)
+        good += len(line)
+    file.truncate(good)
+    return objects
+
+
+def _append(file: IO[bytes], values: dict[str, Any]) -> None:
+    file.write(json.dumps(values, allow_nan=False).encode() + b"\n")
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    """A new file's name is on disk only when its folder is."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,144 @@
+"""The tables of a campaign as Markdown, put between marks of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from clearway.base.errors import InputError, naming
+from clearway.studies.campaigns.families import FAMILIES
+from clearway.studies.campaigns.row import FlightRow
+from clearway.studies.campaigns.summary import Mean, Rate, Standing, in_words, seconds, standings
+
+FULL, SHORT = "campaign", "campaign-short"
+"""Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
+COLUMNS = (
+    "planner",
+    "reached with margin",
+    "crashed",
+    "margin lost",
+    "nearest, m",
+    "path",
+    "time, s",
+    "decision, ms",
+)
+
+
+def write_pages(
+    page: Path, rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
+) -> list[str]:
+    """Put the full or the short form, or both, between their marks in a page; what was put.
+
+    Raises InputError where the page cannot be read or written, or has no marks.
+    """
+    with naming(page, "written"):
+        text = page.read_text(encoding="utf-8")
+        done = []
+        for name, made in ((FULL, full_form), (SHORT, short_form)):
+            begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
+            if begin in text and end in text:
+                before, _, rest = text.partition(begin)
+                after = rest.partition(end)[2]
+                text = f"{before}{begin}\n{made(rows, settings, skipped)}{end}{after}"
+                done.append(name)
+        if not done:
+            marks = " or ".join(f"<!-- {name}:begin --> ... :end -->" for name in (FULL, SHORT))
+            raise InputError(str(page), f"no {marks}")
+        page.write_text(text, encoding="utf-8")
+    return done
+
+
+def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]) -> str:
+    """Families by planners: flights that reached with margin, and crashes."""
+    table = standings(rows)
+    planners = list(dict.fromkeys(standing.planner for standing in table))
+    cells = {(standing.label, standing.planner): standing for standing in table}
+    lines = [("family", "flights", *planners)]
+    for label in dict.fromkeys(standing.label for standing in table):
+        there = [cells.get((label, planner)) for planner in planners]
+        flights = max(each.safe.flights for each in there if each is not None)
+        lines.append((label, str(flights), *(_short(each) for each in there)))
+    return _markdown(lines) + _below(rows, settings, skipped)
+
+
+def _short(standing: Standing | None) -> str:
+    if standing is None:
+        return ""
+    return f"{standing.safe.number} / {standing.crashed.number}"
+
+
+def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]) -> str:
+    """A table for each family, then where the first planner is not first, and its failures."""
+    table = standings(rows)
+    parts = []
+    for label in dict.fromkeys(standing.label for standing in table):
+        own = [standing for standing in table if standing.label == label]
+        parts.append(f"### {label}\n\n{FAMILIES[own[0].family].about}\n")
+        parts.append(_markdown([COLUMNS, *(_full(standing) for standing in own)]))
+    first = rows[0].planner
+    parts.append(f"### Where {first} is not first\n\n{_listed(_behind(table))}")
+    lost = [row for row in rows if row.planner == first and not row.safe]
+    told = [f"`{row.replay}`: {in_words(row)}" for row in lost]
+    parts.append(f"### Flights of {first} that failed\n\n{_listed(told)}")
+    return "\n".join(parts) + "\n" + _below(rows, settings, skipped).lstrip("\n")
+
+
+def _behind(table: Sequence[Standing]) -> list[str]:
+    return [
+        f"{each.label}, {each.measure}: {each.own} of {each.flights}; "
+        + ", ".join(f"{planner} {count}" for planner, count in each.others.items())
+        for each in seconds(table)
+    ]
+
+
+def _listed(lines: Sequence[str]) -> str:
+    return "".join(f"- {line}\n" for line in lines) or "None.\n"
+
+
+def _full(standing: Standing) -> tuple[str, ...]:
+    nearest = f"{_number(standing.nearest_min_m, 2)}, {_number(standing.nearest_median_m, 2)}"
+    return (
+        standing.planner,
+        _rate(standing.safe),
+        _rate(standing.crashed),
+        _rate(standing.lost_margin),
+        nearest,
+        mean_in_words(standing.path_ratio, 2),
+        mean_in_words(standing.time_s, 1),
+        _number(standing.decision_ms, 2),
+    )
+
+
+def _rate(rate: Rate) -> str:
+    low, high = (100.0 * share for share in rate.interval)
+    return f"{rate.number} of {rate.flights} ({low:.0f}-{high:.0f} %)"
+
+
+def mean_in_words(mean: Mean, digits: int) -> str:
+    """A mean with its interval."""
+    if not np.isfinite(mean.value):
+        return "-"
+    return f"{mean.value:.{digits}f} ({mean.low:.{digits}f}-{mean.high:.{digits}f})"
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if np.isfinite(value) else "-"
+
+
+def _below(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]) -> str:
+    """What was flown, and what not."""
+    said = (
+        f"\n{len(rows)} flights of the campaign `{settings['campaign']}`, clearway "
+        f"{settings['version']}."
+    )
+    for label, why in skipped.items():
+        said += f" Skipped: {label} ({why})."
+    return said + "\n"
+
+
+def _markdown(lines: Sequence[Sequence[str]]) -> str:
+    head, *rest = lines
+    rows = [head, ["---"] * len(head), *rest]
+    return "".join("| " + " | ".join(line) + " |\n" for line in rows)

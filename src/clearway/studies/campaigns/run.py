@@ -1,0 +1,124 @@
+"""A campaign from its file to results.parquet, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway import __version__
+from clearway.base.errors import InputError
+from clearway.studies.campaigns.engines import Engine
+from clearway.studies.campaigns.families import AbsentDataError
+from clearway.studies.campaigns.file import Campaign
+from clearway.studies.campaigns.journal import check_settings, open_journal
+from clearway.studies.campaigns.results import need_parquet, read_results, write_results
+from clearway.studies.campaigns.row import FlightRow
+from clearway.studies.campaigns.task import Task, case_of, tasks_of
+
+RESULTS, JOURNAL = "results.parquet", "journal.jsonl"
+Watch = Callable[[FlightRow | None, int, int], None]
+"""Called with each row, how many are done and how many there are; first without a row."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """What has been flown of a campaign, now and before."""
+
+    rows: tuple[FlightRow, ...]
+    """In the order of the campaign's tasks."""
+    flown_now: int
+    skipped: dict[str, str]
+    """Why, by label."""
+
+
+def run_campaign(
+    campaign: Campaign, folder: Path, engine: Engine, only: str = "*", watch: Watch | None = None
+) -> Flown:
+    """Fly what is not yet flown, and write results.parquet into the folder.
+
+    only: pattern of keys, to fly some of it. Flights of earlier sittings stay.
+    Raises InputError where the folder holds flights of other settings, or no key fits the pattern;
+    ClearwayError where workers are lost: then, as whenever it is killed, the same call goes on.
+    """
+    need_parquet()
+    tasks = tasks_of(campaign)
+    skipped = absent(tasks)
+    wanted = [task for task in chosen(tasks, only) if task.label not in skipped]
+    settings = {"campaign": campaign.file.name, "version": __version__}
+    results = folder / RESULTS
+    with open_journal(folder / JOURNAL, settings) as journal:
+        rows = _before(results, settings) | {row.key: row for row in journal.rows}
+        _check_cases(str(folder), rows.values(), tasks)
+        left = [task for task in wanted if task.key not in rows]
+        if watch is not None:
+            watch(None, len(wanted) - len(left), len(wanted))
+        for number, row in enumerate(engine(left) if left else (), start=1):
+            journal.append(row)
+            rows[row.key] = row
+            if watch is not None:
+                watch(row, len(wanted) - len(left) + number, len(wanted))
+        ordered = tuple(by_family(rows.values(), tasks))
+        write_results(results, ordered, {**settings, "skipped": json.dumps(skipped)})
+        (folder / JOURNAL).unlink()
+    return Flown(ordered, len(left), skipped)
+
+
+def chosen(tasks: Sequence[Task], only: str) -> list[Task]:
+    """Tasks whose key fits a pattern; raises InputError where none does."""
+    found = [task for task in tasks if fnmatch.fnmatchcase(task.key, only)]
+    if not found:
+        examples = ", ".join(task.key for task in tasks[:3])
+        raise InputError("campaign", f"no flight {only!r}; there are {len(tasks)}: {examples}, ...")
+    return found
+
+
+def by_family(rows: Iterable[FlightRow], tasks: Sequence[Task]) -> list[FlightRow]:
+    """In the order of tables: families and planners as in the campaign, then seeds.
+
+    Flights that the campaign no longer asks for come last in theirs.
+    """
+    rows = list(rows)
+    labels = dict.fromkeys([*(task.label for task in tasks), *(row.label for row in rows)])
+    planners = dict.fromkeys([*(task.planner for task in tasks), *(row.planner for row in rows)])
+    places = [{name: at for at, name in enumerate(names)} for names in (labels, planners)]
+    return sorted(rows, key=lambda row: (places[0][row.label], places[1][row.planner], row.seed))
+
+
+def absent(tasks: Sequence[Task]) -> dict[str, str]:
+    """Labels of families whose data are not there, each with what is missing."""
+    reasons = {}
+    for task in {task.label: task for task in reversed(tasks)}.values():
+        try:
+            case_of(task)
+        except AbsentDataError as error:
+            reasons[task.label] = str(error)
+    return dict(sorted(reasons.items()))
+
+
+def _check_cases(source: str, rows: Iterable[FlightRow], tasks: Sequence[Task]) -> None:
+    """Raise InputError where a family's cases are others than those flown before.
+
+    More seeds, planners and families are no other settings: what is flown stays as it is.
+    """
+    now = {task.label: task.settings_id for task in tasks}
+    changed = sorted(
+        {row.label for row in rows if now.get(row.label, "") not in ("", row.settings_id)}
+    )
+    if changed:
+        raise InputError(
+            source,
+            f"holds flights of other settings of {', '.join(changed)}: give a label of its own "
+            "to what is new, choose another --out, or remove it",
+        )
+
+
+def _before(results: Path, settings: dict[str, str]) -> dict[str, FlightRow]:
+    """Rows of earlier sittings by key."""
+    if not results.exists():
+        return {}
+    rows, found = read_results(results)
+    check_settings(str(results), found, settings)
+    return {row.key: row for row in rows}

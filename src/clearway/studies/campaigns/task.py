@@ -1,0 +1,198 @@
+"""One flight of a campaign: what is to be flown, flown, and what came of it as a row."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from clearway import __version__
+from clearway.base.errors import FlightRefusedError
+from clearway.io.json_values import finite
+from clearway.sim import Run
+from clearway.sim.pilot import Steering
+from clearway.studies.campaigns.families import Case, make_case
+from clearway.studies.campaigns.file import Campaign
+from clearway.studies.campaigns.row import FlightRow, Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A flight to be flown, wherever there is a worker."""
+
+    campaign: str
+    settings_id: str
+    source: str
+    """Of the campaign, as given on the command line."""
+    folder: str
+    """What paths in parameters are relative to."""
+    label: str
+    family: str
+    parameters: str
+    """JSON object."""
+    changes: str
+    """JSON object."""
+    planner: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Names the flight in its campaign."""
+        return f"{self.label}/{self.planner}/{self.seed}"
+
+    @property
+    def replay(self) -> str:
+        """The command that flies it again."""
+        return f"clearway campaign {self.source} --replay {self.key}"
+
+
+class Spent(NamedTuple):
+    """What a flight took to compute."""
+
+    wall_s: float
+    cpu_s: float
+
+
+def tasks_of(campaign: Campaign) -> list[Task]:
+    """All flights: every seed with all families and planners before the next seed.
+
+    So a campaign that has been stopped is a smaller one.
+    """
+    file = campaign.file
+    tasks = []
+    for number in range(max(section.seeds or file.seeds for section in file.family)):
+        for section in file.family:
+            if number >= (section.seeds or file.seeds):
+                continue
+            planners = dict.fromkeys(section.planners or file.planners)
+            tasks += [
+                Task(
+                    file.name,
+                    section.settings_id,
+                    campaign.source,
+                    campaign.folder,
+                    section.name,
+                    section.family,
+                    json.dumps(section.parameters, sort_keys=True),
+                    json.dumps(section.changes, sort_keys=True),
+                    planner,
+                    file.first_seed + number,
+                )
+                for planner in planners
+                if planner not in section.leave_out
+            ]
+    return tasks
+
+
+def fly_task(task: Task) -> FlightRow:
+    """The row of a flight.
+
+    What a planner raises is a flight that failed, since in the air nothing would catch it either.
+    Errors as of `make_case`.
+    """
+    setup = case_of(task).setup
+    watch = _Watch()
+    try:
+        run = setup.fly_with(task.planner)
+    except FlightRefusedError as refusal:
+        return _not_flown(task, "refused", str(refusal), watch.read())
+    except Exception as problem:
+        return _not_flown(task, "failed", f"{type(problem).__name__}: {problem}", watch.read())
+    return row_of(task, run, watch.read())
+
+
+class _Watch:
+    """Started when made."""
+
+    def __init__(self) -> None:
+        self._wall_s, self._cpu_s = time.perf_counter(), time.thread_time()
+
+    def read(self) -> Spent:
+        return Spent(time.perf_counter() - self._wall_s, time.thread_time() - self._cpu_s)
+
+
+def case_of(task: Task) -> Case:
+    """What a task flies in. Errors as of `make_case`."""
+    return _case(task.family, task.seed, task.parameters, task.changes, task.folder)
+
+
+@lru_cache(maxsize=8)
+def _case(family: str, seed: int, parameters: str, changes: str, folder: str) -> Case:
+    return make_case(family, seed, json.loads(parameters), json.loads(changes), Path(folder))
+
+
+def row_of(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
+    """What came of a flight; equal for equal flights, but for how long they took to compute."""
+    metrics, traffic = run.metrics, run.metrics.intruders
+    crashed = run.crashed_s is not None
+    elapsed_ms = 1e3 * np.array([entry.elapsed_s for entry in run.decisions])
+    return FlightRow(
+        **_known(task),
+        outcome=_outcome(run),
+        why="",
+        reached=run.reached,
+        crashed=crashed,
+        margin_kept=metrics.margin_violations == 0,
+        margin_m=run.safety_margin_m,
+        margin_violations=metrics.margin_violations,
+        nearest_m=finite(float(run.nearest_surface_m.min())),
+        nearest_obstacle_m=finite(metrics.min_obstacle_distance_m),
+        nearest_intruder_m=finite(traffic.min_distance_m) if traffic else None,
+        emergencies=run.emergencies,
+        waypoints_reached=run.progress.waypoints_reached(run.mission),
+        time_s=metrics.time_s,
+        crashed_s=run.crashed_s,
+        straight_m=run.mission.straight_length_m,
+        path_m=metrics.path_length_m,
+        climb_m=metrics.climb_m,
+        effort_m2ps3=metrics.effort_m2ps3,
+        tracking_mean_m=float(metrics.tracking_m.mean()),
+        corrections=run.corrections,
+        decisions=len(run.decisions),
+        track_id=_track_id(run),
+        decision_ms_p50=float(np.percentile(elapsed_ms, 50)) if len(elapsed_ms) else None,
+        decision_ms_p99=float(np.percentile(elapsed_ms, 99)) if len(elapsed_ms) else None,
+        **spent._asdict(),
+    )
+
+
+def _outcome(run: Run[Steering]) -> Outcome:
+    if run.crashed_s is not None:
+        return "crashed"
+    if run.metrics.margin_violations:
+        return "margin lost"
+    return "safe" if run.reached else "not reached"
+
+
+def _not_flown(task: Task, outcome: Outcome, why: str, spent: Spent) -> FlightRow:
+    return FlightRow(**_known(task), outcome=outcome, why=why, **spent._asdict())
+
+
+def _known(task: Task) -> dict[str, Any]:
+    """What a row says of a flight before it is flown."""
+    return {
+        "key": task.key,
+        "label": task.label,
+        "planner": task.planner,
+        "seed": task.seed,
+        "family": task.family,
+        "parameters": task.parameters,
+        "changes": task.changes,
+        "campaign": task.campaign,
+        "settings_id": task.settings_id,
+        "version": __version__,
+        "replay": task.replay,
+    }
+
+
+def _track_id(run: Run[Steering]) -> str:
+    """The same for the same track to the last bit."""
+    digest = hashlib.sha256(np.ascontiguousarray(run.time_s).tobytes())
+    digest.update(np.ascontiguousarray(run.states).tobytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,24 @@
+"""Encounter models: Bayes networks of how aircraft fly, read from their files and sampled."""
+
+from clearway.studies.encounter_model.model_file import made_up_model, read_encounter_model
+from clearway.studies.encounter_model.network import EncounterModel, Node, Variable
+from clearway.studies.encounter_model.sample import (
+    Tracks,
+    sample_initial,
+    sample_tracks,
+    step_bins,
+    values_of,
+)
+
+__all__ = [
+    "EncounterModel",
+    "Node",
+    "Tracks",
+    "Variable",
+    "made_up_model",
+    "read_encounter_model",
+    "sample_initial",
+    "sample_tracks",
+    "step_bins",
+    "values_of",
+]

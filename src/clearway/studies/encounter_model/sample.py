@@ -1,0 +1,171 @@
+"""Aircraft drawn from an encounter model: where their bins lie, and the tracks that they fly.
+
+A second of a track draws the bins a second on, given those now. A variable whose bin has changed
+gets a new value inside the new bin; one whose bin stays gets a new value inside it with the
+model's resample rate, a probability a second, and else keeps the one that it has. The bin that
+holds 0 stands for exactly 0: straight, level or steady flight neither drifts nor jitters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
+from clearway.studies.encounter_model.network import EncounterModel, Node
+
+MOST_TRIES = 1000
+"""Draws of an aircraft before a model counts as impossible."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """Tracks of n aircraft at s times; each begins above the origin and flies along x."""
+
+    time_s: FloatArray
+    """[s] from 0."""
+    position_m: FloatArray
+    """[n, s, 3] x along the first heading, y left, z altitude."""
+    velocity_mps: FloatArray
+    """[n, s, 3]"""
+    bins: IntArray
+    """[n, seconds + 1, variables] at whole seconds."""
+    values: FloatArray
+    """[n, seconds + 1, variables] in the model's units; categories as their bin, from 1."""
+
+
+def sample_initial(model: EncounterModel, count: int, rng: np.random.Generator) -> IntArray:
+    """[count, variables] bins from 0, drawn parents first with the shares of the counts."""
+    bins = np.zeros((count, len(model.variables)), dtype=np.int64)
+    for variable in model.order:
+        bins[:, variable] = _drawn(model.initial[variable], bins, bins[:, variable], rng)
+    return bins
+
+
+def step_bins(model: EncounterModel, bins: IntArray, rng: np.random.Generator) -> IntArray:
+    """[n, variables] bins a second on; configurations that nobody counted keep theirs."""
+    after = bins.copy()
+    for variable, node in model.transition.items():
+        after[:, variable] = _drawn(node, bins, bins[:, variable], rng)
+    return after
+
+
+def values_of(model: EncounterModel, bins: IntArray, rng: np.random.Generator) -> FloatArray:
+    """[n, variables] a value evenly inside each bin; exactly 0 in the bin that holds it."""
+    share = rng.random(bins.shape)
+    values = np.empty(bins.shape)
+    for index, variable in enumerate(model.variables):
+        mine = bins[:, index]
+        if variable.edges is None:
+            values[:, index] = mine + 1
+            continue
+        low, high = variable.edges[mine], variable.edges[mine + 1]
+        values[:, index] = low + share[:, index] * (high - low)
+        if variable.zero_bin is not None:
+            values[mine == variable.zero_bin, index] = 0.0
+    return values
+
+
+def sample_tracks(
+    model: EncounterModel,
+    count: int,
+    duration_s: int,
+    rng: np.random.Generator,
+    layers: tuple[int, ...] = (),
+    steps_per_s: int = 1,
+) -> Tracks:
+    """Tracks of `count` aircraft over whole seconds, `steps_per_s` samples in each.
+
+    layers: altitude layers, from 0, that aircraft must begin in; all where empty. Aircraft that
+    would climb faster than they fly are drawn again. Speed stays between the ends of the model's
+    scale, altitude above its lowest. Raises ClearwayError where no such aircraft is found.
+    """
+    bins, values = _plausible(model, count, rng, layers)
+    all_bins, all_values = [bins], [values]
+    for _ in range(duration_s):
+        bins, values = _a_second_on(model, bins, values, rng)
+        all_bins.append(bins)
+        all_values.append(values)
+    stacked = np.stack(all_values, axis=1)
+    time_s, position, velocity = _flown(model, stacked, steps_per_s)
+    return Tracks(time_s, position, velocity, np.stack(all_bins, axis=1), stacked)
+
+
+def _drawn(node: Node, bins: IntArray, kept: IntArray, rng: np.random.Generator) -> IntArray:
+    """[n] bins of a node given all bins [n, variables]; `kept` where nothing was counted."""
+    cumulative = node.cumulative[node.configuration(bins)]
+    share = rng.random(len(bins))
+    # The last column is 1 but for rounding.
+    drawn = (share[:, None] >= cumulative[:, :-1]).sum(axis=1)
+    return np.where(np.isnan(cumulative[:, 0]), kept, drawn)
+
+
+def _plausible(
+    model: EncounterModel, count: int, rng: np.random.Generator, layers: tuple[int, ...]
+) -> tuple[IntArray, FloatArray]:
+    layer, speed, climb = model.index("L"), model.index("v"), model.index(r"\dot h")
+    bins = np.empty((0, len(model.variables)), dtype=np.int64)
+    values = np.empty(bins.shape)
+    for _ in range(MOST_TRIES):
+        more = sample_initial(model, count, rng)
+        inside = values_of(model, more, rng)
+        good = np.abs(inside[:, climb]) * FOOT_PER_MINUTE_MPS < inside[:, speed] * KNOT_MPS
+        if layers:
+            good &= np.isin(more[:, layer], layers)
+        bins, values = np.concatenate([bins, more[good]]), np.concatenate([values, inside[good]])
+        if len(bins) >= count:
+            return bins[:count], values[:count]
+    raise ClearwayError(f"{model.source}: no aircraft found in altitude layers {layers}")
+
+
+def _a_second_on(
+    model: EncounterModel, bins: IntArray, values: FloatArray, rng: np.random.Generator
+) -> tuple[IntArray, FloatArray]:
+    after = step_bins(model, bins, rng)
+    fresh = values_of(model, after, rng)
+    rates = np.array([variable.resample_rate for variable in model.variables])
+    moving = np.zeros(len(rates), dtype=np.bool_)
+    moving[list(model.transition)] = True
+    again = (after != bins) | (rng.random(bins.shape) < rates)
+    return after, np.where(again & moving, fresh, values)
+
+
+def _flown(
+    model: EncounterModel, values: FloatArray, steps_per_s: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times [s], positions and velocities [n, s, 3]: rates held for a second, by the midpoint."""
+    rate = np.repeat(values[:, :-1], steps_per_s, axis=1)
+    step = 1.0 / steps_per_s
+    first = values[:, 0]
+    acceleration = rate[:, :, model.index(r"\dot v")] * KNOT_MPS
+    climb = rate[:, :, model.index(r"\dot h")] * FOOT_PER_MINUTE_MPS
+    turn = -np.radians(rate[:, :, model.index(r"\dot \psi")])
+    slowest, fastest = model.span("v")
+    speed = _summed(first[:, model.index("v")] * KNOT_MPS, step * acceleration)
+    speed = np.clip(speed, slowest * KNOT_MPS, fastest * KNOT_MPS)
+    heading = _summed(np.zeros(len(values)), step * turn)
+    height = _summed(first[:, model.index("L")] * FOOT_M, step * climb)
+    height = np.maximum(height, model.span("L")[0] * FOOT_M)
+    between = 0.5 * (heading[:, 1:] + heading[:, :-1])
+    # A climb is along the slope: what is left of the speed goes forward.
+    forward = 0.5 * (speed[:, 1:] + speed[:, :-1])
+    level = np.sqrt(np.maximum(forward**2 - climb**2, 0.0))
+    none = np.zeros(len(values))
+    x = _summed(none, step * level * np.cos(between))
+    y = _summed(none, step * level * np.sin(between))
+    position = np.stack([x, y, height], axis=-1)
+    velocity = np.diff(position, axis=1) / step
+    velocity = np.concatenate([velocity, velocity[:, -1:]], axis=1)
+    return step * np.arange(position.shape[1]), position, velocity
+
+
+def _summed(start: FloatArray, steps: FloatArray) -> FloatArray:
+    """[n, s + 1] running sums of steps [n, s] from a start [n]."""
+    summed: FloatArray = start[:, None] + np.concatenate(
+        [np.zeros((len(start), 1)), np.cumsum(steps, axis=1)], axis=1
+    )
+    return summed

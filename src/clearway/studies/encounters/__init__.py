@@ -1,0 +1,1 @@
+"""Encounters with one intruder: drawn, searched for what can be avoided, flown."""

@@ -1,0 +1,216 @@
+"""Encounters flown by the thousand: how many keep their distance, and which do not.
+
+Every encounter is one short simulated flight without sensors or obstacles, told apart by its seed
+alone, so that results do not depend on how many processes share the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import lru_cache
+from multiprocessing import get_context
+
+import numpy as np
+
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.errors import ClearwayError
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.intervals import wilson
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem
+from clearway.live.mission import Mission
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach import ReachLibrary
+from clearway.sim import Run, SimulationSettings, simulate
+from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
+from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
+from clearway.studies.encounters.winnable import Opponent, search
+from clearway.traffic import TrackerSettings
+from clearway.vehicle.automaton import MovementAutomaton
+
+SPEED_MPS, RANGE_M, SAFETY_MARGIN_M, RADIUS_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 0.6, 1.5
+"""The ownship of 6.5 and its intruders, at scale 1."""
+AFTERWARDS_S = 10.0
+"""Flown on after the straight flights have met, and half as long again as it took them."""
+CHUNK = 25
+"""Encounters that a process flies at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one encounter."""
+
+    seed: int
+    min_distance_m: float
+    """Between centres, at equal times."""
+    kept: bool
+    """Never nearer than safety margin and body radius together."""
+    avoidable: bool
+    """Whether any sequence of movements keeps that distance from straight flight."""
+    emergencies: int
+    """Decisions in which nothing kept the margin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """What came of many encounters of one kind."""
+
+    settings: EncounterSettings
+    outcomes: tuple[Outcome, ...]
+    """Ascending by seed."""
+
+    @property
+    def avoidable(self) -> int:
+        return sum(outcome.avoidable for outcome in self.outcomes)
+
+    @property
+    def kept(self) -> int:
+        """Of the avoidable ones."""
+        return sum(outcome.kept for outcome in self.outcomes if outcome.avoidable)
+
+    @property
+    def share(self) -> float:
+        """Kept, of the avoidable ones; 1 where none is."""
+        return self.kept / self.avoidable if self.avoidable else 1.0
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        return wilson(self.kept, self.avoidable)
+
+    @property
+    def failures(self) -> tuple[Outcome, ...]:
+        """Avoidable encounters that came too near."""
+        return tuple(each for each in self.outcomes if each.avoidable and not each.kept)
+
+    @property
+    def min_distance_m(self) -> float:
+        """Smallest distance in an avoidable encounter; inf without any."""
+        return min((o.min_distance_m for o in self.outcomes if o.avoidable), default=float("inf"))
+
+    @property
+    def distance_to_keep_m(self) -> float:
+        return distance_to_keep_m(self.settings.scale)
+
+    @property
+    def required(self) -> float:
+        """Share that must be kept: less where reports are noisy or come late."""
+        late = self.settings.detected_at_m < RANGE_M or self.settings.late_s > 0.0
+        return 0.99 if self.settings.noisy or late else 0.999
+
+
+@lru_cache(maxsize=2)
+def planner_at(scale: float) -> Planner:
+    """The planner of 6.5, all its lengths and speeds multiplied alike."""
+    library = ReachLibrary.load_or_build(
+        MovementAutomaton.plane(speed_mps=SPEED_MPS * scale),
+        AvoidanceGrid.uniform(RANGE_M * scale),
+    )
+    return Planner.of(library, AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M * scale))
+
+
+def distance_to_keep_m(scale: float) -> float:
+    """Safety margin and body radius of the intruder, between centres (6.16)."""
+    return (SAFETY_MARGIN_M + RADIUS_M) * scale
+
+
+def is_avoidable(encounter: Encounter, scale: float = 1.0) -> bool:
+    """Whether some sequence of movements keeps the distance, if the intruder flies straight."""
+    opponent = Opponent(encounter.position_m, encounter.velocity_mps, 0.0)
+    automaton = MovementAutomaton.plane(speed_mps=encounter.own_speed_mps)
+    return search(automaton, opponent, distance_to_keep_m(scale)).avoidable
+
+
+def fly_encounter(encounter: Encounter, settings: EncounterSettings | None = None) -> Run:
+    """One flight: the ownship starts towards a far waypoint, and meets the intruder at once."""
+    settings = settings or EncounterSettings()
+    scale = settings.scale
+    lasts_s = 1.5 * encounter.collision_s + AFTERWARDS_S
+    far_m = encounter.own_speed_mps * lasts_s + 3.0 * RANGE_M * scale
+    mission = Mission(
+        f"encounter {encounter.seed}",
+        State(np.zeros(3)),
+        np.array([[far_m, 0.0, 0.0]]),
+        REACH_RADIUS_M * scale,
+    )
+    tracker = None
+    if settings.noisy:
+        tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
+    return simulate(
+        AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship"),
+        ObstacleMap(),
+        (),
+        SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s),
+        traffic=_traffic(encounter, settings, mission),
+    )
+
+
+def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission) -> Traffic:
+    intruder = ScriptedIntruder(
+        "intruder",
+        appears_s=0.0,
+        position_m=encounter.position_m,
+        velocity_mps=encounter.velocity_mps,
+        spread_rad=np.array(settings.spread_rad if settings.deviates else (0.0, 0.0)),
+        radius_m=RADIUS_M * settings.scale,
+        spawn="world",
+    )
+    behaviour = TrafficSettings(
+        position_sigma_m=settings.position_noise_m * settings.scale,
+        velocity_sigma_mps=settings.velocity_noise_mps * settings.scale,
+        deviates=settings.deviates,
+    )
+    return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
+
+
+def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> Outcome:
+    """What a flight came to."""
+    traffic = run.metrics.intruders
+    if traffic is None:
+        raise ClearwayError(f"encounter {encounter.seed}: the intruder did not appear")
+    return Outcome(
+        encounter.seed,
+        traffic.min_distance_m,
+        traffic.violations == 0,
+        is_avoidable(encounter, settings.scale),
+        run.emergencies,
+    )
+
+
+def _outcomes(seeds: Sequence[int], settings: EncounterSettings) -> list[Outcome]:
+    return [
+        outcome_of(encounter, settings, fly_encounter(encounter, settings))
+        for encounter in (random_encounter(seed, settings) for seed in seeds)
+    ]
+
+
+def fly_encounters(
+    settings: EncounterSettings,
+    seeds: Sequence[int],
+    workers: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> Tally:
+    """Fly the encounters of many seeds in `workers` processes; the tally is the same for any.
+
+    progress: called with how many more are done.
+    """
+    report = progress or (lambda _more: None)
+    if workers < 1:
+        raise ClearwayError(f"workers: must be at least 1, got {workers}")
+    done: list[Outcome] = []
+    chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
+    # Reach sets are built and stored once, before processes load them.
+    planner_at(settings.scale)
+    if workers == 1:
+        for chunk in chunks:
+            done += _outcomes(chunk, settings)
+            report(len(chunk))
+    else:
+        # Fresh processes: forked ones would inherit the threads of a progress bar.
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            waiting = [pool.submit(_outcomes, chunk, settings) for chunk in chunks]
+            for finished in as_completed(waiting):
+                done += finished.result()
+                report(len(finished.result()))
+    return Tally(settings, tuple(sorted(done, key=lambda each: each.seed)))

@@ -1,0 +1,10 @@
+"""What faults cost in safety: worlds of balls and conflicts with traffic, flown as faults grow.
+
+A study is one fault at growing levels; every level flies the same worlds, so that differences are
+the fault's. Worlds are told apart by their seed alone: any number of processes gives the same.
+"""
+
+from clearway.studies.faults.flights import Flown, Point, fly_one, fly_studies
+from clearway.studies.faults.studies import STUDIES, Study, case
+
+__all__ = ["STUDIES", "Flown", "Point", "Study", "case", "fly_one", "fly_studies"]

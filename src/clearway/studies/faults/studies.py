@@ -1,0 +1,216 @@
+"""The faults that are studied: what each does to a mission at a level, and against what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.place_sections import WorldObstacleSection
+from clearway.missions.world_file import mission_of
+from clearway.sim.worlds import ball_world
+from clearway.studies.campaigns.conflicts import ConflictParameters, conflict
+
+BLIND_AT_DEG = 0.0
+"""Middle of the blind sector: straight ahead."""
+BALLS = 150
+"""In every world: dense enough that straight flight never gets through."""
+PHANTOM_RADIUS_M = 1.5
+CORRIDOR_M = (10.0, 50.0, 8.0)
+"""Phantoms stand between these along the leg, and as far to both sides and up and down."""
+Variant = Callable[[MissionFile, float, int], MissionFile]
+"""(mission, level, seed) -> the mission with the fault at that level."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """One fault at growing levels."""
+
+    title: str
+    unit: str
+    levels: tuple[float, ...]
+    variants: Mapping[str, Variant]
+    """What is flown at each level, by what the vehicle has against the fault."""
+    traffic: bool = False
+    """Conflicts with one intruder; worlds of balls otherwise."""
+
+
+def _simulation(key: str) -> Variant:
+    return lambda file, level, _: file.changed("simulation", **{key: level})
+
+
+def _faults(**keys: Callable[[float], object]) -> Variant:
+    return lambda file, level, _: file.changed(
+        "faults", **{key: value(level) for key, value in keys.items()}
+    )
+
+
+def _wind(file: MissionFile, level: float, seed: int) -> MissionFile:
+    bearing = np.random.default_rng([seed, 60]).uniform(-np.pi, np.pi)
+    wind = (level * float(np.cos(bearing)), level * float(np.sin(bearing)), 0.0)
+    return file.changed("simulation", wind_mps=wind)
+
+
+def _dropout(file: MissionFile, level: float, _: int) -> MissionFile:
+    lidar = tuple(one.model_copy(update={"dropout": level}) for one in file.lidar)
+    return file.model_copy(update={"lidar": lidar})
+
+
+def _charted(variant: Variant) -> Variant:
+    """The same with a map that shows everything."""
+
+    def with_map(file: MissionFile, level: float, seed: int) -> MissionFile:
+        known = tuple(one.model_copy(update={"known": "both"}) for one in file.obstacle)
+        return variant(file.model_copy(update={"obstacle": known}), level, seed)
+
+    return with_map
+
+
+def _missing(file: MissionFile, level: float, seed: int) -> MissionFile:
+    """A share of what is there is not on the map."""
+    lost = np.random.default_rng([seed, 61]).random(len(file.obstacle)) < level
+    known = tuple(
+        one.model_copy(update={"known": "world" if gone else "both"})
+        for one, gone in zip(file.obstacle, lost, strict=True)
+    )
+    return file.model_copy(update={"obstacle": known})
+
+
+def _blinded(variant: Variant) -> Variant:
+    """The same without any scan: the map alone."""
+    return lambda file, level, seed: variant(file, level, seed).changed("faults", dead_from_s=0.0)
+
+
+def _phantoms(file: MissionFile, level: float, seed: int) -> MissionFile:
+    """The map shows things on the way that are not there (2.2, third case)."""
+    rng = np.random.default_rng([seed, 62])
+    near, far, aside = CORRIDOR_M
+    places = rng.uniform([near, -aside, -aside], [far, aside, aside], (int(level), 3))
+    phantoms = tuple(
+        WorldObstacleSection(
+            shape="ball",
+            position_m=(float(x), float(y), float(z)),
+            radius_m=PHANTOM_RADIUS_M,
+            known="map",
+            name=f"phantom-{number}",
+        )
+        for number, (x, y, z) in enumerate(places)
+    )
+    return file.model_copy(update={"obstacle": file.obstacle + phantoms})
+
+
+def _tracked(variant: Variant) -> Variant:
+    return lambda file, level, seed: variant(file, level, seed).changed("traffic", tracker=True)
+
+
+def _sector(level: float) -> tuple[float, float]:
+    return BLIND_AT_DEG - 0.5 * level, BLIND_AT_DEG + 0.5 * level
+
+
+BLIND = _faults(blind_deg=_sector)
+DEAD = _faults(dead_from_s=lambda level: level)
+BIAS = _faults(range_bias_m=lambda level: level)
+LOSS = _faults(report_loss=lambda level: level)
+SPOOF = _faults(spoofed=lambda _: 0.2, spoof_m=lambda level: level)
+LIDAR, WITH_MAP, MAP_ALONE = "LiDAR alone", "LiDAR and map", "map alone"
+REPORTS, TRACKER = "reports as they come", "tracker"
+
+
+def _without_and_with_map(variant: Variant) -> Mapping[str, Variant]:
+    return {LIDAR: variant, WITH_MAP: _charted(variant)}
+
+
+def _without_and_with_tracker(variant: Variant) -> Mapping[str, Variant]:
+    return {REPORTS: variant, TRACKER: _tracked(variant)}
+
+
+STUDIES: Mapping[str, Study] = MappingProxyType(
+    {
+        "gusts": Study(
+            "Gusts: bound of the state noise w (3.20)",
+            "m/s",
+            (0.0, 0.25, 0.5, 1.0, 2.0, 4.0),
+            {LIDAR: _simulation("state_noise_mps")},
+        ),
+        "wind": Study(
+            "Steady wind, from anywhere, unknown to the vehicle",
+            "m/s",
+            (0.0, 0.05, 0.1, 0.2, 0.3, 0.4),
+            _without_and_with_map(_wind),
+        ),
+        "actuators": Study(
+            "Actuator noise: bound of the input noise v (3.20)",
+            "share of full deflection",
+            (0.0, 0.1, 0.2, 0.4, 0.6, 0.8),
+            {LIDAR: _simulation("input_noise")},
+        ),
+        "drop-outs": Study(
+            "Drop-outs: share of returns lost",
+            "share",
+            (0.0, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99),
+            _without_and_with_map(_dropout),
+        ),
+        "range-bias": Study(
+            "Biased range: things seem farther than they are",
+            "m",
+            (-0.5, -0.25, 0.0, 0.1, 0.25, 0.5, 1.0),
+            _without_and_with_map(BIAS),
+        ),
+        "latency": Study(
+            "Latency of scans",
+            "s",
+            (0.0, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0),
+            {LIDAR: _simulation("scan_latency_s")},
+        ),
+        "blind-sector": Study(
+            "Blind sector straight ahead, which claims that all is free",
+            "deg",
+            (0.0, 2.0, 5.0, 10.0, 20.0, 40.0),
+            _without_and_with_map(BLIND),
+        ),
+        "dead-sensor": Study(
+            "Dead sensor from a time on",
+            "s",
+            (60.0, 40.0, 30.0, 20.0, 10.0, 0.0),
+            _without_and_with_map(DEAD),
+        ),
+        "map-missing": Study(
+            "Obstacles missing from the map: share",
+            "share",
+            (0.0, 0.1, 0.25, 0.5, 0.75, 1.0),
+            {WITH_MAP: _missing, MAP_ALONE: _blinded(_missing)},
+        ),
+        "map-phantoms": Study(
+            "False positives of the map: phantoms on the way",
+            "phantoms",
+            (0.0, 5.0, 10.0, 20.0, 40.0),
+            {WITH_MAP: _charted(_phantoms)},
+        ),
+        "report-loss": Study(
+            "Reports of traffic lost: share",
+            "share",
+            (0.0, 0.25, 0.5, 0.75, 0.9, 1.0),
+            _without_and_with_tracker(LOSS),
+            traffic=True,
+        ),
+        "spoofed-reports": Study(
+            "A fifth of the reports spoofed: length of their jump",
+            "m",
+            (0.0, 1.0, 2.0, 5.0, 10.0, 50.0),
+            _without_and_with_tracker(SPOOF),
+            traffic=True,
+        ),
+    }
+)
+"""Faults by name."""
+
+
+def case(study: Study, seed: int) -> MissionFile:
+    """What a study flies with a seed, without its fault."""
+    if study.traffic:
+        deviating = ConflictParameters(detected_at_m=10.0, deviates=True)
+        return conflict("random", seed, deviating)
+    return mission_of(*ball_world(seed, BALLS), seed)

@@ -1,0 +1,109 @@
+"""Tracks of several planners in one world, from above, and how near each came to things."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from clearway.obstacles.world import World
+from clearway.sim import Run
+from clearway.sim.pilot import Steering
+from clearway.view.plot.flight import PLANNED, WAYPOINT
+from clearway.view.plot.ground_plan import draw_ground_plan
+
+STYLES = (
+    ("#1f5fbf", "-"),
+    ("#7f7f7f", "-"),
+    ("#e08a00", "-"),
+    ("#e08a00", "--"),
+    ("#8c564b", "-."),
+    ("#9467bd", "-"),
+    ("#17a2b8", "-"),
+    ("#c2186b", "-"),
+    ("#6b8e23", "-"),
+    ("#111111", "--"),
+)
+"""The first for the first planner, clearway as a rule."""
+INTRUDER = "#d98ad9"
+
+
+def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> Figure:
+    """Tracks by planner over the obstacles at the heights flown, and distances over time."""
+    figure = Figure(figsize=(12.0, 9.0), layout="constrained")
+    figure.suptitle(title)
+    above, near = figure.subplots(2, 1, height_ratios=[2.2, 1.0])
+    tracks_m = np.concatenate([run.states[:, :3] for run in runs.values()])
+    draw_ground_plan(above, tracks_m, world, next(iter(runs.values())).safety_margin_m)
+    _draw_intruders(above, next(iter(runs.values())))
+    for number, (planner, run) in enumerate(runs.items()):
+        _draw_run(above, near, run, planner, number)
+    _finish(above, near, next(iter(runs.values())))
+    handles, labels = above.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=min(6, len(labels)), frameon=False
+    )
+    return figure
+
+
+def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:
+    """Where intruders flew during the first flight, an arrow at the end of each track."""
+    for number, (name, track) in enumerate(run.intruder_tracks.items()):
+        label = "intruders" if number == 0 else None
+        axes.plot(track[:, 1], track[:, 2], color=INTRUDER, linewidth=0.8, zorder=2, label=label)
+        end = (float(track[-1, 1]), float(track[-1, 2]))
+        if len(track) > 1:
+            axes.annotate(
+                "",
+                xy=end,
+                xytext=(float(track[-2, 1]), float(track[-2, 2])),
+                arrowprops={"arrowstyle": "->", "color": INTRUDER},
+            )
+        axes.annotate(
+            name,
+            end,
+            xytext=(3, 3),
+            textcoords="offset points",
+            color=INTRUDER,
+            fontsize=8,
+        )
+
+
+def _draw_run(above: Axes, near: Axes, run: Run[Steering], planner: str, number: int) -> None:
+    """One track; the first is drawn broader, and over the others."""
+    color, line = STYLES[number % len(STYLES)]
+    width, order = (2.4, 5) if number == 0 else (1.3, 3)
+    x, y = run.states[:, 0], run.states[:, 1]
+    above.plot(x, y, line, color=color, linewidth=width, label=planner, zorder=order)
+    if run.crashed_s is not None:
+        at = int(np.searchsorted(run.time_s, run.crashed_s - 1e-9))
+        above.plot(x[at], y[at], "X", color=color, markersize=10, markeredgecolor="w", zorder=6)
+    nearest = run.nearest_surface_m
+    if np.isfinite(nearest).any():
+        near.plot(run.time_s, nearest, line, color=color, linewidth=0.75 * width, zorder=order)
+
+
+def _finish(above: Axes, near: Axes, run: Run[Steering]) -> None:
+    goals = run.mission.waypoints_m
+    above.plot(
+        goals[:, 0], goals[:, 1], "s", color=WAYPOINT, markersize=7, label="waypoints", zorder=7
+    )
+    above.set_xlabel("x (m)")
+    above.set_ylabel("y (m)")
+    above.set_aspect("equal", adjustable="datalim")
+    near.axhline(run.safety_margin_m, linestyle="--", color=PLANNED)
+    near.annotate(
+        f"margin {run.safety_margin_m:g} m",
+        (1.0, run.safety_margin_m),
+        xycoords=("axes fraction", "data"),
+        xytext=(-4, 3),
+        textcoords="offset points",
+        horizontalalignment="right",
+        color=PLANNED,
+    )
+    near.set_xlabel("time (s)")
+    near.set_ylabel("to the nearest surface (m)")
+    near.set_ylim(bottom=0.0, top=min(near.get_ylim()[1], 20.0 * run.safety_margin_m))
+    near.grid(alpha=0.25)

@@ -1,0 +1,88 @@
+"""One encounter of a risk study: from above, over time, and how far apart in both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from clearway.base.frames import FloatArray
+from clearway.base.units import FOOT_M
+
+# Okabe-Ito: told apart by colour-blind eyes too.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
+INTRUDER, STRAIGHT = "#D55E00", "#999999"
+LIMITS_FT = ((2000.0, 250.0), (500.0, 100.0))
+"""Well clear, and near mid-air collision: horizontal, vertical."""
+
+
+class EncounterTracks(NamedTuple):
+    """What was flown, in the true world."""
+
+    title: str
+    time_s: FloatArray
+    """[n] of straight flight and of the intruder."""
+    intruder_m: FloatArray
+    """[n, 3]"""
+    straight_m: FloatArray
+    """[n, 3] of the ownship without avoidance."""
+    flown: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]]
+    """By planner: times [k], own path [k, 3], the intruder's [k, 3] at the same times."""
+
+
+def draw_encounter(tracks: EncounterTracks) -> Figure:
+    """Paths from above, heights over time, horizontal against vertical distance."""
+    figure = Figure(figsize=(13.0, 4.8), dpi=120)
+    above, height, apart = figure.subplots(1, 3, width_ratios=(1.2, 1.0, 1.0))
+    _above(above, tracks)
+    _heights(height, tracks)
+    _apart(apart, tracks)
+    handles, labels = above.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=min(6, len(labels)), frameon=False)
+    figure.suptitle(tracks.title, x=0.02, ha="left", weight="bold")
+    figure.tight_layout(rect=(0.0, 0.08, 1.0, 1.0))
+    return figure
+
+
+def _above(axes: Axes, tracks: EncounterTracks) -> None:
+    axes.plot(*_km(tracks.straight_m), "--", color=STRAIGHT, label="straight flight")
+    axes.plot(*_km(tracks.intruder_m), color=INTRUDER, label="intruder")
+    for (name, (_, own, _)), colour in zip(tracks.flown.items(), COLOURS, strict=False):
+        axes.plot(*_km(own), color=colour, label=name)
+    for path, colour in ((tracks.straight_m, STRAIGHT), (tracks.intruder_m, INTRUDER)):
+        axes.plot(*_km(path[:1]), "o", color=colour, markersize=5)
+    axes.set(title="from above (dots: where it begins)", xlabel="x, km", ylabel="y, km (left)")
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def _heights(axes: Axes, tracks: EncounterTracks) -> None:
+    axes.plot(tracks.time_s, tracks.straight_m[:, 2] / FOOT_M, "--", color=STRAIGHT)
+    axes.plot(tracks.time_s, tracks.intruder_m[:, 2] / FOOT_M, color=INTRUDER)
+    for (time_s, own, _), colour in zip(tracks.flown.values(), COLOURS, strict=False):
+        axes.plot(time_s, own[:, 2] / FOOT_M, color=colour)
+    axes.set(title="height", xlabel="s", ylabel="ft above the ownship's first")
+
+
+def _apart(axes: Axes, tracks: EncounterTracks) -> None:
+    for (level, up), style in zip(LIMITS_FT, (":", "-"), strict=True):
+        axes.plot([0.0, level, level], [up, up, 0.0], style, color="black", linewidth=0.9)
+        axes.annotate(f"{level:g} x {up:g} ft", (level, up), fontsize=8, va="bottom", ha="left")
+    axes.plot(*_feet_apart(tracks.straight_m, tracks.intruder_m), "--", color=STRAIGHT)
+    for (_, own, other), colour in zip(tracks.flown.values(), COLOURS, strict=False):
+        axes.plot(*_feet_apart(own, other), color=colour)
+    axes.set(
+        title="distance between the two", xlabel="horizontal, ft", ylabel="vertical, ft",
+        xlim=(0.0, 6000.0), ylim=(0.0, 1000.0),
+    )  # fmt: skip
+
+
+def _km(path_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return path_m[:, 0] / 1e3, path_m[:, 1] / 1e3
+
+
+def _feet_apart(own_m: FloatArray, other_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    off = (other_m - own_m) / FOOT_M
+    return np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2])

@@ -1,0 +1,91 @@
+"""Encounters as the model has them: aircraft on any course enter a cylinder round the ownship.
+
+Uncorrelated traffic is spread evenly and its course has nothing to do with ours, so aircraft enter
+in proportion to the volume that the cylinder sweeps a second along the relative velocity. Those
+that straight flight would meet are drawn more often, and weigh less.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.base.frames import FloatArray
+from clearway.studies.encounter_model import EncounterModel, sample_tracks
+from clearway.studies.risk.entry import Entries
+from clearway.studies.risk.settings import RiskSettings
+
+STEPS_PER_S = 4
+"""Samples of a track in a second; it is straight between them."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelEncounter:
+    """One encounter in the true world: the ownship starts at the origin and flies along x."""
+
+    number: int
+    weight: float
+    """In proportion to how many such encounters there are for one that is drawn."""
+    time_s: FloatArray
+    """[n] evenly, from 0."""
+    position_m: FloatArray
+    """[n, 3] of the intruder."""
+    velocity_mps: FloatArray
+    """[n, 3] as it reports it: over the last step."""
+    lasts_s: float
+    """How long it is flown."""
+    layer: int
+    """Altitude layer that the intruder begins in, from 0."""
+
+    def at(self, time_s: float) -> tuple[FloatArray, FloatArray]:
+        """Position and reported velocity [3] of the intruder at a time."""
+        place = time_s * STEPS_PER_S
+        before = min(max(int(place + 1e-9), 0), len(self.time_s) - 2)
+        share = place - before
+        position = (1.0 - share) * self.position_m[before] + share * self.position_m[before + 1]
+        return position, self.velocity_mps[before]
+
+    def at_all(self, time_s: FloatArray) -> FloatArray:
+        """[n, 3] positions of the intruder at times [n]."""
+        return np.stack(
+            [np.interp(time_s, self.time_s, self.position_m[:, axis]) for axis in range(3)], axis=1
+        )
+
+
+def draw_encounter(
+    model: EncounterModel, number: int, settings: RiskSettings, seed: int = 0
+) -> ModelEncounter:
+    """The encounter of a number: it depends on that, the seed, the model and the settings alone."""
+    rng = np.random.default_rng([seed, number, 70])
+    while True:
+        encounter = _drawn(model, number, settings, rng)
+        # What does not enter has no weight in any sum, so it need not be flown.
+        if encounter.weight > 0.0:
+            return encounter
+
+
+def _drawn(
+    model: EncounterModel, number: int, settings: RiskSettings, rng: np.random.Generator
+) -> ModelEncounter:
+    seconds = int(np.ceil(settings.within_s + settings.afterwards_s))
+    tracks = sample_tracks(model, 1, seconds, rng, settings.layers, STEPS_PER_S)
+    course = 2.0 * np.pi * rng.random()
+    cos, sin = np.cos(course), np.sin(course)
+    turned = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    path = (tracks.position_m[0] - tracks.position_m[0, 0]) @ turned.T
+    velocity = tracks.velocity_mps[0] @ turned.T
+    own = np.array([settings.own_mps, 0.0, 0.0])
+    drift = path - tracks.time_s[:, None] * own
+    met = drift[: int(settings.within_s * STEPS_PER_S) + 1]
+    entry, weight = Entries(settings.shells, velocity[0] - own, met).draw(rng)
+    nearest = int(np.argmin(np.linalg.norm((entry + met) * [1.0, 1.0, settings.stretch], axis=1)))
+    return ModelEncounter(
+        number,
+        weight,
+        time_s=tracks.time_s,
+        position_m=path + entry,
+        velocity_mps=np.concatenate([velocity[:1], velocity[:-1]]),
+        lasts_s=nearest / STEPS_PER_S + settings.afterwards_s,
+        layer=int(tracks.bins[0, 0, model.index("L")]),
+    )

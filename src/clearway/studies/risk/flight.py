@@ -1,0 +1,179 @@
+"""One encounter flown by a planner, and how near the two came in true feet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem
+from clearway.live.mission import Mission
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach import ReachLibrary
+from clearway.sim import OnDecision, Run, SimulationSettings, simulate
+from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.pilot import Steering
+from clearway.studies.risk.cylinder import Cylinder
+from clearway.studies.risk.encounter import ModelEncounter
+from clearway.studies.risk.settings import COLLISION, NEAR_COLLISION, WELL_CLEAR, RiskSettings
+from clearway.traffic import Intruder
+from clearway.vehicle.automaton import MovementAutomaton
+
+STRAIGHT = "straight"
+"""Straight flight needs no simulation: what happens without any avoidance."""
+INTRUDER = "intruder"
+BODY_SHARE = 0.25
+"""Body radius that the margins (6.14) and (6.15) are told, of the margin: as 0.3 of 1.2 m."""
+STEP_S = 0.05
+VIEW = (100.0, 15, 65.0, 9)
+"""Half of the grid's azimuth in degrees, its columns; half of its elevation, its rows. Reports come
+from all around, and a plan that soon leaves the grid is held against too little of the future."""
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """How near ownship and intruder came in one encounter."""
+
+    collision: bool
+    near_collision: bool
+    """Within 500 ft and 100 ft at once."""
+    lost_well_clear: bool
+    """Within 2000 ft and 250 ft at once."""
+    margin_lost: bool
+    """Within the ball that planners keep, in the stretched world."""
+    nearest_m: float
+    """In the true world."""
+    aside_m: float
+    """Farthest from straight flight, in the true world: what avoiding cost."""
+
+
+@lru_cache(maxsize=4)
+def craft_of(settings: RiskSettings) -> Craft:
+    """The ownship in the stretched world."""
+    turn_deg = settings.turn_deg_per_s * settings.movement_s
+    automaton = MovementAutomaton.plane(
+        settings.own_mps, turn_deg, settings.movement_s, settings.pitch_limit_deg
+    )
+    range_m = settings.range_movements * settings.own_mps * settings.movement_s
+    grid = AvoidanceGrid.uniform(range_m, settings.range_movements, *VIEW)
+    library = ReachLibrary.load_or_build(automaton, grid)
+    planner = Planner.of(
+        library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m)
+    )
+    return Craft(planner, BODY_SHARE * settings.margin_m, automaton.turning_radius_m)
+
+
+class EncounterTraffic:
+    """The intruder of an encounter in the stretched world, as simulations ask for traffic."""
+
+    def __init__(self, encounter: ModelEncounter, settings: RiskSettings) -> None:
+        self.tracks: dict[str, list[tuple[float, FloatArray]]] = {INTRUDER: []}
+        self._encounter, self._settings = encounter, settings
+        self._upwards = np.array([1.0, 1.0, settings.stretch])
+        self._rng = np.random.default_rng([encounter.number, 71])
+        self._next_report_s = 0.0
+
+    def step(self, own: State) -> None:
+        """Move on to the time of the own true state."""
+        position, _ = self._encounter.at(own.time_s)
+        self.tracks[INTRUDER].append((own.time_s, position * self._upwards))
+
+    def reports(self, time_s: float) -> list[Intruder]:
+        """What the intruder reports at a time."""
+        if time_s < self._next_report_s - 1e-9:
+            return []
+        settings = self._settings
+        self._next_report_s = time_s + settings.report_s
+        position, velocity = self._encounter.at(time_s)
+        noise = self._rng.normal(0.0, 1.0, (2, 3))
+        return [
+            Intruder(
+                position * self._upwards + settings.position_std_m * noise[0],
+                velocity * self._upwards + settings.velocity_std_mps * noise[1],
+                name=INTRUDER,
+                time_s=time_s,
+                position_std_m=settings.position_std_m,
+                velocity_std_mps=settings.velocity_std_mps,
+            )
+        ]
+
+    def bodies(self, time_s: float) -> list[Obstacle]:
+        """None: it is heard of only."""
+        del time_s
+        return []
+
+    def radii_m(self) -> dict[str, float]:
+        """The margin is kept from its centre."""
+        return {INTRUDER: 0.0}
+
+
+def fly(
+    encounter: ModelEncounter,
+    planner: str,
+    settings: RiskSettings,
+    on_decision: OnDecision[Steering] | None = None,
+) -> Run[Steering]:
+    """The encounter flown in the stretched world; `true_path_m` undoes the stretching."""
+    craft = craft_of(settings)
+    far_m = settings.own_mps * (settings.within_s + settings.afterwards_s) + 1e4
+    reach_m = 0.4 * craft.planner.automaton.turning_radius_m
+    mission = Mission(
+        f"encounter {encounter.number}",
+        State(np.zeros(3)),
+        np.array([[far_m, 0.0, 0.0]]),
+        reach_m,
+    )
+    system = AvoidanceSystem(craft.planner, mission, address="ownship")
+    pilot = system if planner == CLEARWAY else BaselinePilot(system, rule_named(planner, craft))
+    return simulate(
+        pilot,
+        ObstacleMap(),
+        (),
+        SimulationSettings(seed=encounter.number, step_s=STEP_S, time_limit_s=encounter.lasts_s),
+        on_decision,
+        EncounterTraffic(encounter, settings),
+    )
+
+
+def true_path_m(run: Run[Steering], settings: RiskSettings) -> FloatArray:
+    """[n, 3] positions flown, in the true world."""
+    path: FloatArray = run.states[:, :3] / np.array([1.0, 1.0, settings.stretch])
+    return path
+
+
+def separation_of(
+    encounter: ModelEncounter, planner: str, settings: RiskSettings
+) -> tuple[Separation, int]:
+    """How near it came with a planner, and its decisions in which nothing kept the margin."""
+    if planner == STRAIGHT:
+        time_s = np.arange(0.0, encounter.lasts_s + 0.5 * STEP_S, STEP_S)
+        own = np.zeros((len(time_s), 3))
+        own[:, 0] = settings.own_mps * time_s
+        return separation(own, encounter.at_all(time_s), settings), 0
+    run = fly(encounter, planner, settings)
+    own = true_path_m(run, settings)
+    return separation(own, encounter.at_all(run.time_s), settings), run.emergencies
+
+
+def separation(own_m: FloatArray, other_m: FloatArray, settings: RiskSettings) -> Separation:
+    """Of two true paths [n, 3] at the same times."""
+    off = other_m - own_m
+    level, height = np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2])
+
+    def within(cylinder: Cylinder) -> bool:
+        return bool(np.any((level < cylinder.radius_m) & (height < cylinder.half_height_m)))
+
+    return Separation(
+        collision=within(COLLISION),
+        near_collision=within(NEAR_COLLISION),
+        lost_well_clear=within(WELL_CLEAR),
+        margin_lost=bool(np.hypot(level, settings.stretch * height).min() < settings.margin_m),
+        nearest_m=float(np.hypot(level, height).min()),
+        aside_m=float(np.hypot(own_m[:, 1], own_m[:, 2]).max()),
+    )

@@ -1,0 +1,118 @@
+"""What an encounter of the risk study is like: whose aircraft, how it decides, what counts.
+
+The loss of well clear is a cylinder, eight times as wide as high, and a margin here is a ball. So
+the flight takes place in a world stretched upwards: heights are multiplied by `stretch`, planners
+decide on what they then see, and what comes of it is measured in true feet. A ball about the
+stretched cylinder protects all of it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from clearway.base.errors import InputError
+from clearway.base.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
+from clearway.studies.risk.cylinder import Cylinder
+from clearway.studies.risk.entry import Shells
+
+WELL_CLEAR = Cylinder(2000.0 * FOOT_M, 250.0 * FOOT_M)
+"""Of ASTM F3442, for small unmanned aircraft."""
+NEAR_COLLISION = Cylinder(500.0 * FOOT_M, 100.0 * FOOT_M)
+"""Near mid-air collision."""
+COLLISION = Cylinder(15.0, 5.0)
+"""Two aircraft touch: about half of both spans, and of both heights."""
+WIDER = 1.5
+"""What intruders are drawn into, over well clear: some that just miss may be made worse."""
+
+
+@dataclass(frozen=True, slots=True)
+class RiskSettings:
+    """One study; the defaults are those of docs/risk.md."""
+
+    own_kt: float = 50.0
+    """Speed of the ownship: along the nose in the stretched world, so less when it climbs."""
+    stretch: float = 4.0
+    """Heights are multiplied by this in the world that planners see."""
+    movement_s: float = 4.0
+    """Duration of a movement, which is the time between decisions."""
+    turn_deg_per_s: float = 5.0
+    """Of a turn; 12.5 degrees of bank at 50 kt."""
+    pitch_limit_deg: float = 20.0
+    """In the stretched world: climbs of 430 ft/min at 50 kt."""
+    range_movements: int = 15
+    """Range of the grid in movements, which is how far ahead a plan goes."""
+    position_std_m: float = 0.0
+    """Of reports; a quarter of it in height, with the default stretch."""
+    velocity_std_mps: float = 0.0
+    """Likewise."""
+    report_s: float = 1.0
+    """Time between reports."""
+    spare: float = 1.15
+    """Margin that planners are told to keep, in margins: intruders turn."""
+    radius_nmi: float = 3.0
+    """Of the encounter cylinder about the ownship, at whose border an encounter begins."""
+    half_height_ft: float = 1500.0
+    """Likewise."""
+    within_s: float = 200.0
+    """After entry; what happens later is another encounter's."""
+    afterwards_s: float = 40.0
+    """Flown on after straight flight has come nearest."""
+    layers: tuple[int, ...] = ()
+    """Altitude layers of the model, from 0, that intruders begin in; all where empty."""
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"{name}: must be a number above 0, got {getattr(self, name)}"
+            for name in ("own_kt", "stretch", "spare", "movement_s", "turn_deg_per_s", "report_s",
+                         "radius_nmi", "half_height_ft", "within_s", "pitch_limit_deg")
+            if not 0.0 < getattr(self, name) < math.inf
+        ]  # fmt: skip
+        problems += [
+            f"{name}: must be a number >= 0, got {getattr(self, name)}"
+            for name in ("position_std_m", "velocity_std_mps", "afterwards_s")
+            if not 0.0 <= getattr(self, name) < math.inf
+        ]
+        if self.range_movements < 3:
+            problems.append(f"range_movements: must be at least 3, got {self.range_movements}")
+        if not problems and not (
+            self.outer.radius_m > 2.0 * WELL_CLEAR.radius_m
+            and self.outer.half_height_m > 2.0 * WELL_CLEAR.half_height_m
+        ):
+            problems.append(
+                "radius_nmi, half_height_ft: the encounter cylinder must be more than twice as "
+                "wide and as high as well clear, 2000 x 250 ft"
+            )
+        if problems:
+            raise InputError("risk", problems)
+
+    @property
+    def own_mps(self) -> float:
+        return self.own_kt * KNOT_MPS
+
+    @property
+    def outer(self) -> Cylinder:
+        """The encounter cylinder."""
+        return Cylinder(self.radius_nmi * NAUTICAL_MILE_M, self.half_height_ft * FOOT_M)
+
+    @property
+    def shells(self) -> Shells:
+        """Four fifths of the intruders are drawn so that straight flight meets them."""
+        wide = Cylinder(WIDER * WELL_CLEAR.radius_m, WIDER * WELL_CLEAR.half_height_m)
+        return Shells(self.outer, (wide, NEAR_COLLISION, COLLISION), (0.4, 0.25, 0.15))
+
+    @property
+    def margin_m(self) -> float:
+        """Radius of the ball about the stretched well-clear cylinder."""
+        return math.hypot(WELL_CLEAR.radius_m, self.stretch * WELL_CLEAR.half_height_m)
+
+    @property
+    def in_words(self) -> str:
+        """One line for tables."""
+        noise = ""
+        if self.position_std_m or self.velocity_std_mps:
+            noise = f", noise {self.position_std_m:g} m, {self.velocity_std_mps:g} m/s"
+        return (
+            f"ownship at {self.own_kt:g} kt, {self.turn_deg_per_s:g} deg/s, reports every "
+            f"{self.report_s:g} s{noise}, heights x {self.stretch:g}"
+        )

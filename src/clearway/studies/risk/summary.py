@@ -1,0 +1,71 @@
+"""A risk study as one JSON object, and as a table with a row per encounter and planner."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+from clearway.io.json_values import finite
+from clearway.studies.encounter_model import EncounterModel
+from clearway.studies.risk.flight import STRAIGHT
+from clearway.studies.risk.ratios import MEASURES, Estimate, mean_aside_m, risk
+from clearway.studies.risk.study import Study
+
+
+def summary(result: Study, model: EncounterModel) -> dict[str, Any]:
+    """The object that `risk --json` prints."""
+    emergencies = {
+        name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
+        for name in result.planners
+    }
+    return {
+        "model": Path(model.source).name,
+        "kind": result.settings.in_words,
+        "margin_m": result.settings.margin_m,
+        "encounters": len(result.outcomes),
+        "seed": result.seed,
+        "straight": _measures(result, STRAIGHT),
+        "planners": {
+            name: _measures(result, name) | {"with_emergency": emergencies[name]}
+            for name in result.planners
+        },
+    }
+
+
+def _measures(result: Study, planner: str) -> dict[str, Any]:
+    """Every measure of one planner, with its interval and its cases."""
+    measures: dict[str, Any] = {}
+    for name in MEASURES:
+        found = risk(result, planner, name)
+        measures[name] = {
+            "rate": finite(found.rate.value),
+            "rate_95": _interval(found.rate),
+            "ratio": finite(found.ratio.value),
+            "ratio_95": _interval(found.ratio),
+            "unresolved": finite(found.unresolved.value),
+            "induced": finite(found.induced.value),
+            "cases": list(found.cases),
+            "induced_cases": list(found.induced_cases),
+        }
+    measures["mean_aside_m"] = mean_aside_m(result, planner)
+    return measures
+
+
+def _interval(estimate: Estimate) -> list[float | None]:
+    return [finite(estimate.low), finite(estimate.high)]
+
+
+def write_encounters(result: Study, path: Path) -> None:
+    """CSV: one row per encounter and planner."""
+    with path.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(("number", "weight", "layer", "planner", *MEASURES, "nearest_m", "aside_m"))
+        for each in result.outcomes:
+            for planner in (STRAIGHT, *result.planners):
+                came = each.of(planner)
+                flags = (int(getattr(came, name)) for name in MEASURES)
+                rows.writerow(
+                    (each.number, f"{each.weight:.6g}", each.layer + 1, planner, *flags,
+                     f"{came.nearest_m:.3f}", f"{came.aside_m:.3f}")
+                )  # fmt: skip

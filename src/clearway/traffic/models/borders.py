@@ -1,0 +1,63 @@
+"""A grid's borders and the scratch space, as the traversal of half-lines takes them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid
+from clearway.base.state import IntArray
+
+# Rows of `Borders.table`, of `Pieces.times` and of `Pieces.places`: compiled functions pass a few
+# wide arrays several times faster than many narrow ones.
+RANGE, AZIMUTH, ELEVATION, AZIMUTH_COS, AZIMUTH_SIN, ELEVATION_COS, ELEVATION_SIN = range(7)
+ENTRY, LEAVE, LAYER_CUT, COLUMN_CUT, ROW_CUT = range(5)
+CELL, LAYER, COLUMN, ROW = range(4)
+
+
+class Borders(NamedTuple):
+    """A grid's borders as the traversal takes them."""
+
+    table: FloatArray
+    """[7, n] edges of range (m), azimuth and elevation (rad), and their cosines and sines."""
+    layers: int
+    columns: int
+    rows: int
+    full_circle: bool
+    """The first and the last azimuth edge are the same half-plane."""
+
+
+class Pieces(NamedTuple):
+    """Scratch for one traversal, and its result."""
+
+    times: FloatArray
+    """[5, n] entry and leave of each piece (s); then where the layer, the column and the row
+    change, ascending, as lengths from the point closest to the origin (m)."""
+    places: IntArray
+    """[4, n] cell of each piece; then the layer, the column and the row from such a change on,
+    -1 outside the grid."""
+
+
+@lru_cache(maxsize=16)
+def borders_of(grid: AvoidanceGrid) -> Borders:
+    """The borders of a grid, computed once."""
+    table = np.zeros((7, 1 + max(grid.shape)))
+    for row, edges in enumerate(grid.edges):
+        table[row, : len(edges)] = edges
+    table[AZIMUTH_COS] = np.cos(table[AZIMUTH])
+    table[AZIMUTH_SIN] = np.sin(table[AZIMUTH])
+    table[ELEVATION_COS] = np.maximum(0.0, np.cos(table[ELEVATION]))
+    table[ELEVATION_SIN] = np.sin(table[ELEVATION])
+    span = grid.azimuth_edges_rad[-1] - grid.azimuth_edges_rad[0]
+    return Borders(table, *grid.shape, bool(span > 2.0 * np.pi - BORDER_TOLERANCE))
+
+
+@compiled
+def scratch(borders: Borders) -> Pieces:
+    """Room for the longest traversal of a grid."""
+    count = 2 * borders.layers + borders.columns + 2 * borders.rows + 8
+    return Pieces(np.empty((5, count)), np.empty((4, count), dtype=np.int64))

@@ -1,0 +1,117 @@
+"""The combined intersection model (5.35)-(5.37): chosen models, timed or not, several intruders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.traffic.intruder import Intruder
+from clearway.traffic.models.body import body_cells
+from clearway.traffic.models.cells import Accuracy, ModelCells
+from clearway.traffic.models.line import line_cells
+from clearway.traffic.models.paper_lattice import lattice_cells
+from clearway.traffic.models.spread import spread_cells
+from clearway.traffic.models.timing import TIMED_RULES, VehicleTimes
+from clearway.traffic.models.tube import tube_cells
+
+IntersectionModel = Callable[[AvoidanceGrid, Sequence[Intruder], FloatArray, Accuracy], ModelCells]
+"""Grid, intruders in its frame, up [3] and accuracy to what the model says, [n, cells]."""
+
+MODELS: dict[str, IntersectionModel] = {
+    "line": lambda grid, intruders, _up, _accuracy: line_cells(grid, intruders),
+    "body": lambda grid, intruders, _up, accuracy: body_cells(grid, intruders, accuracy),
+    "spread": spread_cells,
+    "tube": lambda grid, intruders, _up, accuracy: tube_cells(grid, intruders, accuracy),
+    "lattice": lambda grid, intruders, up, _accuracy: lattice_cells(grid, intruders, up),
+}
+"""Intersection models by name: the flags l, b and s of (5.36), and the paper's replacements."""
+
+GRID_UP = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntruderCells:
+    """What intruders mean for each cell of the grid."""
+
+    probability: FloatArray
+    """[cells] P_OI: probability of meeting any of them (5.37)."""
+    each: FloatArray
+    """[n, cells] the same of each intruder, the largest of its models (5.36)."""
+    models: MappingProxyType[str, ModelCells]
+    """By model name, arrays [n, cells]."""
+
+    @property
+    def intruders(self) -> list[dict[str, ModelCells]]:
+        """For each intruder its models by name, arrays [cells]."""
+        return [
+            {name: model.of(n) for name, model in self.models.items()}
+            for n in range(len(self.each))
+        ]
+
+
+def assess_intruders(
+    grid: AvoidanceGrid,
+    intruders: Sequence[Intruder],
+    models: Sequence[str] = ("line", "spread"),
+    timed: bool | str = False,
+    vehicle_times: VehicleTimes | None = None,
+    up: npt.ArrayLike = GRID_UP,
+    accuracy: Accuracy = "fast",
+) -> IntruderCells:
+    """Probability of meeting intruders in each cell (5.36), (5.37).
+
+    Intruders are in the grid's frame at the decision time, `up` [3] is world up in it. `models`
+    are names of MODELS. `timed` is False, a name of TIMED_RULES, or True for the paper's (5.5);
+    it needs `vehicle_times`. With these given each model carries its timed probability even where
+    `timed` is False. Raises ClearwayError naming the valid choices.
+    """
+    rule = _checked_rule(models, timed, vehicle_times)
+    direction = np.array(up, dtype=np.float64)
+    if direction.shape != (3,) or not np.all(np.isfinite(direction)) or not np.any(direction):
+        raise ClearwayError(f"up: a direction of 3 finite numbers is needed, got {up!r}")
+    direction /= np.abs(direction).max()
+    each = np.zeros((len(intruders), grid.cells))
+    assessed: dict[str, ModelCells] = {}
+    for name in models:
+        model = MODELS[name](grid, intruders, direction, accuracy)
+        if vehicle_times is not None:
+            model = replace(model, timed=TIMED_RULES[rule](model, vehicle_times))
+        np.maximum(
+            each, model.timed if timed and model.timed is not None else model.probability, out=each
+        )
+        assessed[name] = model
+    return IntruderCells(combine_intruders(each), each, MappingProxyType(assessed))
+
+
+def combine_intruders(each: FloatArray) -> FloatArray:
+    """Probability [cells] of meeting any of n intruders of [n, cells], 1 - prod(1 - P) (5.37)."""
+    if len(each) == 1:
+        return np.array(each[0])
+    combined: FloatArray = 1.0 - np.prod(1.0 - each, axis=0)
+    return combined
+
+
+def _checked_rule(
+    models: Sequence[str], timed: bool | str, vehicle_times: VehicleTimes | None
+) -> str:
+    """Name of the timed rule; raises ClearwayError for unknown names and missing times."""
+    unknown = [name for name in models if name not in MODELS]
+    if isinstance(models, str) or unknown or not models:
+        raise ClearwayError(
+            f"intruder models: {models!r} are not all known; choose from {', '.join(MODELS)}"
+        )
+    rule = timed if isinstance(timed, str) else "vehicle"
+    if rule not in TIMED_RULES:
+        raise ClearwayError(
+            f"timed rule: {timed!r} is not known; choose from {', '.join(TIMED_RULES)}"
+        )
+    if timed and vehicle_times is None:
+        raise ClearwayError("timed intruders need vehicle_times")
+    return rule

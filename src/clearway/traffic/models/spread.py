@@ -1,0 +1,237 @@
+"""The uncertainty spread (5.14)-(5.23): the intruder is somewhere in an elliptic cone.
+
+With semi-axes that grow in proportion to the axial distance, and standard deviations equal to
+them (5.16)-(5.19), each point of the unit disc is one straight ray from the apex, with a density
+that does not depend on time. The integrals over the ellipse and over time (5.22), (5.23) then are
+sums over rays of their exact times in each cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
+from clearway.traffic.intruder import Intruder
+from clearway.traffic.models.borders import (
+    CELL,
+    ENTRY,
+    LEAVE,
+    Borders,
+    Pieces,
+    borders_of,
+    scratch,
+)
+from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cone_hull import cone_of, widen_by_edges, widen_by_turns
+from clearway.traffic.models.line import stay
+from clearway.traffic.models.traverse import traverse
+
+# Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
+DWELL, MEETING, RAY = range(2, 5)
+NOT_MET = np.array([np.inf, -np.inf, 0.0, 0.0, -1.0])
+
+
+class DiscNodes(NamedTuple):
+    """Nodes of the unit disc; those of the ring carry no weight but find when cells are met."""
+
+    wide: FloatArray
+    """[nodes] place along the cone's wider spread."""
+    narrow: FloatArray
+    """[nodes] along the other."""
+    wide_height: FloatArray
+    """[nodes] height of the normal of (5.20) along the wider spread."""
+    narrow_height: FloatArray
+    """[nodes] likewise along the other."""
+    inner: int
+    """The first so many are spread evenly inside; the others stand on the ring."""
+
+
+@lru_cache(maxsize=8)
+def disc_nodes(inner: int, ring: int) -> DiscNodes:
+    """One node in each of the strips of equal area across the wider spread, and a ring at radius 1.
+
+    Borders of cells cut thin cones straight across, so what counts is how even the strips are;
+    golden sections along them make the nodes even in the other direction too.
+    """
+    order = np.arange(inner)
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 20_001)
+    area = 0.5 + (angle + np.sin(angle) * np.cos(angle)) / np.pi
+    strip = np.interp((order + 0.5) / inner, area, angle)
+    along = 2.0 * np.mod(0.5 + order * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
+    around = 2.0 * np.pi * np.arange(ring) / ring
+    wide = np.concatenate([np.sin(strip), np.cos(around)])
+    narrow = np.concatenate([np.cos(strip) * along, np.sin(around)])
+    heights = np.exp(-0.5 * wide**2), np.exp(-0.5 * narrow**2)
+    return DiscNodes(wide, narrow, *heights, inner)
+
+
+NODES = {"fast": (220, 20), "fine": (5_000, 400), "reference": (200_000, 4_000)}
+"""Inner and ring nodes; fast keeps P_T and Q of nearly all cones within 0.015 (0.004 in the mean),
+reference within 1e-4."""
+
+CUT_TOLERANCE = {"fast": 0.01, "fine": 1e-4, "reference": 1e-9}
+"""Of the times at which the cone's surface cuts an edge, as a share of the cone's width."""
+
+
+def spread_cells(
+    grid: AvoidanceGrid,
+    intruders: Sequence[Intruder],
+    up: FloatArray,
+    accuracy: Accuracy = "fast",
+) -> ModelCells:
+    """Spread model of each intruder: P_T, the mean over [i_e, i_l] (5.23), and the meeting Q.
+
+    Intruders are in the grid's frame at the decision time, t = 0; up [3] is world up in it: the
+    horizontal spread is level, whatever way the intruder flies. An intruder without spread is a
+    line; one that stands still stays in its cell for ever.
+    """
+    arrays = empty_arrays(len(intruders), grid.cells)
+    meeting = np.zeros((len(intruders), grid.cells))
+    position, velocity = motions(intruders)
+    _spreads(
+        position,
+        velocity,
+        np.sin(np.array([i.spread_rad for i in intruders]).reshape(-1, 2)),
+        up,
+        disc_nodes(*NODES[accuracy]),
+        CUT_TOLERANCE[accuracy],
+        borders_of(grid),
+        grid.edges,
+        arrays,
+        meeting,
+    )
+    return ModelCells(*arrays, meeting=meeting)
+
+
+@compiled
+def cone_axes(velocity: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit vectors along the velocity, level across it, and normal to both (5.15).
+
+    Where the velocity is vertical the level one falls back to the grid's y, then to its x.
+    """
+    along = velocity / np.sqrt(np.sum(velocity**2))
+    level = np.cross(up / np.sqrt(np.sum(up**2)), along)
+    for fallback in (1, 0):
+        if np.sum(level**2) > 1e-18:
+            break
+        level = -along * along[fallback]
+        level[fallback] += 1.0
+    level = level / np.sqrt(np.sum(level**2))
+    return along, level, np.cross(along, level)
+
+
+@compiled
+def _spreads(
+    position: FloatArray,
+    velocity: FloatArray,
+    sine: FloatArray,
+    up: FloatArray,
+    nodes: DiscNodes,
+    tolerance: float,
+    borders: Borders,
+    edges: GridEdges,
+    arrays: ModelArrays,
+    meeting: FloatArray,
+) -> None:
+    pieces = scratch(borders)
+    sums = np.empty((arrays.dwell_s.shape[1], 5))
+    corners = np.empty((borders.layers + 1, borders.columns + 1, borders.rows + 1, 3))
+    for n in range(len(position)):
+        if not np.any(velocity[n]):
+            cell = cell_of_point(position[n, 0], position[n, 1], position[n, 2], edges)
+            stay(n, cell, arrays)
+            if cell >= 0:
+                meeting[n, cell] = 1.0
+            continue
+        along, level, across = cone_axes(velocity[n], up)
+        speed = np.sqrt(np.sum(velocity[n] ** 2))
+        wide, narrow = level * (speed * sine[n, 0]), across * (speed * sine[n, 1])
+        if sine[n, 1] > sine[n, 0]:
+            wide, narrow = narrow, wide
+        sums[:] = NOT_MET
+        _trace_rays(
+            position[n],
+            velocity[n],
+            wide,
+            narrow,
+            _weights(np.max(sine[n]), np.min(sine[n]), nodes),
+            nodes,
+            borders,
+            pieces,
+            sums,
+        )
+        if sine[n, 0] > 0.0 and sine[n, 1] > 0.0:
+            cone = cone_of(
+                position[n],
+                along / speed,
+                level / (speed * sine[n, 0]),
+                across / (speed * sine[n, 1]),
+            )
+            widen_by_edges(cone, borders, corners, tolerance, sums)
+            widen_by_turns(cone, borders, sums)
+        _average(n, sums, arrays, meeting)
+
+
+@compiled
+def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> FloatArray:
+    """Probability of each inner node by (5.20): the average of the two normals, normalised."""
+    weights = np.zeros(len(nodes.wide))
+    for m in range(nodes.inner):
+        # A normal's height goes with the inverse of its deviation; both times the product.
+        weights[m] = sine_narrow * nodes.wide_height[m] + sine_wide * nodes.narrow_height[m]
+    total = np.sum(weights)
+    if total > 0.0:
+        return weights / total
+    weights[: nodes.inner] = 1.0 / nodes.inner
+    return weights
+
+
+@compiled
+def _trace_rays(
+    apex: FloatArray,
+    velocity: FloatArray,
+    wide: FloatArray,
+    narrow: FloatArray,
+    weights: FloatArray,
+    nodes: DiscNodes,
+    borders: Borders,
+    pieces: Pieces,
+    sums: FloatArray,
+) -> None:
+    """Sum the rays' times in each cell, and find the hull of their entries and leaves."""
+    start = (apex[0], apex[1], apex[2])
+    for m in range(len(weights)):
+        u, w = nodes.wide[m], nodes.narrow[m]
+        ray = (
+            velocity[0] + u * wide[0] + w * narrow[0],
+            velocity[1] + u * wide[1] + w * narrow[1],
+            velocity[2] + u * wide[2] + w * narrow[2],
+        )
+        for piece in range(traverse(start, ray, np.inf, borders, pieces)):
+            cell = pieces.places[CELL, piece]
+            entry, leave = pieces.times[ENTRY, piece], pieces.times[LEAVE, piece]
+            sums[cell, ENTRY] = min(sums[cell, ENTRY], entry)
+            sums[cell, LEAVE] = max(sums[cell, LEAVE], leave)
+            sums[cell, DWELL] += weights[m] * (leave - entry)
+            if sums[cell, RAY] != m:
+                sums[cell, RAY] = m
+                sums[cell, MEETING] += weights[m]
+
+
+@compiled
+def _average(n: int, sums: FloatArray, arrays: ModelArrays, meeting: FloatArray) -> None:
+    """(5.23): the mean over the hull; cells that only rays of the ring touch are not met."""
+    for cell in range(len(sums)):
+        if sums[cell, MEETING] > 0.0:
+            arrays.entry_s[n, cell] = sums[cell, ENTRY]
+            arrays.leave_s[n, cell] = sums[cell, LEAVE]
+            arrays.dwell_s[n, cell] = sums[cell, DWELL]
+            hull = sums[cell, LEAVE] - sums[cell, ENTRY]
+            arrays.probability[n, cell] = min(1.0, sums[cell, DWELL] / hull)
+            meeting[n, cell] = min(1.0, sums[cell, MEETING])

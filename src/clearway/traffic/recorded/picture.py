@@ -1,0 +1,71 @@
+"""The air picture of one recording: its aircraft, which are doubles, and who met whom."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from clearway.base.errors import InputError
+from clearway.traffic.recorded.aircraft import Aircraft, aircraft_of
+from clearway.traffic.recorded.closest import ClosestPair, closest_pairs
+from clearway.traffic.recorded.ghosts import ghosts_of, without_ghosts
+from clearway.traffic.recorded.report import TrafficRecording
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AirPicture:
+    """What one recording shows."""
+
+    recording: TrafficRecording
+    aircraft: tuple[Aircraft, ...]
+    """All that report positions, by address."""
+    unplaced: Mapping[str, int]
+    """Messages by address, of aircraft that are heard but never placed."""
+    ghosts: Mapping[str, str]
+    """Address of the aircraft that it doubles, by address of the ghost."""
+    radar_only: int
+    """Tracks that only a radar has seen, ghosts included; they are in no pair."""
+    pairs: tuple[ClosestPair, ...]
+    """Nearest first; only those of the own aircraft where it is known."""
+    own_address: str | None
+
+    @property
+    def span_s(self) -> tuple[float, float] | None:
+        """Times of the first and the last position."""
+        reports = self.recording.reports
+        return (reports[0].time_s, reports[-1].time_s) if reports else None
+
+
+def air_picture(recording: TrafficRecording, own_address: str | None = None) -> AirPicture:
+    """Tracks and closest pairs of a recording; the own address is the file's if not given.
+
+    Raises InputError if the own address is given, but nowhere in the recording.
+    """
+    aircraft = aircraft_of(recording)
+    placed = {one.address for one in aircraft}
+    own = recording.own_address if own_address is None else own_address.strip()
+    if own is not None:
+        own = next((one for one in placed if one.lower() == own.lower()), own)
+    if own_address is not None and own not in placed:
+        raise InputError(recording.source, _unknown(own_address, placed, recording))
+    reporting = without_ghosts(aircraft)
+    return AirPicture(
+        recording=recording,
+        aircraft=tuple(aircraft),
+        unplaced={a: n for a, n in sorted(recording.heard.items()) if a not in placed},
+        ghosts=ghosts_of(aircraft),
+        radar_only=len(aircraft) - len(reporting),
+        pairs=tuple(closest_pairs(reporting, own)),
+        own_address=own,
+    )
+
+
+def _unknown(own: str, placed: set[str], recording: TrafficRecording) -> str:
+    if own.lower() in recording.heard:
+        return f"own address {own!r} is heard, but reports no position"
+    close = difflib.get_close_matches(own.lower(), sorted(placed), n=3)
+    some = close or sorted(placed)[:5]
+    return f"own address {own!r} is not in it; valid: {', '.join(some) or 'none'}" + (
+        " ..." if len(placed) > len(some) else ""
+    )

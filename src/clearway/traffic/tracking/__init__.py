@@ -1,0 +1,1 @@
+"""Reports screened and made into tracks."""

@@ -1,0 +1,108 @@
+"""Movement buffers (3.15): movements with start and duration, chained, split and flown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy.typing as npt
+
+from clearway.base.errors import ClearwayError
+from clearway.base.state import Trajectory
+from clearway.vehicle.automaton import Movement, MovementAutomaton
+
+TIME_TOLERANCE_S = 1e-9
+
+
+@dataclass(frozen=True)
+class BufferedMovement:
+    """One entry of a buffer: a movement, when it starts, and for how long it is held."""
+
+    movement: Movement
+    start_s: float
+    duration_s: float
+
+    @property
+    def end_s(self) -> float:
+        return self.start_s + self.duration_s
+
+
+@dataclass(frozen=True)
+class MovementBuffer:
+    """A finite sequence of (movement, start, duration), each starting where the last one ends.
+
+    Raises ClearwayError for a gap, an overlap or an entry without duration.
+    """
+
+    entries: tuple[BufferedMovement, ...] = ()
+
+    def __post_init__(self) -> None:
+        for entry in self.entries:
+            if not entry.duration_s > 0.0:
+                raise ClearwayError(f"movement buffer: {entry.movement.name} has no duration")
+        for first, second in zip(self.entries, self.entries[1:], strict=False):
+            if abs(second.start_s - first.end_s) > TIME_TOLERANCE_S:
+                raise ClearwayError(
+                    f"movement buffer: {second.movement.name} starts at {second.start_s} s, "
+                    f"but {first.movement.name} ends at {first.end_s} s"
+                )
+
+    @classmethod
+    def of(cls, movements: Iterable[Movement], start_s: float = 0.0) -> MovementBuffer:
+        """Whole movements, one after the other."""
+        entries, at = [], float(start_s)
+        for movement in movements:
+            entries.append(BufferedMovement(movement, at, movement.duration_s))
+            at += movement.duration_s
+        return cls(tuple(entries))
+
+    @property
+    def start_s(self) -> float:
+        return self.entries[0].start_s if self.entries else 0.0
+
+    @property
+    def end_s(self) -> float:
+        return self.entries[-1].end_s if self.entries else self.start_s
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(entry.movement.name for entry in self.entries)
+
+    def at(self, time_s: float) -> Movement | None:
+        """The movement held in (start, end] at a time, as (3.15) has it; None outside."""
+        for entry in self.entries:
+            if entry.start_s < time_s <= entry.end_s:
+                return entry.movement
+        return None
+
+    def split(self, time_s: float) -> tuple[MovementBuffer, MovementBuffer]:
+        """What is done by that time, and what is left; a movement under way is cut in two."""
+        before: list[BufferedMovement] = []
+        after: list[BufferedMovement] = []
+        for entry in self.entries:
+            if entry.end_s <= time_s + TIME_TOLERANCE_S:
+                before.append(entry)
+            elif entry.start_s >= time_s - TIME_TOLERANCE_S:
+                after.append(entry)
+            else:
+                cut = time_s - entry.start_s
+                before.append(BufferedMovement(entry.movement, entry.start_s, cut))
+                after.append(BufferedMovement(entry.movement, time_s, entry.duration_s - cut))
+        return MovementBuffer(tuple(before)), MovementBuffer(tuple(after))
+
+    def chained(self, following: MovementBuffer) -> MovementBuffer:
+        """This buffer until the other one starts, then the other one ((4.12), (6.3)).
+
+        What is left of this buffer is flushed. Raises ClearwayError if it ends too early.
+        """
+        if not following.entries:
+            return self
+        kept, _ = self.split(following.start_s)
+        return MovementBuffer(kept.entries + following.entries)
+
+    def rollout(
+        self, automaton: MovementAutomaton, state: npt.ArrayLike, step_s: float = 0.05
+    ) -> Trajectory:
+        """Predicted path: states at most `step_s` apart, and at each movement's end."""
+        legs = [(entry.movement, entry.duration_s) for entry in self.entries]
+        return automaton.fly(state, legs, step_s, self.start_s)

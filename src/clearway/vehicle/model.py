@@ -1,0 +1,84 @@
+"""Vehicles: how a state moves under constant inputs. `PlaneModel` is (4.4), integrated exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+
+StateTuple = tuple[float, float, float, float, float, float]
+
+
+@runtime_checkable
+class Vehicle(Protocol):
+    """What a movement automaton needs of a vehicle.
+
+    Reach sets are built once and turned about the vertical, so the motion must not depend on
+    position or yaw; it may depend on roll and pitch.
+    """
+
+    def advance(self, state: npt.ArrayLike, inputs: npt.ArrayLike, duration_s: float) -> FloatArray:
+        """State [6] (4.1) after holding inputs [4] (4.2) for a duration; world frame, radians."""
+        ...
+
+
+@dataclass(frozen=True)
+class PlaneModel:
+    """The simple plane model (4.4): speed along the nose, and constant turn rates."""
+
+    def advance(self, state: npt.ArrayLike, inputs: npt.ArrayLike, duration_s: float) -> FloatArray:
+        """State [6] x, y, z, roll, pitch, yaw after `duration_s` of constant inputs [4].
+
+        Inputs are speed (m/s) and roll, pitch and yaw rates (rad/s). Exact for any duration.
+        """
+        x, y, z, roll, pitch, yaw = np.asarray(state, dtype=np.float64).tolist()
+        speed, roll_rate, pitch_rate, yaw_rate = np.asarray(inputs, dtype=np.float64).tolist()
+        return np.array(
+            plane_advance(
+                (x, y, z, roll, pitch, yaw),
+                (speed, roll_rate, pitch_rate, yaw_rate),
+                float(duration_s),
+            )
+        )
+
+
+@compiled
+def _sinc(angle: float) -> float:
+    """sin(a)/a, by its series where the quotient loses digits."""
+    if abs(angle) < 1e-4:
+        return 1.0 - angle * angle / 6.0
+    return float(np.sin(angle) / angle)
+
+
+@compiled
+def plane_advance(
+    state: StateTuple, inputs: tuple[float, float, float, float], duration_s: float
+) -> StateTuple:
+    """Closed form of (4.4) for constant inputs.
+
+    Products of cosines become sums, and the integral of cos(a + w t) over T is
+    T sinc(w T / 2) cos(a + w T / 2), which holds for w = 0 too.
+    """
+    x, y, z, roll, pitch, yaw = state
+    speed, roll_rate, pitch_rate, yaw_rate = inputs
+    half = 0.5 * duration_s
+    mean_pitch = pitch + pitch_rate * half
+    mean_yaw = yaw + yaw_rate * half
+    along = _sinc((yaw_rate - pitch_rate) * half)
+    against = _sinc((yaw_rate + pitch_rate) * half)
+    difference = mean_yaw - mean_pitch
+    total = mean_yaw + mean_pitch
+    reach = speed * half
+    return (
+        x + reach * (along * np.cos(difference) + against * np.cos(total)),
+        y + reach * (along * np.sin(difference) + against * np.sin(total)),
+        z - 2.0 * reach * _sinc(pitch_rate * half) * np.sin(mean_pitch),
+        roll + roll_rate * duration_s,
+        pitch + pitch_rate * duration_s,
+        yaw + yaw_rate * duration_s,
+    )

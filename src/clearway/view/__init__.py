@@ -1,0 +1,1 @@
+"""Finished results to look at: pictures, and the replay in the browser."""

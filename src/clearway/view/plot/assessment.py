@@ -1,0 +1,205 @@
+"""Reachability, obstacles and visibility of one moment (figs. 6.18-6.20).
+
+Left the trajectories in space, coloured by what they meet; right rows of cells from above.
+Colours are safe for the colour-blind: blue passable, red blocked.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+
+from clearway.avoidance.fusion import CellAssessment, ReachAssessment
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray
+from clearway.reach.tree import ReachSet
+from clearway.view.plot.cells import ALL_ROWS, POINT_COLOR, CellView, Quantity, cased, draw_cells
+
+PASSABLE = LinearSegmentedColormap.from_list(
+    "passable", ["#a50026", "#f46d43", "#f5c25b", "#a6cde3", "#4a98c9", "#2155a0"]
+)
+OBSTACLES = LinearSegmentedColormap.from_list(
+    "obstacles", ["#c3ccd1", "#f7c79c", "#ef8a62", "#b2182b", "#5d0018"]
+)
+VISIBLE = LinearSegmentedColormap.from_list("visible", ["#2d3463", "#7f86b5", "#ded5a4"])
+MOST_POINTS = 3000
+
+
+def draw_assessment(
+    cells: CellAssessment,
+    reach: ReachAssessment,
+    reach_set: ReachSet,
+    points_m: FloatArray,
+    title: str,
+) -> dict[str, Figure]:
+    """The three figures by name: "reachability", "obstacle" and "visibility".
+
+    points_m: hit points [n, 3] in the grid's frame.
+    """
+    visibility = cells.evidence.visibility
+    trajectories = {
+        "reachability": ("Trajectories by their rating", reach.node_rating),
+        "obstacle": (
+            "Trajectories by the largest obstacle probability on the way",
+            worst_on_the_way(reach_set, cells.obstacle),
+        ),
+        "visibility": (
+            "Trajectories by the least visibility on the way",
+            1.0 - worst_on_the_way(reach_set, 1.0 - visibility),
+        ),
+    }
+    return {
+        name: draw_panels(
+            reach_set, values, _quantity(name, cells, reach), points_m, f"{title}: {name}", caption
+        )
+        for name, (caption, values) in trajectories.items()
+    }
+
+
+def reachability_quantity(reach: ReachAssessment) -> Quantity:
+    """Reachability of cells (4.23), those without a trajectory apart."""
+    return Quantity(
+        "reachability: 0 blocked, 1 free",
+        reach.reachability,
+        PASSABLE,
+        ~reach.passed,
+        "no trajectory passes",
+    )
+
+
+def obstacle_quantity(
+    cells: CellAssessment, without: BoolArray, without_label: str = ""
+) -> Quantity:
+    """Obstacle probability of cells (4.17), but those [cells] `without`."""
+    return Quantity(
+        "obstacle probability", cells.obstacle, OBSTACLES, without, without_label, "high"
+    )
+
+
+def _quantity(name: str, cells: CellAssessment, reach: ReachAssessment) -> Quantity:
+    unseen = ~cells.evidence.seen
+    match name:
+        case "reachability":
+            return reachability_quantity(reach)
+        case "obstacle":
+            empty = unseen & (cells.obstacle == 0.0)
+            return obstacle_quantity(cells, empty, "no beam looks here")
+        case _:
+            return Quantity(
+                "visibility: 0 hidden, 1 visible",
+                cells.evidence.visibility,
+                VISIBLE,
+                unseen,
+                "no beam looks here",
+            )
+
+
+def worst_on_the_way(reach_set: ReachSet, values: FloatArray) -> FloatArray:
+    """[nodes] largest value [cells] of the cells on the way to the end of each node."""
+    worst = np.zeros(reach_set.nodes)
+    for node in range(reach_set.nodes):
+        parent = reach_set.parent[node]
+        passed = reach_set.cell_index[reach_set.cell_start[node] : reach_set.cell_start[node + 1]]
+        before = worst[parent] if parent >= 0 else 0.0
+        worst[node] = max(before, values[passed].max(initial=0.0))
+    return worst
+
+
+def largest_in_movement(reach_set: ReachSet, values: FloatArray) -> FloatArray:
+    """[nodes] largest value [cells] of the cells in which a node's own samples lie."""
+    cells = reach_set.grid.cell_of(reach_set.samples_m)
+    largest: FloatArray = np.where(cells >= 0, values[cells], 0.0).max(axis=1)
+    return largest
+
+
+def draw_panels(
+    reach_set: ReachSet,
+    node_values: FloatArray,
+    quantity: Quantity,
+    points_m: FloatArray,
+    title: str,
+    caption: str,
+    view: CellView = ALL_ROWS,
+) -> Figure:
+    """One figure: trajectories by `node_values` [nodes] at left, cells by row at right."""
+    grid = reach_set.grid
+    figure = Figure(figsize=(14.0, 8.0), layout="constrained")
+    figure.suptitle(title, fontsize=15)
+    halves = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.15])
+    left, right = figure.add_subfigure(halves[0]), figure.add_subfigure(halves[1])
+    space = left.add_subplot(projection="3d")
+    assert isinstance(space, Axes3D)
+    draw_reach_set(reach_set, node_values, space, quantity)
+    inside = points_m[grid.cell_of(points_m) >= 0]
+    near = inside[:: max(1, len(inside) // MOST_POINTS)]
+    space.plot(*near.T, ".", color=POINT_COLOR, markersize=2.0)
+    _draw_lines(space, view, grid.range_m)
+    space.set_title(caption, fontsize=11)
+    draw_cells(right, grid, quantity, near, view)
+    return figure
+
+
+def draw_cells_alone(
+    grid: AvoidanceGrid, quantity: Quantity, title: str, view: CellView = ALL_ROWS
+) -> Figure:
+    """One figure of cells by row, without trajectories in space."""
+    figure = Figure(figsize=(9.0, 7.2), layout="constrained")
+    figure.suptitle(title, fontsize=14)
+    draw_cells(figure, grid, quantity, np.zeros((0, 3)), view)
+    return figure
+
+
+def _draw_lines(axes: Axes3D, view: CellView, range_m: float) -> None:
+    """Lines and the edges of the border as far as the grid's range, with room for them."""
+    edges = () if view.border is None else view.border.edges_m
+    color = "" if view.border is None else view.border.color
+    lines = [(line.points_m, line.style, line.color, line.width) for line in view.lines]
+    lines += [(edge, "-", color, 1.0) for edge in edges]
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    for points, style, line_color, width in lines:
+        near = points[np.linalg.norm(points, axis=1) <= range_m]
+        rim = cased(width)
+        axes.plot(*near.T, style, color=line_color, linewidth=width, path_effects=rim, zorder=5)
+        low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
+    _set_limits(axes, low, high)
+
+
+def _set_limits(axes: Axes3D, low: FloatArray, high: FloatArray) -> None:
+    """One scale on all axes."""
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_zlim(low[2], high[2])
+    # Labels of a wide box need more room.
+    size = high - low
+    axes.set_box_aspect(tuple(size), zoom=0.92 if size[1] <= 1.2 * size[0] else 0.82)
+
+
+def draw_reach_set(
+    reach_set: ReachSet, node_values: FloatArray, axes: Axes3D, quantity: Quantity
+) -> None:
+    """Trajectories in space, each movement coloured by its node's value [nodes] in [0, 1]."""
+    starts = np.zeros((reach_set.nodes, 1, 3))
+    below = reach_set.parent >= 0
+    starts[below, 0] = reach_set.samples_m[reach_set.parent[below], -1]
+    lines = np.concatenate([starts, reach_set.samples_m], axis=1)
+    order = np.argsort(node_values if quantity.important == "high" else -node_values, kind="stable")
+    axes.add_collection3d(
+        Line3DCollection(
+            list(lines[order]),
+            array=node_values[order],
+            cmap=quantity.colors,
+            norm=quantity.scale,
+            linewidths=1.0,
+            alpha=0.9,
+        )
+    )
+    axes.plot([0.0], [0.0], [0.0], ">", color="black", markersize=7)
+    _set_limits(axes, lines.min(axis=(0, 1)), lines.max(axis=(0, 1)))
+    axes.set_xlabel("x ahead (m)")
+    axes.set_ylabel("y left (m)")
+    axes.set_zlabel("z up (m)")
+    axes.view_init(elev=28.0, azim=-160.0)

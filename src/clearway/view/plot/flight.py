@@ -1,0 +1,293 @@
+"""Pictures of a flight: snapshots, obstacle distance, tracking (figs. 6.14-6.17, 6.21, 6.22).
+
+Executed path blue, planned path red, field of view dashed, waypoints green squares, what the
+sensors have seen so far as dots: the paper's legend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+
+from clearway.avoidance.situation import grid_frame
+from clearway.base.frames import FloatArray, cartesian_from_spherical
+from clearway.base.grid import AvoidanceGrid
+from clearway.sim import LoggedDecision, Run
+from clearway.sim.pilot import Steering
+
+EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
+MOST_DOTS = 12_000
+MOST_TICKS = 8
+"""Along the longest axis."""
+ARC_POINTS = 12
+"""In which an arc of the rim is drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """The three margins of fig. 6.21, in metres."""
+
+    safety_m: float
+    adaptive_m: float
+    """(6.15): six vehicle radii."""
+    conservative_m: float
+    """(6.14): two turning radii and two vehicle radii."""
+
+
+def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
+    """Indices of telling decisions: before each closest approach, the last with much in its way.
+
+    Approaches count when they come nearer than 2.5 times the smallest distance or four margins,
+    and lie well apart; at most `most` of them, in the order of flight.
+    """
+    distance = run.metrics.obstacle_distance_m
+    if not run.decisions or not np.isfinite(distance).any():
+        return []
+    times = np.array([entry.flight.time_s for entry in run.decisions])
+    apart = run.metrics.time_s / (2.0 * most + 2.0)
+    limit = max(2.5 * float(distance.min()), 4.0 * run.safety_margin_m)
+    approaches: list[float] = []
+    for at in np.argsort(distance):
+        when = float(run.time_s[at])
+        if distance[at] > limit or len(approaches) == most:
+            break
+        if all(abs(when - other) > apart for other in approaches):
+            approaches.append(when)
+    chosen = []
+    for when in sorted(approaches):
+        before = np.flatnonzero((times <= when) & (times >= when - apart))
+        if len(before):
+            blocked = np.array([_blocked_cells(run.decisions[index]) for index in before])
+            chosen.append(int(before[np.flatnonzero(blocked >= 0.5 * blocked.max())[-1]]))
+    return chosen
+
+
+def _blocked_cells(entry: LoggedDecision) -> int:
+    reach = entry.flight.decision.reach
+    return int(np.count_nonzero(reach.passed & (reach.reachability == 0.0)))
+
+
+def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
+    """The flight up to one decision in space, from above and from the side; None is the end."""
+    entry = run.decisions[-1 if index is None else index]
+    until = run.time_s[-1] if index is None else entry.flight.time_s
+    flown = run.states[run.time_s <= until + 1e-9, :3]
+    seen = _seen(run.decisions, until)
+    figure = Figure(figsize=(13.0, 6.4), layout="constrained")
+    figure.suptitle(title)
+    panels = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0], height_ratios=[1.5, 1.0])
+    space = figure.add_subplot(panels[:, 0], projection="3d")
+    assert isinstance(space, Axes3D)
+    above = figure.add_subplot(panels[0, 1])
+    side = figure.add_subplot(panels[1, 1])
+    planned = entry.flight.decision.path_m if index is not None else None
+    outline = field_of_view(entry) if index is not None else []
+    _draw_space(space, run, flown, planned, seen, outline)
+    for axes, columns, names in ((above, (0, 1), "x (m) y (m)"), (side, (0, 2), "x (m) z (m)")):
+        _draw_plane(axes, run, flown, planned, seen, outline, columns)
+        horizontal, vertical = names.split(" (m)")[0], names.split()[2]
+        axes.set_xlabel(f"{horizontal} (m)")
+        axes.set_ylabel(f"{vertical} (m)")
+    handles, labels = above.get_legend_handles_labels()
+    handles[0] = Line2D([], [], color=SEEN, marker="o", markersize=4, linestyle="none")
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
+    """[n, 3] returns used by the decisions until then, world frame, thinned to a drawable few."""
+    clouds = [np.zeros((0, 3))]
+    for entry in decisions:
+        if entry.flight.time_s > until_s + 1e-9:
+            break
+        decision = entry.flight.decision
+        position, world_from_grid = grid_frame(decision.state)
+        clouds.append(decision.hazards.points.position_m @ world_from_grid.T + position)
+    points = np.concatenate(clouds)
+    return points[:: max(1, len(points) // MOST_DOTS)]
+
+
+def field_of_view(entry: LoggedDecision) -> list[FloatArray]:
+    """Border lines [m, 3] of the avoidance grid of a decision, world frame."""
+    decision = entry.flight.decision
+    position, world_from_grid = grid_frame(decision.state)
+    grid = decision.cells.evidence.grid
+    return [line @ world_from_grid.T + position for line in grid_outline(grid)]
+
+
+def grid_outline(grid: AvoidanceGrid) -> list[FloatArray]:
+    """Border lines [m, 3] of a grid in its own frame: four rays and the rim."""
+    right, left = grid.azimuth_edges_rad[[0, -1]]
+    bottom, top = grid.elevation_edges_rad[[0, -1]]
+    near, far = grid.range_edges_m[[0, -1]]
+    across = np.linspace(right, left, ARC_POINTS)
+    up = np.linspace(bottom, top, ARC_POINTS)
+    ones = np.ones(ARC_POINTS)
+    rim = [
+        np.stack([far * ones, across, bottom * ones], axis=1),
+        np.stack([far * ones, across, top * ones], axis=1),
+        np.stack([far * ones, right * ones, up], axis=1),
+        np.stack([far * ones, left * ones, up], axis=1),
+    ]
+    rays = [
+        np.array([[near, azimuth, elevation], [far, azimuth, elevation]])
+        for azimuth in (right, left)
+        for elevation in (bottom, top)
+    ]
+    return [cartesian_from_spherical(line) for line in rim + rays]
+
+
+def _draw_space(
+    axes: Axes3D,
+    run: Run,
+    flown: FloatArray,
+    planned: FloatArray | None,
+    seen: FloatArray,
+    outline: Sequence[FloatArray],
+) -> None:
+    axes.plot(*seen.T, ".", color=SEEN, markersize=1.5, alpha=0.35)
+    axes.plot(*flown.T, color=EXECUTED, linewidth=1.8)
+    if planned is not None:
+        axes.plot(*planned.T, color=PLANNED, linewidth=1.8)
+    for line in outline:
+        axes.plot(*line.T, color="black", linewidth=0.7, linestyle="--")
+    goals = run.mission.waypoints_m
+    axes.plot(*goals.T, "s", color=WAYPOINT, markersize=7)
+    for place, label in _labels(goals).items():
+        axes.text(*place, f"  {label}", color=WAYPOINT)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_zlabel("z (m)")
+    everything = np.concatenate([flown, goals, *([planned] if planned is not None else [])])
+    _equal_box(axes, everything)
+    axes.view_init(elev=35.0, azim=-60.0)
+
+
+def _equal_box(axes: Axes3D, points: FloatArray) -> None:
+    low, high = points.min(axis=0), points.max(axis=0)
+    spare = 0.06 * float((high - low).max()) + 1.0
+    low, high = low - spare, high + spare
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_zlim(low[2], high[2])
+    axes.set_box_aspect(tuple(high - low))
+    flat = float((high - low)[2] / (high - low).max())
+    axes.zaxis.set_major_locator(MaxNLocator(nbins=max(2, round(MOST_TICKS * flat))))
+
+
+def _labels(places: FloatArray) -> dict[tuple[float, ...], str]:
+    """Waypoint numbers by place; those that coincide in a view share a label."""
+    labels: dict[tuple[float, ...], str] = {}
+    for number, place in enumerate(places, start=1):
+        key = tuple(round(float(value), 3) for value in place)
+        labels[key] = f"{labels[key]}, W{number}" if key in labels else f"W{number}"
+    return labels
+
+
+def _draw_plane(
+    axes: Axes,
+    run: Run,
+    flown: FloatArray,
+    planned: FloatArray | None,
+    seen: FloatArray,
+    outline: Sequence[FloatArray],
+    columns: tuple[int, int],
+) -> None:
+    a, b = columns
+    axes.plot(
+        seen[:, a], seen[:, b], ".", color=SEEN, markersize=1.2, alpha=0.3, label="seen so far"
+    )
+    axes.plot(flown[:, a], flown[:, b], color=EXECUTED, linewidth=1.8, label="executed")
+    if planned is not None:
+        axes.plot(planned[:, a], planned[:, b], color=PLANNED, linewidth=1.8, label="planned")
+    for number, line in enumerate(outline):
+        label = "field of view" if number == 0 else None
+        axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)
+    goals = run.mission.waypoints_m
+    axes.plot(goals[:, a], goals[:, b], "s", color=WAYPOINT, markersize=7, label="waypoints")
+    for place, label in _labels(goals[:, [a, b]]).items():
+        axes.annotate(
+            label,
+            (place[0], place[1]),
+            xytext=(5, 5),
+            textcoords="offset points",
+            color=WAYPOINT,
+        )
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(alpha=0.25)
+
+
+def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
+    """Distance to the nearest obstacle over time with the three margins (fig. 6.21)."""
+    figure = Figure(figsize=(10.0, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    distance = run.metrics.obstacle_distance_m
+    axes.plot(run.time_s, distance, color=EXECUTED, label="distance to the nearest obstacle")
+    lines = (
+        (margins.conservative_m, "conservative margin (6.14)", WAYPOINT),
+        (margins.adaptive_m, "adaptive margin (6.15)", "#d9a400"),
+        (margins.safety_m, "safety margin", PLANNED),
+    )
+    for value, label, color in lines:
+        axes.axhline(value, linestyle="--", color=color, label=f"{label}: {value:.2f} m")
+    if np.isfinite(distance).all():
+        lowest = int(np.argmin(distance))
+        axes.plot(run.time_s[lowest], distance[lowest], "o", color=EXECUTED)
+        axes.annotate(
+            f"{distance[lowest]:.2f} m at {run.time_s[lowest]:.1f} s",
+            (run.time_s[lowest], distance[lowest]),
+            xytext=(0, 9),
+            textcoords="offset points",
+            horizontalalignment="center",
+        )
+    finish_distances(axes, "distance (m)", f"{run.mission.name}: distance to obstacles")
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def finish_distances(axes: Axes, measured: str, title: str) -> None:
+    """Labels of axes that show distances over the time of a flight."""
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(measured)
+    axes.set_ylim(bottom=0.0)
+    axes.set_title(title)
+    axes.grid(alpha=0.25)
+
+
+def draw_tracking(run: Run[Steering]) -> Figure:
+    """Coordinates over time against the straight lines between waypoints (fig. 6.22)."""
+    figure = Figure(figsize=(10.0, 7.2), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    reached = np.array(run.progress.reached_s[: len(run.mission.waypoints_m)])
+    goals = run.mission.waypoints_m[: len(reached)]
+    times = np.concatenate([[run.time_s[0]], reached])
+    corners = np.concatenate([run.states[:1, :3], goals])
+    for axis, (axes, name) in enumerate(zip(panels, "xyz", strict=True)):
+        axes.plot(times, corners[:, axis], "--", color=WAYPOINT, label="straight between waypoints")
+        axes.plot(run.time_s, run.states[:, axis], color=EXECUTED, label="flown")
+        axes.plot(reached, goals[:, axis], "s", color=WAYPOINT, label="waypoint reached")
+        for number, (when, value) in enumerate(zip(reached, goals[:, axis], strict=True), start=1):
+            axes.annotate(
+                str(number),
+                (when, value),
+                xytext=(6, 4),
+                textcoords="offset points",
+                color=WAYPOINT,
+            )
+        axes.set_ylabel(f"{name} (m)")
+        axes.grid(alpha=0.25)
+    panels[0].legend(loc="best")
+    panels[-1].set_xlabel("time (s)")
+    tracking = run.metrics.tracking_m
+    figure.suptitle(
+        f"{run.mission.name}: tracking; deviation from the straight lines "
+        f"{tracking.mean():.2f} m on average, {tracking.max():.2f} m at most"
+    )
+    return figure

@@ -1,0 +1,112 @@
+"""Pictures of maps: what stands where from above, coloured by height, and zones to keep out of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.obstacles.obstacle import Obstacle
+
+ZONE, COLOURS = "#c0392b", "viridis"
+LEAST_POINTS, WIDTH_POINTS = 4.0, 600.0
+"""Obstacles smaller than this on a picture of this width get a dot, or nobody would find them."""
+
+
+def draw_map(
+    obstacles: Sequence[Obstacle],
+    floor: Sequence[Obstacle],
+    zones: Mapping[str, Sequence[Obstacle]],
+    title: str,
+) -> Figure:
+    """Everything from above, and from the south below it; zones by name."""
+    figure = Figure(figsize=(11.0, 10.0), layout="constrained")
+    figure.suptitle(title)
+    solid = sorted([*floor, *obstacles], key=_top_m)
+    if not solid:
+        above = figure.subplots()
+    else:
+        above, side = figure.subplots(2, 1, height_ratios=[4.0, 1.0])
+        tops = np.array([_top_m(one) for one in solid])
+        scale = Normalize(tops.min(), tops.max())
+        drawn = _coloured([_footprint(one) for one in solid], tops, scale)
+        above.add_collection(drawn)
+        figure.colorbar(drawn, ax=above, label="top above the origin (m)")
+        side.add_collection(_coloured([_from_south(one) for one in solid], tops, scale))
+        side.autoscale_view()
+    _zones(above, zones)
+    _frame(above)
+    if solid:
+        _dots(above, obstacles, scale)
+        side.set(xlabel="x, east (m)", ylabel="z, up (m)", xlim=above.get_xlim())
+    return figure
+
+
+def _frame(axes: Axes) -> None:
+    """Equal scales, and limits that are not much wider one way than the other."""
+    axes.autoscale_view()
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    spare_x = max(0.0, 0.35 * (north - south) - 0.5 * (east - west))
+    spare_y = max(0.0, 0.35 * (east - west) - 0.5 * (north - south))
+    axes.set(xlim=(west - spare_x, east + spare_x), ylim=(south - spare_y, north + spare_y))
+    axes.set(xlabel="x, east (m)", ylabel="y, north (m)")
+    axes.set_aspect("equal")
+    axes.locator_params(nbins=8)
+
+
+def _top_m(obstacle: Obstacle) -> float:
+    return float(obstacle.position_m[2] + obstacle.half_m[2] + obstacle.radius_m)
+
+
+def _footprint(obstacle: Obstacle) -> FloatArray:
+    """[4, 2] corners from above; map obstacles stand upright."""
+    half_x, half_y = obstacle.half_m[:2] + obstacle.radius_m
+    corners = np.array(
+        [[-half_x, -half_y, 0], [half_x, -half_y, 0], [half_x, half_y, 0], [-half_x, half_y, 0]]
+    )
+    turned = corners @ world_from_body(obstacle.orientation_rad).T + obstacle.position_m
+    return turned[:, :2]
+
+
+def _zones(axes: Axes, zones: Mapping[str, Sequence[Obstacle]]) -> None:
+    for name, volumes in zones.items():
+        outlines = [_footprint(one) for one in volumes]
+        axes.add_collection(
+            PolyCollection(outlines, facecolors=ZONE, alpha=0.25, edgecolors="none")
+        )
+        middle = np.concatenate(outlines).mean(axis=0)
+        axes.plot(*middle, "+", color=ZONE)
+        axes.annotate(
+            name, middle, xytext=(0, 6), textcoords="offset points", ha="center", color=ZONE
+        )
+
+
+def _coloured(corners: list[FloatArray], tops: FloatArray, scale: Normalize) -> PolyCollection:
+    return PolyCollection(
+        corners, array=tops, norm=scale, cmap=COLOURS, edgecolors="face", linewidths=0.3
+    )
+
+
+def _from_south(obstacle: Obstacle) -> FloatArray:
+    """[4, 2] corners seen from the south, from foot to top."""
+    low, high = _footprint(obstacle)[:, 0].min(), _footprint(obstacle)[:, 0].max()
+    top = _top_m(obstacle)
+    foot = 2.0 * float(obstacle.position_m[2]) - top
+    return np.array([[low, foot], [high, foot], [high, top], [low, top]])
+
+
+def _dots(axes: Axes, obstacles: Sequence[Obstacle], scale: Normalize) -> None:
+    """Dots on obstacles that are too small to be seen at the picture's scale."""
+    low, high = axes.get_xlim()
+    least_m = LEAST_POINTS * (high - low) / WIDTH_POINTS
+    small = [one for one in obstacles if 2.0 * one.half_m[:2].max() < least_m]
+    if not small:
+        return
+    places = np.array([one.position_m for one in small])
+    tops = [_top_m(one) for one in small]
+    axes.scatter(places[:, 0], places[:, 1], s=10, c=tops, norm=scale, cmap=COLOURS, zorder=3)

@@ -1,0 +1,253 @@
+"""Foxglove's messages of a run: what stands still, traffic, transforms, clouds and log lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from foxglove import messages as fox
+
+from clearway.base.frames import (
+    FloatArray,
+    attitude_from_rotation,
+    world_from_body,
+)
+from clearway.live.mission import Mode
+
+Rgb = tuple[float, float, float]
+WORLD, VEHICLE = "world", "vehicle"
+PLANNED, EXECUTED, WAYPOINT = (0.84, 0.15, 0.16), (0.12, 0.37, 0.75), (0.18, 0.62, 0.31)
+INTRUDER, POINT = (0.85, 0.15, 0.6), (0.75, 0.22, 0.17)
+KNOWN: dict[str, Rgb] = {
+    "world": (0.80, 0.55, 0.35),
+    "both": (0.55, 0.57, 0.60),
+    "map": (0.45, 0.55, 0.85),
+    "rule": (0.85, 0.35, 0.30),
+}
+"""Obstacles: only there, there and in the map, only in the map; volumes that rules keep out of."""
+
+
+def color(rgb: Rgb, alpha: float = 1.0) -> fox.Color:
+    return fox.Color(r=rgb[0], g=rgb[1], b=rgb[2], a=alpha)
+
+
+def moment(time_s: float) -> fox.Timestamp:
+    whole, rest = divmod(round(time_s * 1e9), 1_000_000_000)
+    return fox.Timestamp(sec=whole, nsec=rest)
+
+
+def pose_of(position_m: FloatArray, attitude_rad: FloatArray) -> fox.Pose:
+    """Place and attitude (roll, pitch nose down positive, yaw left positive)."""
+    return fox.Pose(position=vector(position_m), orientation=quaternion(attitude_rad))
+
+
+def quaternion(attitude_rad: FloatArray) -> fox.Quaternion:
+    """Of the rotation Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * attitude_rad), np.sin(0.5 * attitude_rad)
+    return fox.Quaternion(
+        w=float(cr * cp * cy + sr * sp * sy),
+        x=float(sr * cp * cy - cr * sp * sy),
+        y=float(cr * sp * cy + sr * cp * sy),
+        z=float(cr * cp * sy - sr * sp * cy),
+    )
+
+
+def transform(time_s: float, state: FloatArray) -> fox.FrameTransforms:
+    """The vehicle's frame in the world; state: [6]."""
+    return fox.FrameTransforms(
+        transforms=[
+            fox.FrameTransform(
+                timestamp=moment(time_s),
+                parent_frame_id=WORLD,
+                child_frame_id=VEHICLE,
+                translation=vector(state[:3]),
+                rotation=quaternion(state[3:]),
+            )
+        ]
+    )
+
+
+def point_cloud(time_s: float, points_m: FloatArray) -> fox.PointCloud:
+    """World points [n, 3] as x, y, z of 4 bytes each."""
+    kind = fox.PackedElementFieldNumericType.Float32
+    return fox.PointCloud(
+        timestamp=moment(time_s),
+        frame_id=WORLD,
+        pose=pose_of(np.zeros(3), np.zeros(3)),
+        point_stride=12,
+        fields=[
+            fox.PackedElementField(name=name, offset=4 * at, type=kind)
+            for at, name in enumerate("xyz")
+        ],
+        data=points_m.astype("<f4").tobytes(),
+    )
+
+
+def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
+    level = {Mode.EMERGENCY: fox.LogLevel.Error, Mode.AVOIDANCE: fox.LogLevel.Warning}
+    return fox.Log(
+        timestamp=moment(time_s),
+        level=level.get(mode, fox.LogLevel.Info),
+        message=text,
+        name="clearway",
+    )
+
+
+# --- what stays --------------------------------------------------------------------------
+
+
+def scene(mission: dict[str, Any], path_m: FloatArray) -> fox.SceneUpdate:
+    """Obstacles, waypoints with their reach radius, and the whole path that was flown [n, 3]."""
+    goals = [*mission["waypoints_m"], *mission["landing_m"]]
+    radius = mission["reach_radius_m"]
+    waypoints = entity(
+        "waypoints",
+        spheres=[
+            fox.SpherePrimitive(
+                pose=pose_of(np.array(goal), np.zeros(3)),
+                size=vector((2 * radius,) * 3),
+                color=color(WAYPOINT, 0.25),
+            )
+            for goal in goals
+        ],
+        texts=[text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
+    )
+    flown = entity("flown", lines=[line([point(p) for p in path_m], EXECUTED, 2.0)])
+    return fox.SceneUpdate(
+        entities=[waypoints, flown, *(_obstacle(n, o) for n, o in enumerate(mission["obstacles"]))]
+    )
+
+
+def _obstacle(number: int, obstacle: dict[str, Any]) -> fox.SceneEntity:
+    place, radius = np.array(obstacle["position_m"]), obstacle["radius_m"]
+    pose = pose_of(place, np.array(obstacle["orientation_rad"]))
+    paint = color(KNOWN[obstacle["known"]], 0.45 if obstacle["known"] in ("map", "rule") else 1.0)
+    size = [*obstacle["size_m"], 0.0, 0.0, 0.0][:3]
+    name = f"obstacle {number} {obstacle['name']}".rstrip()
+    if obstacle["shape"] == "ball":
+        ball = fox.SpherePrimitive(pose=pose, size=vector((2 * radius,) * 3), color=paint)
+        return entity(name, spheres=[ball])
+    if obstacle["shape"] == "line":
+        return _capsule(name, place, obstacle, paint)
+    # Foxglove has no rounded boxes: the rims of plates end where their faces do.
+    rim = 2 * radius if obstacle["shape"] == "cuboid" else 0.0
+    across = (size[0] + rim, size[1] + rim, size[2] + 2 * radius)
+    return entity(name, cubes=[fox.CubePrimitive(pose=pose, size=vector(across), color=paint)])
+
+
+def _capsule(
+    name: str, place: FloatArray, obstacle: dict[str, Any], paint: fox.Color
+) -> fox.SceneEntity:
+    """A cylinder, whose axis Foxglove has along z, with a ball at each end."""
+    radius, (length,) = obstacle["radius_m"], obstacle["size_m"]
+    rotation = world_from_body(obstacle["orientation_rad"])
+    upright = attitude_from_rotation(rotation @ world_from_body([0.0, 0.5 * np.pi, 0.0]))
+    ends = [place + sign * 0.5 * length * rotation[:, 0] for sign in (-1.0, 1.0)]
+    return entity(
+        name,
+        cylinders=[
+            fox.CylinderPrimitive(
+                pose=pose_of(place, upright),
+                size=vector((2 * radius, 2 * radius, length)),
+                bottom_scale=1.0,
+                top_scale=1.0,
+                color=paint,
+            )
+        ],
+        spheres=[
+            fox.SpherePrimitive(
+                pose=pose_of(end, np.zeros(3)), size=vector((2 * radius,) * 3), color=paint
+            )
+            for end in ends
+        ],
+    )
+
+
+def traffic(message: dict[str, Any], radius_m: dict[str, float], ahead_s: float) -> fox.SceneUpdate:
+    """Intruders as balls with names, and arrows to where they will be `ahead_s` later."""
+    entities = []
+    for one in message["intruders"]:
+        place, velocity = np.array(one["position_m"]), np.array(one["velocity_mps"])
+        radius = radius_m.get(one["name"]) or 0.5
+        ball = fox.SpherePrimitive(
+            pose=pose_of(place, np.zeros(3)), size=vector((2 * radius,) * 3), color=color(INTRUDER)
+        )
+        above = place + np.array([0.0, 0.0, 1.6 * radius])
+        entities.append(
+            entity(
+                f"intruder {one['name']}",
+                message["time_s"],
+                spheres=[ball],
+                arrows=_arrows(place, velocity * ahead_s, radius),
+                texts=[text(above, one["name"], INTRUDER)],
+            )
+        )
+    return fox.SceneUpdate(entities=entities)
+
+
+def _arrows(place: FloatArray, way: FloatArray, radius: float) -> list[fox.ArrowPrimitive]:
+    length = float(np.linalg.norm(way))
+    if length < 1e-6:
+        return []
+    along = np.array([0.0, -np.arcsin(way[2] / length), np.arctan2(way[1], way[0])])
+    return [
+        fox.ArrowPrimitive(
+            pose=pose_of(place, along),
+            shaft_length=length,
+            shaft_diameter=0.3 * radius,
+            head_length=0.8 * radius,
+            head_diameter=0.8 * radius,
+            color=color(INTRUDER),
+        )
+    ]
+
+
+# --- parts --------------------------------------------------------------------------------
+
+
+def entity(name: str, time_s: float = 0.0, **primitives: Any) -> fox.SceneEntity:
+    return fox.SceneEntity(timestamp=moment(time_s), frame_id=WORLD, id=name, **primitives)
+
+
+def line(points: list[fox.Point3], rgb: Rgb, width: float) -> fox.LinePrimitive:
+    """A line through points of the world, its width in pixels."""
+    return fox.LinePrimitive(
+        type=fox.LinePrimitiveLineType.LineStrip,
+        pose=pose_of(np.zeros(3), np.zeros(3)),
+        thickness=width,
+        scale_invariant=True,
+        points=points,
+        color=color(rgb),
+    )
+
+
+def line_pieces(points: list[fox.Point3], pose: fox.Pose, paint: fox.Color) -> fox.LinePrimitive:
+    """Single lines of one pixel between pairs of points, in the frame of a pose."""
+    return fox.LinePrimitive(
+        type=fox.LinePrimitiveLineType.LineList,
+        pose=pose,
+        thickness=1.0,
+        scale_invariant=True,
+        points=points,
+        color=paint,
+    )
+
+
+def text(place: FloatArray, text: str, rgb: Rgb) -> fox.TextPrimitive:
+    return fox.TextPrimitive(
+        pose=pose_of(place, np.zeros(3)),
+        billboard=True,
+        font_size=14.0,
+        scale_invariant=True,
+        color=color(rgb),
+        text=text,
+    )
+
+
+def vector(values: Sequence[float] | FloatArray) -> fox.Vector3:
+    return fox.Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
+
+
+def point(values: FloatArray) -> fox.Point3:
+    return fox.Point3(x=float(values[0]), y=float(values[1]), z=float(values[2]))

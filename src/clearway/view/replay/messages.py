@@ -1,0 +1,161 @@
+"""What a decision was derived from, as plain values for clearway's own messages.
+
+Everything is taken from the decision itself; the ratings that it was not flown by are worked out
+from its evidence.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from clearway.avoidance.decide import Decision
+from clearway.avoidance.fusion import RATINGS, assess_cells
+from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.situation import grid_frame
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.io.json_values import rounded
+from clearway.live import FlightDecision
+from clearway.missions.run_files import decision_record
+from clearway.reach.tree import ReachSet
+from clearway.sim import LoggedDecision, Run
+from clearway.sim.pilot import Steering
+
+DIGITS = 3
+"""Decimals of probabilities."""
+SILENCE_S = 0.1
+"""Without a place for longer than this, an intruder is not there: tracks have one each step."""
+VOXELS_IN_RANGE = 50
+"""Voxels along the range of the grid that seen points are merged in."""
+
+
+def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
+    """The record of the log, with the planned path and the movers that were reckoned with."""
+    message = decision_record(entry)
+    flight = entry.flight
+    if isinstance(flight, FlightDecision):
+        message["path_m"] = np.round(flight.decision.path_m, 3).tolist()
+        message["movers"] = movers(flight.decision)
+    return message
+
+
+def movers(decision: Decision) -> list[dict[str, Any]]:
+    """Intruders as the planner knew them, in the world frame, at the decision time."""
+    origin, world_from_grid = grid_frame(decision.state)
+    known = decision.hazards.movers
+    places = known.position_m @ world_from_grid.T + origin
+    velocities = known.velocity_mps @ world_from_grid.T
+    return [
+        {
+            "name": name,
+            "position_m": np.round(place, 3).tolist(),
+            "velocity_mps": np.round(velocity, 3).tolist(),
+            "radius_m": rounded(radius),
+            "growth_mps": rounded(growth),
+        }
+        for name, place, velocity, radius, growth in zip(
+            decision.intruders, places, velocities, known.radius_m, known.growth_mps, strict=True
+        )
+    ]
+
+
+def cells_message(decision: Decision, settings: AvoidanceSettings) -> dict[str, Any]:
+    """Every probability and every rating of all cells at one decision, [cells] each."""
+    cells, reach = decision.cells, decision.reach
+    evidence = cells.evidence
+    values: dict[str, FloatArray] = {
+        "obstacle": cells.obstacle,
+        "visibility": evidence.visibility,
+        "reachability": reach.reachability,
+        "detected": evidence.detected,
+        "map": cells.map,
+        "intruder": evidence.intruder,
+    }
+    for name, rating in RATINGS.items():
+        rated = cells
+        if name != settings.rating:
+            rated = assess_cells(evidence, rating, settings.unknown, settings.unknown_unseen)
+        values[f"rating_{name}"] = rated.rating
+    flags = {"passed": reach.passed, "coated": evidence.coated, "seen": evidence.seen}
+    message: dict[str, Any] = {"time_s": decision.state.time_s}
+    message |= {name: np.round(value, DIGITS).tolist() for name, value in values.items()}
+    message |= {name: flag.astype(np.int64).tolist() for name, flag in flags.items()}
+    return message
+
+
+def reach_set_message(reach_set: ReachSet) -> dict[str, Any]:
+    """The trajectories of one start pitch, in the grid frame; whole millimetres."""
+    return {
+        "start_pitch_rad": reach_set.start_pitch_rad,
+        "parent": reach_set.parent.tolist(),
+        "complete": reach_set.complete.astype(np.int64).tolist(),
+        "samples": reach_set.samples_m.shape[1],
+        "samples_mm": np.round(reach_set.samples_m * 1e3).astype(np.int64).ravel().tolist(),
+    }
+
+
+def reach_message(decision: Decision) -> dict[str, Any]:
+    """How every movement of the reach set was rated, (4.22), and which one ends the plan."""
+    return {
+        "time_s": decision.state.time_s,
+        "start_pitch_rad": decision.repertoire.reach_set.start_pitch_rad,
+        "chosen": decision.choice.node,
+        "rating": np.round(decision.reach.node_rating, DIGITS).tolist(),
+    }
+
+
+def seen_points(decision: Decision, voxel_m: float) -> FloatArray:
+    """[n, 3] centres of the voxels of the world that hold points the planner reckoned with."""
+    origin, world_from_grid = grid_frame(decision.state)
+    points = decision.hazards.points.position_m @ world_from_grid.T + origin
+    return voxel_centers(points, voxel_m)
+
+
+def voxel_centers(points_m: FloatArray, voxel_m: float) -> FloatArray:
+    """[n, 3] centres of the cubes of a fixed lattice that hold points, in a fixed order."""
+    kept = points_m[one_a_voxel(points_m, voxel_m)]
+    return np.asarray((np.floor(kept / voxel_m) + 0.5) * voxel_m)
+
+
+def one_a_voxel(points_m: FloatArray, voxel_m: float) -> IntArray:
+    """[n] index of the first point in each cube of a fixed lattice that holds any."""
+    if not len(points_m):
+        return np.zeros(0, dtype=np.int64)
+    index = np.floor(points_m / voxel_m).astype(np.int64)
+    index -= index.min(axis=0)
+    flat = np.ravel_multi_index(tuple(index.T), tuple(index.max(axis=0) + 1))
+    return np.unique(flat, return_index=True)[1]
+
+
+def state_message(run: Run[Steering], at: int) -> dict[str, Any]:
+    """The true state at one step, and how far the nearest obstacle and intruder are."""
+    traffic = run.metrics.intruders
+    nearest = np.inf if traffic is None else float(traffic.distance_m[:, at].min())
+    return {
+        "time_s": round(float(run.time_s[at]), 6),
+        "position_m": np.round(run.states[at, :3], 4).tolist(),
+        "attitude_rad": np.round(run.states[at, 3:], 5).tolist(),
+        "obstacle_distance_m": rounded(float(run.metrics.obstacle_distance_m[at])),
+        "intruder_distance_m": rounded(nearest),
+    }
+
+
+def intruders_message(run: Run[Steering], time_s: float) -> dict[str, Any]:
+    """True places and velocities of the intruders that are there at a time."""
+    there = []
+    for name, track in run.intruder_tracks.items():
+        at = int(np.searchsorted(track[:, 0], time_s + 1e-6)) - 1
+        if at < 0 or time_s - track[at, 0] > SILENCE_S:
+            continue
+        before, after = track[max(at - 1, 0)], track[min(at + 1, len(track) - 1)]
+        span = max(after[0] - before[0], 1e-9)
+        there.append(
+            {
+                "name": name,
+                "position_m": np.round(track[at, 1:], 3).tolist(),
+                "velocity_mps": np.round((after[1:] - before[1:]) / span, 3).tolist(),
+            }
+        )
+    return {"time_s": round(time_s, 6), "intruders": there}

@@ -1,0 +1,183 @@
+"""A recording as the page takes it: a JSON head and arrays of few bits, deflated.
+
+Layout before deflating: the length of the head in 4 bytes (little-endian), the head, and the blocks
+that its `blocks` names by type, shape and place; each begins at a multiple of 4 bytes after it.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.frames import FloatArray
+from clearway.view.replay.reading import Message, Recording
+from clearway.view.replay.schemas import CELL_FLAGS, CELL_QUANTITIES
+
+STATE_STEP_S = 0.2
+"""States closer together than this are left out; the page interpolates."""
+RULED_OUT_SHOWN = 4
+MOST_SEEN = 400_000
+"""Seen voxels that a page keeps; beyond it every other one is left out, and so on."""
+
+Array = npt.NDArray[Any]
+TYPES = {"float32": "f4", "uint8": "u1", "uint16": "u2", "int32": "i4"}
+
+
+def pack(recording: Recording) -> bytes:
+    """The deflated payload of a page."""
+    blocks: dict[str, Array] = {}
+    head: dict[str, Any] = {
+        "mission": recording.mission,
+        "decisions": [_decision(one) for one in recording.decisions],
+        "quantities": list(CELL_QUANTITIES),
+        "flags": list(CELL_FLAGS),
+    }
+    _pack_states(recording, blocks)
+    _pack_cells(recording, blocks)
+    _pack_reach(recording, blocks)
+    head["intruders"] = _pack_intruders(recording, blocks)
+    head["seen"] = _pack_seen(recording, blocks)
+    head["surveyed"] = _pack_points("surveyed", recording.surveyed_m, blocks)
+    return zlib.compress(_joined(head, blocks), level=9)
+
+
+def _joined(head: dict[str, Any], blocks: dict[str, Array]) -> bytes:
+    body = bytearray()
+    places: dict[str, Any] = {}
+    for name, array in blocks.items():
+        places[name] = {"type": array.dtype.name, "shape": list(array.shape), "at": len(body)}
+        body += np.ascontiguousarray(array).astype(f"<{TYPES[array.dtype.name]}").tobytes()
+        body += b"\0" * (-len(body) % 4)
+    text = json.dumps(head | {"blocks": places}, separators=(",", ":"), allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<I", len(text)) + text + bytes(body)
+
+
+def _decision(message: Message) -> Message:
+    """What the panel tells of a decision; the path is flat, for there are many."""
+    told = {name: value for name, value in message.items() if name not in ("path_m", "ruled_out")}
+    told["ruled_out"] = message.get("ruled_out", [])[:RULED_OUT_SHOWN]
+    told["path_mm"] = _millimetres(message.get("path_m", []))
+    return told
+
+
+def _millimetres(points: Any) -> list[int]:
+    values = np.rint(np.array(points, dtype=np.float64).reshape(-1, 3) * 1e3)
+    return [int(value) for value in values.ravel()]
+
+
+def _pack_states(recording: Recording, blocks: dict[str, Array]) -> None:
+    """States about every 0.2 s, the first and last among them."""
+    time_s = np.array([one["time_s"] for one in recording.states])
+    step = np.floor((time_s - time_s[0]) / STATE_STEP_S + 1e-6)
+    keep = np.append(np.flatnonzero(np.diff(step, prepend=-1.0)), len(time_s) - 1)
+    states = [recording.states[at] for at in np.unique(keep)]
+    blocks["state_s"] = np.array([one["time_s"] for one in states], dtype=np.float32)
+    blocks["state"] = np.array(
+        [[*one["position_m"], *one["attitude_rad"]] for one in states], dtype=np.float32
+    )
+    nothing = np.float32(np.finfo(np.float32).max)
+    blocks["distance"] = np.array(
+        [
+            [
+                nothing if one[name] is None else one[name]
+                for name in ("obstacle_distance_m", "intruder_distance_m")
+            ]
+            for one in states
+        ],
+        dtype=np.float32,
+    )
+
+
+def _pack_cells(recording: Recording, blocks: dict[str, Array]) -> None:
+    """[decisions, quantities, cells] in 255ths, and flags as bits of one byte."""
+    if not recording.cells:
+        return
+    blocks["cells"] = np.array(
+        [[_shares(one[name]) for name in CELL_QUANTITIES] for one in recording.cells]
+    )
+    flags = [
+        sum(np.array(one[name], dtype=np.uint8) << bit for bit, name in enumerate(CELL_FLAGS))
+        for one in recording.cells
+    ]
+    blocks["flags"] = np.array(flags, dtype=np.uint8)
+
+
+def _shares(values: Any) -> npt.NDArray[np.uint8]:
+    return np.rint(255.0 * np.clip(np.array(values, dtype=np.float64), 0.0, 1.0)).astype(np.uint8)
+
+
+def _pack_reach(recording: Recording, blocks: dict[str, Array]) -> None:
+    """Reach sets once, the ratings of their nodes decision after decision."""
+    pitches = [one["start_pitch_rad"] for one in recording.reach_sets]
+    for number, one in enumerate(recording.reach_sets):
+        nodes = len(one["parent"])
+        blocks[f"parent{number}"] = np.array(one["parent"], dtype=np.int32)
+        blocks[f"complete{number}"] = np.array(one["complete"], dtype=np.uint8)
+        blocks[f"samples{number}"] = (
+            np.array(one["samples_mm"], dtype=np.float32).reshape(nodes, one["samples"], 3) / 1e3
+        )
+    if recording.reach:
+        sets = [pitches.index(one["start_pitch_rad"]) for one in recording.reach]
+        blocks["reach_of"] = np.array(
+            [(s, one["chosen"]) for s, one in zip(sets, recording.reach, strict=True)],
+            dtype=np.int32,
+        )
+        counts = [len(one["rating"]) for one in recording.reach]
+        blocks["node_start"] = np.array([0, *np.cumsum(counts)], dtype=np.int32)
+        blocks["node_rating"] = np.concatenate([_shares(one["rating"]) for one in recording.reach])
+
+
+def _pack_intruders(recording: Recording, blocks: dict[str, Array]) -> list[Message]:
+    """[n, 7] time, place and velocity of each; what the page must know of them."""
+    tracks: dict[str, list[list[float]]] = {}
+    for message in recording.intruders:
+        for one in message["intruders"]:
+            row = [message["time_s"], *one["position_m"], *one["velocity_mps"]]
+            tracks.setdefault(one["name"], []).append(row)
+    radii = recording.mission["intruder_radius_m"]
+    told = []
+    for number, (name, track) in enumerate(tracks.items()):
+        blocks[f"intruder{number}"] = np.array(track, dtype=np.float32)
+        told.append({"name": name, "radius_m": radii.get(name)})
+    return told
+
+
+def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> Message | None:
+    """Each voxel that was ever seen, with the first and last decision that reckoned with it."""
+    filled = [one for one in recording.points_m if len(one)]
+    if not filled:
+        return None
+    decision = np.repeat(np.arange(len(recording.points_m)), [len(p) for p in recording.points_m])
+    voxel = recording.mission["voxel_m"]
+    index = np.floor(np.concatenate(recording.points_m) / voxel).astype(np.int64)
+    low = index.min(axis=0)
+    shape = tuple(index.max(axis=0) - low + 1)
+    flat = np.ravel_multi_index(tuple((index - low).T), shape)
+    places, inverse = np.unique(flat, return_inverse=True)
+    first = np.full(len(places), len(recording.points_m))
+    last = np.zeros(len(places), dtype=np.int64)
+    np.minimum.at(first, inverse, decision)
+    np.maximum.at(last, inverse, decision)
+    thin = slice(None, None, -(-len(places) // MOST_SEEN))
+    order = np.argsort(first[thin], kind="stable")
+    points = (np.stack(np.unravel_index(places[thin][order], shape), axis=1) + low + 0.5) * voxel
+    blocks["seen_span"] = np.stack([first[thin][order], last[thin][order]], axis=1).astype(
+        np.uint16
+    )
+    return _pack_points("seen", points, blocks)
+
+
+def _pack_points(name: str, points_m: FloatArray, blocks: dict[str, Array]) -> Message | None:
+    """Points [n, 3] in 16 bits an axis; None without any. place = origin + step * value."""
+    if not len(points_m):
+        return None
+    origin = points_m.min(axis=0)
+    step = max(float((points_m - origin).max()) / 65_535.0, 1e-3)
+    blocks[name] = np.rint((points_m - origin) / step).astype(np.uint16)
+    return {"origin_m": np.round(origin, 6).tolist(), "step_m": step}

@@ -1,0 +1,60 @@
+"""The page that shows a run: one HTML text with style, script and data inside, and nothing else.
+
+A content security policy lets the browser run this script alone and load nothing from anywhere.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+from importlib.resources import files
+
+from clearway.view.replay.packing import pack
+from clearway.view.replay.reading import Recording
+
+SCRIPTS = (
+    "matrices.js",
+    "colours.js",
+    "run.js",
+    "meshes.js",
+    "renderer.js",
+    "camera.js",
+    "scenery.js",
+    "evidence.js",
+    "labels.js",
+    "timeline.js",
+    "panel.js",
+    "main.js",
+)
+"""Parts of the script, in the order in which they use each other."""
+
+
+def page_of(recording: Recording) -> str:
+    """The whole page."""
+    script = "\n".join(_part(name) for name in SCRIPTS)
+    style = _part("page.css")
+    policy = (
+        f"default-src 'none'; script-src {_source(script)}; style-src {_source(style)}; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    parts = {
+        "policy": policy,
+        "title": html.escape(f"{recording.mission['name']} - clearway replay"),
+        "style": style,
+        "data": base64.b64encode(pack(recording)).decode(),
+        "script": script,
+    }
+    text = _part("page.html")
+    for name, part in parts.items():
+        text = text.replace("{{" + name + "}}", part, 1)
+    return text
+
+
+def _part(name: str) -> str:
+    return files("clearway.view.replay").joinpath("page", name).read_text(encoding="utf-8")
+
+
+def _source(text: str) -> str:
+    """The policy's name of an inline text: its hash."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

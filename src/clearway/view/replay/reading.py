@@ -1,0 +1,202 @@
+"""A run read back from its MCAP file, as far as a view of it needs."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from clearway.base.errors import InputError, MissingExtraError
+from clearway.base.frames import FloatArray
+from clearway.view.replay import schemas
+
+RUN_FILE = "run.mcap"
+POINT_BYTES = 12
+CLOUD_DATA = 6
+"""Number of the field of foxglove.PointCloud that holds the points."""
+READ = (*schemas.SCHEMAS, schemas.POINTS, schemas.WORLD_POINTS)
+"""Topics that are read back; the others are for Foxglove."""
+Message = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A run as it was written; messages in the order of their times."""
+
+    source: str
+    mission: Message
+    states: tuple[Message, ...]
+    decisions: tuple[Message, ...]
+    cells: tuple[Message, ...]
+    """One per decision; none in a run of a planner without cells. So with the next two."""
+    reach: tuple[Message, ...]
+    points_m: tuple[FloatArray, ...]
+    """[n, 3] each: centres of the voxels with points that the decision reckoned with."""
+    reach_sets: tuple[Message, ...]
+    intruders: tuple[Message, ...]
+    surveyed_m: FloatArray
+    """[n, 3] points of a surveyed world, thinned."""
+
+
+def run_file(run: Path) -> Path:
+    """The MCAP file of a run: the path itself, or `run.mcap` in a run folder."""
+    if run.is_dir():
+        if not (run / RUN_FILE).is_file():
+            raise InputError(
+                str(run),
+                f"no {RUN_FILE} in the folder; `clearway fly` writes it "
+                "where the extra `foxglove` is installed",
+            )
+        return run / RUN_FILE
+    return run
+
+
+def read_run(run: Path) -> Recording:
+    """The run of a folder or an MCAP file.
+
+    Raises InputError for files that are absent, damaged, or of something else, and
+    MissingExtraError without the extra `foxglove`.
+    """
+    path = run_file(run)
+    messages = _messages(path)
+    _check_complete(path, messages)
+    try:
+        return _recording(path, messages)
+    except (KeyError, TypeError, IndexError, ValueError, struct.error) as cause:
+        raise InputError(str(path), f"a message of the run is damaged: {cause!r}") from cause
+
+
+def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
+    own = {topic: tuple(json.loads(data) for data in messages[topic]) for topic in schemas.SCHEMAS}
+    surveyed = [cloud_points(data) for data in messages[schemas.WORLD_POINTS]]
+    return Recording(
+        source=str(path),
+        mission=own[schemas.MISSION][0],
+        states=own[schemas.STATE],
+        decisions=own[schemas.DECISION],
+        cells=own[schemas.CELLS],
+        reach=own[schemas.REACH],
+        points_m=tuple(cloud_points(data) for data in messages[schemas.POINTS]),
+        reach_sets=own[schemas.REACH_SET],
+        intruders=own[schemas.INTRUDERS],
+        surveyed_m=surveyed[0] if surveyed else np.zeros((0, 3)),
+    )
+
+
+def _check_complete(path: Path, messages: dict[str, list[bytes]]) -> None:
+    """Refuse files of other programs, of newer versions, and runs with parts missing."""
+    topics = ", ".join(sorted(messages)) or "none"
+    if not messages[schemas.MISSION] or not messages[schemas.STATE]:
+        raise InputError(
+            str(path),
+            f"no run of clearway: topics {schemas.MISSION} and {schemas.STATE} are needed, "
+            f"there are {topics}",
+        )
+    try:
+        about = json.loads(messages[schemas.MISSION][0])
+        version = about["format"]
+    except (ValueError, KeyError, TypeError) as cause:
+        raise InputError(str(path), f"{schemas.MISSION}: no readable message") from cause
+    if version != schemas.FORMAT:
+        raise InputError(
+            str(path),
+            f"written in format {version} of clearway's runs; this version reads {schemas.FORMAT}",
+        )
+    decisions = len(messages[schemas.DECISION])
+    promised = about["summary"]["decisions"]
+    if decisions != promised:
+        raise InputError(str(path), f"{decisions} decisions of {promised}: part of it is missing")
+    for topic in (schemas.CELLS, schemas.REACH, schemas.POINTS):
+        count = len(messages[topic])
+        if count not in (0, decisions):
+            raise InputError(str(path), f"{topic}: {count} messages for {decisions} decisions")
+
+
+def _messages(path: Path) -> dict[str, list[bytes]]:
+    """Data of all messages by topic, in the order of their times."""
+    try:
+        from mcap.reader import SeekingReader
+    except ImportError as cause:
+        raise MissingExtraError(f"reading {path}", "foxglove") from cause
+    found: dict[str, list[bytes]] = defaultdict(list)
+    try:
+        with path.open("rb") as stream:
+            _check_ends(path, stream)
+            reader = SeekingReader(stream, validate_crcs=True)
+            summary = reader.get_summary()
+            for channel in summary.channels.values() if summary else ():
+                found[channel.topic] = []
+            for _, channel, message in reader.iter_messages(topics=READ):
+                found[channel.topic].append(message.data)
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    except _signs_of_damage() as cause:
+        raise InputError(str(path), f"a damaged MCAP file: {cause!r}") from cause
+    return found
+
+
+def _signs_of_damage() -> tuple[type[Exception], ...]:
+    """What the reader and its decompressors stumble over, beside their own errors."""
+    from mcap.exceptions import McapError
+    from mcap.stream_reader import CRCValidationError
+    from zstandard import ZstdError
+
+    others = (UnicodeDecodeError, KeyError, OverflowError, struct.error, RuntimeError)
+    return (McapError, CRCValidationError, ZstdError, *others)
+
+
+def _check_ends(path: Path, stream: IO[bytes]) -> None:
+    """Both ends of an MCAP file carry its magic bytes: without the last ones it is truncated."""
+    magic = b"\x89MCAP0\r\n"
+    size = stream.seek(0, 2)
+    stream.seek(0)
+    if stream.read(len(magic)) != magic:
+        raise InputError(str(path), f"no MCAP file ({size} bytes)")
+    stream.seek(max(0, size - len(magic)))
+    if stream.read() != magic or size < 2 * len(magic):
+        raise InputError(str(path), f"a truncated MCAP file: its end is missing ({size} bytes)")
+    stream.seek(0)
+
+
+def cloud_points(data: bytes) -> FloatArray:
+    """[n, 3] points of an encoded foxglove.PointCloud as `entities.point_cloud` makes it."""
+    packed = _bytes_field(data, CLOUD_DATA)
+    if len(packed) % POINT_BYTES:
+        raise ValueError(f"{schemas.POINTS}: {len(packed)} bytes are no whole points")
+    return np.frombuffer(packed, dtype="<f4").reshape(-1, 3).astype(np.float64)
+
+
+def _bytes_field(message: bytes, wanted: int) -> bytes:
+    """A field of bytes of a protobuf message; empty where absent, as protobuf leaves it out."""
+    at = 0
+    while at < len(message):
+        key, at = _varint(message, at)
+        number, wire = key >> 3, key & 7
+        if wire == 0:
+            _, at = _varint(message, at)
+        elif wire in (1, 5):
+            at += 8 if wire == 1 else 4
+        elif wire == 2:
+            length, at = _varint(message, at)
+            if number == wanted:
+                return message[at : at + length]
+            at += length
+        else:
+            raise ValueError(f"protobuf wire type {wire}")
+    return b""
+
+
+def _varint(message: bytes, at: int) -> tuple[int, int]:
+    """A number of protobuf's variable length, and where the next one begins."""
+    value = shift = 0
+    while True:
+        byte = message[at]
+        value |= (byte & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+        if byte < 0x80:
+            return value, at

@@ -1,0 +1,101 @@
+"""Cost to go against a search over arcs, and arrival at goals."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from clearway.avoidance.choice import Repertoire
+from clearway.avoidance.costs import (
+    Goal,
+    Prices,
+    _turn_then_straight,
+    arrival,
+    curved_distance_to_go,
+)
+from clearway.base.grid import AvoidanceGrid
+from clearway.reach import build_reach_set
+from clearway.vehicle.automaton import MovementAutomaton
+
+coordinate = st.floats(-30.0, 30.0)
+
+
+def searched(x, y, radius):
+    """Shortest of many arcs to either side, each followed by the straight rest if it fits."""
+    best = np.inf
+    angle = np.linspace(0.0, 2 * np.pi, 20_001)
+    for side in (1.0, -1.0):
+        px, py = radius * np.sin(angle), side * radius * (1 - np.cos(angle))
+        dx, dy = x - px, y - py
+        straight = np.hypot(dx, dy)
+        ahead = np.cos(angle) * dx + side * np.sin(angle) * dy
+        fits = straight - ahead <= 1e-5 * np.maximum(straight, 1.0)
+        if fits.any():
+            best = min(best, np.min((radius * angle + straight)[fits]))
+    return best
+
+
+@given(coordinate, coordinate, st.floats(0.5, 8.0))
+def test_turn_then_straight_is_the_shortest_arc_and_line(x, y, radius):
+    assume(min(np.hypot(x, abs(y) - radius), np.hypot(x, abs(y) + radius)) > radius + 0.05)
+    assert _turn_then_straight(x, y, radius, 0.0) == pytest.approx(
+        searched(x, y, radius), rel=1e-2, abs=0.05
+    )
+
+
+def test_known_lengths_to_go():
+    assert _turn_then_straight(10.0, 0.0, 3.0, 0.5) == pytest.approx(10.0)
+    assert _turn_then_straight(0.0, 6.0, 3.0, 0.5) == pytest.approx(3.0 * np.pi)
+    assert _turn_then_straight(3.0, 4.0, 0.0, 0.5) == pytest.approx(5.0)
+    # A point straight behind: three quarters of a circle and a bit.
+    behind = _turn_then_straight(-10.0, 0.0, 3.0, 0.5)
+    assert np.pi * 3.0 + 10.0 < behind < 1.5 * np.pi * 3.0 + 10.0
+    # Inside the left circle, so the way leads round by the right.
+    assert _turn_then_straight(0.0, 3.0, 3.0, 0.5) > 2 * np.pi * 3.0
+
+
+AUTOMATON = MovementAutomaton.plane()
+REACH_SET = build_reach_set(AUTOMATON, AvoidanceGrid.uniform(), "primitives")
+
+
+def goal_at(target, final=True, following=None, radius=1.0):
+    target = np.array(target, dtype=float)
+    following = target if following is None else np.array(following, dtype=float)
+    return Goal(target, following, radius, final)
+
+
+def test_arrival_marks_paths_through_the_goal():
+    arrived = arrival(REACH_SET, goal_at([5.0, 0, 0]))
+    ends = REACH_SET.states[arrived.first, :3]
+    assert len(ends)
+    assert np.all(np.linalg.norm(ends - [5.0, 0, 0], axis=1) <= 1.0 + 1.0)
+    straight = [n for n in REACH_SET.trajectories if set(REACH_SET.movements_to(n)) == {"Straight"}]
+    assert arrived.reached[straight].all()
+    assert arrived.first.sum() <= arrived.reached.sum()
+
+
+def test_the_next_goal_counts_once_the_first_is_passed():
+    goal = goal_at([5.0, 0, 0], final=False, following=[20.0, 15.0, 0])
+    arrived = arrival(REACH_SET, goal)
+    every = np.arange(REACH_SET.nodes)
+    to_go = curved_distance_to_go(REACH_SET, every, goal, arrived, AUTOMATON)
+    assert np.all(to_go[~arrived.reached] >= np.hypot(15.0, 15.0))
+    leaf = REACH_SET.trajectories
+    best = leaf[np.argmin((REACH_SET.length_m + to_go)[leaf])]
+    assert arrived.reached[best]
+    straight_on = np.hypot(20.0 - REACH_SET.states[best, 0], 15.0 - REACH_SET.states[best, 1])
+    assert straight_on - 1e-9 <= to_go[best] <= straight_on + 3.0
+
+
+def test_default_stage_cost_is_length_with_small_prices():
+    free = Repertoire.of(REACH_SET, Prices(turn=0, change=0, vertical=0))
+    np.testing.assert_allclose(free.path_cost_m, REACH_SET.length_m)
+    priced = Repertoire.of(REACH_SET, Prices())
+    assert np.all(priced.path_cost_m >= free.path_cost_m - 1e-12)
+    straight = [n for n in REACH_SET.trajectories if set(REACH_SET.movements_to(n)) == {"Straight"}]
+    np.testing.assert_allclose(priced.path_cost_m[straight], REACH_SET.length_m[straight])
+
+
+def test_a_user_can_replace_the_stage_cost():
+    hops = Repertoire.of(REACH_SET, Prices(), lambda reach_set, _: np.ones(reach_set.nodes))
+    np.testing.assert_array_equal(hops.path_cost_m, REACH_SET.depth)

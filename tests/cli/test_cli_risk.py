@@ -1,0 +1,63 @@
+"""`clearway risk` through its real entry point."""
+
+from __future__ import annotations
+
+import csv
+import json
+from functools import partial
+
+import pytest
+
+from clearway.studies.encounter_model import made_up_model
+from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.flight import STRAIGHT, separation_of
+from clearway.studies.risk.settings import RiskSettings
+from own_process import run_clearway
+
+run = partial(run_clearway, "risk")
+
+
+def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
+    done = run("--count", 5, "-p", "mvp", "--workers", 1, "--json", "--out", "all", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "made up" in done.stderr
+    told = json.loads(done.stdout)
+    assert told["encounters"] == 5
+    assert set(told["planners"]) == {"mvp"}
+    measure = told["planners"]["mvp"]["lost_well_clear"]
+    assert measure["ratio"] == pytest.approx(measure["unresolved"] + measure["induced"])
+    rows = list(csv.DictReader((tmp_path / "all" / "encounters.csv").read_text().splitlines()))
+    assert [(row["number"], row["planner"]) for row in rows[:2]] == [
+        ("0", "straight"),
+        ("0", "mvp"),
+    ]
+    encounter = draw_encounter(made_up_model(), 4, RiskSettings())
+    straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
+    assert float(rows[-2]["nearest_m"]) == pytest.approx(straight.nearest_m, abs=1e-3)
+
+
+def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
+    done = run("--only", 4, "--out", "one", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "one" / "encounter-4.png").stat().st_size > 20_000
+    encounter = draw_encounter(made_up_model(), 4, RiskSettings())
+    straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
+    assert f"nearest {straight.nearest_m / 0.3048:.0f} ft" in done.stdout
+    assert "clearway:" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nowhere.txt",), "nowhere.txt: cannot be read"),
+        (("-p", "wish"), "there are clearway, straight"),
+        (("--noise", "much"), "--noise"),
+        (("--layers", "9"), "--layers: the model has layers 1 to 4"),
+        (("--own-kt", "-3"), "own_kt"),
+    ],
+)
+def test_bad_options_end_with_2(arguments, said, tmp_path):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert done.stdout == ""

@@ -1,0 +1,70 @@
+"""`python -m benchmarks`: its table, its options, and that other ways give the same results."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from repository import REPOSITORY
+
+
+def bench(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "benchmarks", *arguments],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_table_states_the_machine_and_holds_results_against_references(tmp_path: Path) -> None:
+    # Each of these asserts that NumPy comes to the same result before it is timed.
+    patterns = ("tree, *", "map, near", "hits, 7,000")
+    only = [word for pattern in patterns for word in ("--only", pattern)]
+    done = bench("--quick", *only, "--markdown", str(tmp_path / "table.md"))
+    assert done.returncode == 0, done.stderr
+    assert "numba" in done.stdout
+    table = (tmp_path / "table.md").read_text()
+    head, rule, *rows = [line for line in table.splitlines() if line.startswith("|")]
+    assert head.count("|") == rule.count("|") == 7
+    assert len(rows) == 4
+    assert all("x as fast as NumPy" in row for row in rows)
+    assert "Measured on" in table
+
+
+def test_the_readme_takes_a_full_run() -> None:
+    before = (REPOSITORY / "README.md").read_bytes()
+    done = bench("--quick", "--readme")
+    assert done.returncode == 2
+    assert "full run" in done.stderr
+    assert (REPOSITORY / "README.md").read_bytes() == before
+
+
+def test_an_unknown_name_says_what_there_is() -> None:
+    done = bench("--only", "nothing like it")
+    assert done.returncode == 1
+    assert "ball worlds, fresh" in done.stderr
+
+
+def test_the_short_form_replaces_what_is_between_the_marks(tmp_path: Path) -> None:
+    readme = tmp_path / "README.md"
+    readme.write_text("above\n<!-- bench:begin -->\nold\n<!-- bench:end -->\nbelow\n")
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from benchmarks.table import Benchmark, Results, Row, Target, replace_short_form\n"
+        "row = Row('flights', '20 of 20', 'nearest 0.8 m', Target('all', True))\n"
+        "shown = Benchmark('a', lambda quick: row, headline=True)\n"
+        "hidden = Benchmark('b', lambda quick: row)\n"
+        "rows = [(shown, row), (hidden, Row('not shown', '1 ms'))]\n"
+        "replace_short_form(Path(sys.argv[1]), Results(rows, 'one machine'))\n"
+    )
+    subprocess.run([sys.executable, "-c", code, str(readme)], cwd=REPOSITORY, check=True)
+    text = readme.read_text()
+    assert text.startswith("above\n<!-- bench:begin -->\n| what |")
+    assert text.endswith("<!-- bench:end -->\nbelow\n")
+    assert "| flights | 20 of 20 | nearest 0.8 m | all: met |" in text
+    assert "Measured on one machine." in text
+    assert "old" not in text
+    assert "not shown" not in text

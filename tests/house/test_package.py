@@ -1,0 +1,65 @@
+"""The package as strangers get it: public names, start-up, a wheel that runs elsewhere."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import clearway
+from repository import REPOSITORY
+
+
+@pytest.mark.parametrize("name", clearway.__all__)
+def test_every_public_name_exists_and_is_documented(name):
+    value = getattr(clearway, name)
+    assert name == "__version__" or value.__doc__
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'teleport'"):
+        _ = clearway.teleport
+
+
+def test_the_command_line_starts_without_the_heavy_libraries():
+    code = (
+        "import sys, clearway.cli.app;"
+        "heavy = {'numpy', 'numba', 'scipy', 'matplotlib', 'pydantic'} & set(sys.modules);"
+        "sys.exit(f'imported {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_wheel_runs_outside_the_checkout(tmp_path):
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path)]
+    subprocess.run([*build, str(REPOSITORY)], check=True, capture_output=True)
+    wheel = next(tmp_path.glob("clearway-*.whl"))
+    place = tmp_path / "site"
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target"]
+    subprocess.run([*install, str(place), str(wheel)], check=True, capture_output=True)
+    code = (
+        "import clearway; from clearway.missions.mission_file import read_mission;"
+        "print(clearway.__file__); print(read_mission('static-obstacles').mission.name)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(place)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.splitlines() == [
+        str(place / "clearway" / "__init__.py"),
+        "static-obstacles",
+    ]
+    version = subprocess.run(
+        [sys.executable, "-c", "from clearway.cli.app import main; main()", "--version"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(place)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert version.stdout.strip() == clearway.__version__

@@ -1,0 +1,59 @@
+"""Output folders are whole or absent."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from clearway.base.errors import InputError
+from clearway.io.staging import RESULTS, folder_of, staged
+
+
+def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
+    with staged(tmp_path / "a" / "out") as folder:
+        (folder / "one.txt").write_text("1")
+        (folder / "inner").mkdir()
+        (folder / "inner" / "two.txt").write_text("2")
+        assert not (tmp_path / "a").exists()
+    assert (tmp_path / "a/out/one.txt").read_text() == "1"
+    assert (tmp_path / "a/out/inner/two.txt").read_text() == "2"
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+def test_other_files_stay_and_same_names_are_replaced(tmp_path: Path) -> None:
+    (tmp_path / "old.txt").write_text("old")
+    (tmp_path / "one.txt").write_text("old")
+    with staged(tmp_path) as folder:
+        (folder / "one.txt").write_text("1")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {
+        "old.txt": "old",
+        "one.txt": "1",
+    }
+
+
+def test_nothing_is_left_after_an_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written"), staged(tmp_path / "out") as folder:
+        (folder / "one.txt").write_text("1") and (folder / "one.txt" / "two.txt").write_text("2")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_in_the_way(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("a file")
+    with pytest.raises(InputError, match="cannot be written"), staged(tmp_path / "out"):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [
+        ("round-a-ball", "round-a-ball"),
+        ("Übung 3.1", "Übung 3.1"),
+        ("../../etc/x", "etc-x"),
+        ("C:\\x", "C--x"),
+        ("..", "unnamed"),
+        ("", "unnamed"),
+    ],
+)
+def test_names_lead_nowhere_else(name: str, folder: str) -> None:
+    assert folder_of(name) == RESULTS / folder

@@ -1,0 +1,199 @@
+"""Maps in missions: what is there, what is known, what is kept out of; the examples, flown."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pyproj")
+pytest.importorskip("shapely")
+
+from clearway.base.errors import InputError
+from clearway.missions.mission_file import read_mission
+from clearway.missions.setup import prepare
+from own_process import flown_in
+from repository import REPOSITORY
+
+MISSIONS = REPOSITORY / "examples" / "missions"
+DATA = "../../../shared/data/"
+
+MISSION = """
+[mission]
+name = "past-a-mast"
+origin_geodetic = [50.94, 6.96, 50]
+waypoints_m = [[60, 0, 20]]
+
+[vehicle]
+position_m = [0, 0, 20]
+speed_mps = 2
+
+[grid]
+range_m = 20
+
+[map]
+files = ["masts.csv", "zone.json"]
+"""
+# 30 m east of the origin, 40 m high, and a second one 3 km away.
+MASTS = "name,lat,lon,height,radius\nmast,50.94,6.960427,40,2\nfar,50.97,6.96,40,2\n"
+
+
+def zone(north_deg, hours):
+    """A zone of 14 x 22 m to the north or the south, in force at some hours."""
+    south, north = sorted([50.94 + 0.00005 * np.sign(north_deg), 50.94 + north_deg])
+    ring = [[6.9603, south], [6.9605, south], [6.9605, north], [6.9603, north]]
+    return {
+        "type": "FeatureCollection",
+        "features": [
+            {
+                "type": "Feature",
+                "geometry": {
+                    "type": "Polygon",
+                    "coordinates": [ring],
+                    "layer": {
+                        "lower": 0,
+                        "lowerReference": "AMSL",
+                        "upper": 500,
+                        "upperReference": "AMSL",
+                        "uom": "m",
+                    },
+                },
+                "properties": {
+                    "identifier": "Z",
+                    "type": "PROHIBITED",
+                    "limitedApplicability": [{"schedule": [hours]}],
+                },
+            }
+        ],
+    }
+
+
+def saved(tmp_path, text=MISSION, north_deg=0.0003):
+    (tmp_path / "masts.csv").write_text(MASTS)
+    hours = {"startTime": "08:00Z", "endTime": "18:00Z"}
+    (tmp_path / "zone.json").write_text(json.dumps(zone(north_deg, hours)))
+    path = tmp_path / "mission.toml"
+    path.write_text(text)
+    return read_mission(str(path))
+
+
+def names(world):
+    return sorted({one.name for one in world.obstacles})
+
+
+def test_the_map_is_there_and_known_and_zones_are_known_only(tmp_path):
+    setup = prepare(saved(tmp_path))
+    assert names(setup.world) == ["mast"]
+    assert names(setup.obstacle_map) == ["Z", "mast"]
+    said = "\n".join(setup.notes)
+    assert "1 left out: outside the area" in said
+    assert "1 obstacles, 0 blocks of ground, 0 zones" in said
+
+
+@pytest.mark.parametrize(
+    ("keys", "there", "charted"),
+    [
+        ('known = "map"', [], ["Z", "mast"]),
+        ('known = "world"', ["mast"], ["Z"]),
+        ("keep_out = false", ["mast"], ["mast"]),
+        ('at = "2025-06-02T12:00Z"', ["mast"], ["Z", "mast"]),
+        ('at = "2025-06-02T20:00Z"', ["mast"], ["mast"]),
+    ],
+)
+def test_keys_of_the_map_table(tmp_path, keys, there, charted):
+    setup = prepare(saved(tmp_path, MISSION + keys))
+    assert names(setup.world) == there
+    assert names(setup.obstacle_map) == charted
+
+
+@pytest.mark.parametrize("north_deg", [0.0003, -0.0003])
+def test_a_flight_keeps_clear_of_the_mast_on_the_side_without_the_zone(tmp_path, north_deg):
+    setup = prepare(saved(tmp_path, north_deg=north_deg))
+    run = setup.fly()
+    assert run.reached
+    assert run.metrics.min_obstacle_distance_m >= 0.6
+    zones = [one for one in setup.obstacle_map.obstacles if one.name == "Z"]
+    from clearway.obstacles.obstacle_map import ObstacleMap
+
+    assert ObstacleMap(zones).distance_m(run.states[:, :3]).min() >= 0.55
+    beside = run.states[np.argmin(np.abs(run.states[:, 0] - 30.0)), 1]
+    assert np.sign(beside) == -np.sign(north_deg)
+
+
+def test_without_an_origin_it_is_amid_the_first_file_and_said(tmp_path):
+    text = MISSION.replace("origin_geodetic = [50.94, 6.96, 50]\n", "")
+    setup = prepare(saved(tmp_path, text))
+    assert "the origin is amid the first map file, at 50.955" in "\n".join(setup.notes)
+
+
+def test_the_effective_mission_finds_its_maps_from_anywhere(tmp_path):
+    files = saved(tmp_path).effective()["map"]["files"]
+    assert [Path(file).is_absolute() and Path(file).is_file() for file in files] == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("change", "cause"),
+    [
+        (('"masts.csv"', '"none.csv"'), "none.csv: cannot be read"),
+        (("[50.94, 6.96, 50]", "[95, 6.96, 50]"), "mission.origin_geodetic: [95.0"),
+        (('"zone.json"]', '"zone.json"]\nat = "noon"'), "map.at: 'noon' is no date"),
+        (('"zone.json"]', '"zone.json"]\nradius = 3'), "map.radius: unknown key"),
+        (("[[60, 0, 20]]", "[[30, 0, 20]]"), "waypoint 1 at (30, 0, 20) lies"),
+    ],
+)
+def test_bad_maps_of_missions_are_refused(tmp_path, change, cause):
+    with pytest.raises(ValueError, match=r".") as refused:
+        prepare(saved(tmp_path, MISSION.replace(*change))).refuse_impossible()
+    assert cause in str(refused.value)
+
+
+def test_input_errors_are_what_the_command_line_reports(tmp_path):
+    with pytest.raises(InputError):
+        prepare(saved(tmp_path, MISSION.replace('"masts.csv"', '"none.csv"')))
+
+
+# The examples, flown by the command
+
+
+def flown(name, data_dir, folder):
+    """JSON, positions [n, 3] and setup of an example, wherever the data folder is."""
+    mission = read_mission(str(MISSIONS / f"{name}.toml"))
+    text = (MISSIONS / f"{name}.toml").read_text()
+    files = [line.split('"')[1] for line in text.splitlines() if f'"{DATA}' in line]
+    assert len(files) == len(mission.map.files)
+    for file in files:
+        if not (data_dir / file.removeprefix(DATA)).is_file():
+            pytest.skip(f"needs data: {Path(file).name}")
+    (folder / "mission.toml").write_text(text.replace(DATA, f"{data_dir}/"))
+    result, track = flown_in(folder)
+    assert result["mission"] == name
+    assert result["waypoints_reached"] == len(mission.mission.waypoints_m)
+    assert result["safety_margin_m"] == mission.safety.margin_m
+    assert result["min_obstacle_distance_m"] >= mission.safety.margin_m
+    assert result["margin_violations"] == result["emergencies"] == 0
+    return result, track, prepare(read_mission(str(folder / "mission.toml")))
+
+
+def test_over_the_streets_of_delft(data_dir, tmp_path):
+    result, track, setup = flown("delft-streets", data_dir, tmp_path)
+    assert 270.0 < result["path_length_m"] < 420.0
+    distance, nearest = setup.obstacle_map.nearest(track)
+    # Near things, and below the tops of some of them.
+    assert (distance < 4.0).mean() > 0.1
+    beside = [
+        track[n, 2] < one.position_m[2] + one.half_m[2]
+        for n, one in enumerate(setup.obstacle_map.obstacles[index] for index in nearest)
+        if distance[n] < 12.0
+    ]
+    assert np.mean(beside) > 0.05
+
+
+def test_past_the_towers_of_cologne(data_dir, tmp_path):
+    pytest.importorskip("rasterio")
+    result, track, setup = flown("cologne-masts", data_dir, tmp_path)
+    assert 3300.0 < result["path_length_m"] < 3900.0
+    high = [one for one in setup.obstacle_map.obstacles if "turm" in one.name or "Dom" in one.name]
+    assert any("Colonius" in one.name for one in high)
+    passed = [one for one in high if np.hypot(*(track[:, :2] - one.position_m[:2]).T).min() < 80.0]
+    assert len(passed) >= 2
+    assert all(one.position_m[2] + one.half_m[2] > 90.0 for one in passed)

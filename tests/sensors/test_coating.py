@@ -1,0 +1,99 @@
+"""Coating: a superset of what sampling finds, no larger than the distance allows; thinning."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from clearway.base.grid import AvoidanceGrid
+from clearway.sensors import coated_cells, thin_points
+
+GRIDS = {
+    "standard": AvoidanceGrid.uniform(),
+    "all round": AvoidanceGrid.uniform(12.0, 5, 180.0, 8, 90.0, 6),
+    "narrow": AvoidanceGrid.uniform((2.0, 9.0), 4, (10.0, 40.0), 3, (-50.0, -5.0), 4),
+}
+
+
+def cell_distances(grid: AvoidanceGrid, point: np.ndarray) -> np.ndarray:
+    """[cells] distance to the nearest of 9^3 samples of each cell, borders included."""
+    steps = np.linspace(0.0, 1.0, 9)
+    axes = [
+        edges[:-1, None] + np.diff(edges)[:, None] * steps
+        for edges in (grid.range_edges_m, grid.azimuth_edges_rad, grid.elevation_edges_rad)
+    ]
+    r = axes[0][:, None, None, :, None, None]
+    az = axes[1][None, :, None, None, :, None]
+    el = axes[2][None, None, :, None, None, :]
+    x, y, z = r * np.cos(el) * np.cos(az), r * np.cos(el) * np.sin(az), r * np.sin(el)
+    squared = (x - point[0]) ** 2 + (y - point[1]) ** 2 + (z - point[2]) ** 2
+    return np.sqrt(squared.reshape(grid.cells, -1).min(axis=1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(sorted(GRIDS)),
+    point=st.tuples(*[st.floats(-13.0, 13.0)] * 3),
+    radius=st.floats(0.01, 4.0),
+)
+def test_coating_is_what_the_distance_says(name, point, radius):
+    grid = GRIDS[name]
+    sampled = cell_distances(grid, np.array(point))
+    coated = coated_cells(grid, np.array([point]), radius)
+    assert np.all(coated[sampled <= radius])
+    # Samples lie at most half a step diagonal from the cell's nearest point.
+    step_m = max(
+        np.diff(grid.range_edges_m).max() / 8,
+        grid.range_m * np.diff(grid.azimuth_edges_rad).max() / 8,
+        grid.range_m * np.diff(grid.elevation_edges_rad).max() / 8,
+    )
+    assert not np.any(coated[sampled > radius + 0.5 * np.sqrt(3.0) * step_m])
+
+
+def test_ball_around_the_vehicle_coats_the_first_layers_all_round():
+    grid = GRIDS["standard"]
+    coated = coated_cells(grid, np.zeros((1, 3)), 1.5).reshape(grid.shape)
+    assert coated[:2].all()
+    assert not coated[2:].any()
+
+
+def test_several_points_coat_the_union():
+    grid = GRIDS["standard"]
+    points = np.array([[5.0, 0.0, 0.0], [8.0, 3.0, -1.0], [40.0, 0.0, 0.0]])
+    radii = np.array([0.3, 0.9, 1.0])
+    union = np.zeros(grid.cells, dtype=bool)
+    for point, radius in zip(points, radii, strict=True):
+        union |= coated_cells(grid, point[None], radius)
+    np.testing.assert_array_equal(coated_cells(grid, points, radii), union)
+    assert not coated_cells(grid, points[2:], 1.0).any()
+
+
+def test_nothing_coats_nothing():
+    assert not coated_cells(GRIDS["standard"], np.zeros((0, 3)), 0.6).any()
+    points, radii = thin_points(np.zeros((0, 3)), np.zeros(0), 0.5)
+    assert points.shape == (0, 3)
+    assert radii.shape == (0,)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.integers(1, 300),
+    voxel=st.floats(0.05, 5.0),
+)
+def test_thinned_balls_cover_every_ball(seed, count, voxel):
+    rng = np.random.default_rng(seed)
+    points, radii = rng.normal(0.0, 3.0, (count, 3)), rng.uniform(0.0, 0.3, count)
+    kept, grown = thin_points(points, radii, voxel)
+    assert len(kept) == len(np.unique(np.floor(points / voxel), axis=0))
+    reach = np.linalg.norm(points[:, None] - kept, axis=-1) + radii[:, None]
+    assert np.all((reach <= grown + 1e-9).any(axis=1))
+    assert np.all(grown <= radii.max() + np.sqrt(3.0) * voxel)
+
+
+def test_single_points_stay_as_they_are():
+    points = np.array([[0.1, 0.1, 0.1], [5.3, -2.7, 1.9]])
+    kept, grown = thin_points(points, 0.2, 0.5)
+    np.testing.assert_array_equal(kept, points)
+    np.testing.assert_array_equal(grown, [0.2, 0.2])

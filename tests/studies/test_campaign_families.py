@@ -1,0 +1,147 @@
+"""What campaigns fly: families of cases, conflicts, and what a campaign file may say."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from campaign_for_tests import SMALL
+from clearway.base.errors import InputError
+from clearway.cli.campaign_table import print_tables
+from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
+from clearway.studies.campaigns.engines import in_processes
+from clearway.studies.campaigns.families import FAMILIES, make_case
+from clearway.studies.campaigns.file import built_in_campaigns, read_campaign
+from clearway.studies.campaigns.results import read_results
+from clearway.studies.campaigns.run import run_campaign
+from clearway.studies.campaigns.task import tasks_of
+from clearway.studies.encounter_model import made_up_model
+from clearway.studies.encounters.flights import RADIUS_M
+from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.settings import NEAR_COLLISION, RiskSettings
+from repository import REPOSITORY
+
+DOCS = REPOSITORY / "docs"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_straight_flight_meets_every_intruder_of_a_conflict(kind: str) -> None:
+    for seed in range(8):
+        file = conflict(kind, seed, ConflictParameters())
+        assert (len(file.intruder) > 1) == (kind == "several")
+        for intruder in file.intruder:
+            place, velocity = np.array(intruder.position_m), np.array(intruder.velocity_mps)
+            assert np.linalg.norm(place) == pytest.approx(10.0)
+            closing = velocity - [1.0, 0.0, 0.0]
+            meets_s = float(-place @ closing / (closing @ closing))
+            assert np.linalg.norm(place + meets_s * closing) == pytest.approx(0.0, abs=1e-9)
+            assert meets_s + intruder.appears_s < file.mission.waypoints_m[-1][0]
+            assert intruder.radius_m == RADIUS_M
+
+
+def test_kinds_of_conflict_are_what_they_are_called() -> None:
+    for seed in range(20):
+        velocity = {
+            kind: np.array(conflict(kind, seed, ConflictParameters()).intruder[0].velocity_mps)
+            for kind in KINDS
+        }
+        assert velocity["head-on"][0] < -0.9 * np.linalg.norm(velocity["head-on"])
+        assert 0.25 < velocity["overtaking"][0] < 0.7
+        assert velocity["overtaken"][0] > 1.2
+        assert abs(velocity["climbing"][2]) > 0.3 * np.linalg.norm(velocity["climbing"])
+        assert abs(velocity["converging"][1]) > 0.65 * np.linalg.norm(velocity["converging"])
+
+
+def test_a_case_is_the_mission_with_its_changes_and_seed() -> None:
+    changes = {"simulation": {"scan_latency_s": 0.5}, "lidar": {"dropout": 0.25}}
+    case = make_case("mission", 7, {"mission": "static-obstacles"}, changes, Path())
+    assert (case.file.simulation.scan_latency_s, case.file.lidar[0].dropout) == (0.5, 0.25)
+    assert (case.setup.simulation.seed, case.setup.simulation.scan_latency_s) == (7, 0.5)
+    plain = make_case("mission", 7, {"mission": "static-obstacles"}, {}, Path())
+    assert plain.file.lidar[0].dropout == 0.05
+
+
+def test_a_sampled_intruder_flies_the_track_that_the_model_gives() -> None:
+    case = make_case("sampled", 5, {}, {}, Path())
+    run = case.setup.fly_with("straight")
+    drawn = draw_encounter(made_up_model(), 5, RiskSettings())
+    time_s, *place = run.intruder_tracks["intruder"].T
+    true = drawn.at_all(time_s) * [1.0, 1.0, RiskSettings().stretch]
+    assert pytest.approx(true, abs=1.0) == np.array(place).T
+    keep_m = np.hypot(NEAR_COLLISION.radius_m, 4.0 * NEAR_COLLISION.half_height_m)
+    assert run.metrics.intruders is not None
+    assert run.metrics.intruders.margin_m == pytest.approx([keep_m])
+
+
+def test_absent_data_are_skipped_with_a_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "place.toml").write_text(
+        '[mission]\nname = "place"\nwaypoints_m = [[20, 0, 0]]\n'
+        '[point_cloud]\nfile = "survey.laz"\npoint_radius_m = 0.2\n'
+    )
+    file = tmp_path / "c.toml"
+    file.write_text(
+        'name = "c"\nplanners = ["straight"]\n'
+        '[[family]]\nfamily = "place"\nparameters = { mission = "place.toml" }\n'
+        '[[family]]\nfamily = "place"\nlabel = "gone"\nparameters = { mission = "gone.toml" }\n'
+        '[[family]]\nfamily = "head-on"\n'
+    )
+    flown = run_campaign(read_campaign(str(file)), tmp_path / "out", in_processes(1))
+    assert [row.label for row in flown.rows] == ["head-on"]
+    assert "survey.laz" in flown.skipped["place"]
+    assert "gone.toml" in flown.skipped["gone"]
+    rows, settings = read_results(tmp_path / "out" / "results.parquet")
+    print_tables(rows, settings, json.loads(settings["skipped"]))
+    assert "skipped place: place.toml needs survey.laz" in capsys.readouterr().out
+
+
+def test_every_built_in_campaign_flies_known_families_in_distinct_flights() -> None:
+    assert {"standard", "quick"} <= set(built_in_campaigns())
+    for name in built_in_campaigns():
+        keys = [task.key for task in tasks_of(read_campaign(name))]
+        assert len(keys) == len(set(keys))
+    labels = {section.name for section in read_campaign("standard").file.family}
+    assert len([label for label in labels if label.startswith("balls-")]) == 6
+    assert {"forest", "street", "wires", "walls", "pockets", "maze"} <= labels
+    assert set(KINDS) <= labels
+
+
+def test_the_page_names_every_family_and_its_parameters() -> None:
+    page = (DOCS / "campaign.md").read_text()
+    for name, family in FAMILIES.items():
+        assert f"`{name}`" in page
+        for parameter in family.parameters.model_fields:
+            assert f"`{parameter}`" in page
+
+
+# Bad input ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SMALL.replace('"head-on"', '"swamp"'), "forest"),
+        (SMALL.replace("balls = 60", "balls = 0"), "balls"),
+        (SMALL.replace("balls = 60", "bulls = 60"), "did you mean"),
+        (SMALL.replace('"straight"', '"best"'), "potential-field"),
+        (SMALL.replace('label = "noisy"', 'label = "several"'), "several"),
+        (SMALL.replace('label = "noisy"', 'label = "a/b"'), "label"),
+        (SMALL.replace("changes.lidar", "changes.radar"), "lidar"),
+        (SMALL.replace("dropout = 0.5", "dropout = 1.5"), "dropout"),
+        (SMALL.replace("seeds = 4", "seeds = 0"), "seeds"),
+        ("name = [", "no valid TOML"),
+    ],
+)
+def test_bad_campaign_files_say_where_and_what_is_valid(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)):
+        run_campaign(read_campaign(str(path)), tmp_path / "out", in_processes(1))
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,99 @@
+"""The intruder value: validation, prediction, growth, frames."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearway.base.errors import InputError
+from clearway.base.state import State
+from clearway.traffic import Intruder, up_seen_from
+from clearway.traffic.models.many import deviations_m, seen_at
+
+
+def test_every_problem_is_named_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        Intruder(
+            [np.nan, 0, 0],
+            [1, 2],
+            spread_rad=[math.pi / 2, 0.1],
+            radius_m=-1.0,
+            name="A",
+            acceleration_bound_mps2=math.inf,
+        )
+    problems = "\n".join(caught.value.problems)
+    for key in ("position_m", "velocity_mps", "spread", "radius_m", "acceleration_bound_mps2"):
+        assert key in problems
+    assert "intruder A" in str(caught.value)
+    assert "[0, 90)" in problems
+
+
+@pytest.mark.parametrize("spread", [[-0.01, 0.0], [0.0, math.pi / 2], [math.nan, 0.0]])
+def test_spreads_outside_are_refused(spread: list[float]) -> None:
+    with pytest.raises(InputError, match="spread"):
+        Intruder([1, 0, 0], [1, 0, 0], spread_rad=spread)
+
+
+def test_prediction_moves_straight_and_grows() -> None:
+    now = Intruder([1, 2, 3], [4, 0, -1], time_s=10.0, position_std_m=0.3, velocity_std_mps=0.1)
+    later = now.at(14.0)
+    np.testing.assert_allclose(later.position_m, [17.0, 2.0, -1.0])
+    assert later.time_s == 14.0
+    assert later.position_std_m == pytest.approx(0.5)
+    np.testing.assert_array_equal(now.position_m, [1, 2, 3])
+
+
+def test_time_running_backwards_is_predicted_backwards_with_growth() -> None:
+    now = Intruder([1, 0, 0], [1, 0, 0], time_s=5.0, position_std_m=0.3, velocity_std_mps=0.1)
+    before = now.at(1.0)
+    np.testing.assert_allclose(before.position_m, [-3.0, 0.0, 0.0])
+    assert before.position_std_m == pytest.approx(0.5)
+
+
+def test_deviation_covers_the_wider_spread_or_the_acceleration() -> None:
+    spread = Intruder([0, 0, 0], [2, 0, 0], spread_rad=[0.2, 0.1])
+    turning = Intruder([0, 0, 0], [2, 0, 0], acceleration_bound_mps2=1.0, velocity_std_mps=0.1)
+    found = deviations_m([spread, turning], np.array([3.0, -3.0]), sigmas=3.0)
+    assert found == pytest.approx([6.0 * math.tan(0.2), 4.5 + 0.9])
+
+
+@given(
+    st.lists(st.floats(-100, 100), min_size=3, max_size=3),
+    st.lists(st.floats(-1.4, 1.4), min_size=3, max_size=3),
+)
+def test_seen_from_keeps_distance_and_speed(position: list[float], attitude: list[float]) -> None:
+    state = State(np.array(position), np.array(attitude))
+    intruder = Intruder([10, -5, 2], [1, 2, 3], radius_m=0.5)
+    seen = intruder.seen_from(state)
+    assert np.linalg.norm(seen.position_m) == pytest.approx(
+        np.linalg.norm(intruder.position_m - state.position_m), abs=1e-9
+    )
+    assert seen.speed_mps == pytest.approx(intruder.speed_mps)
+    # Height above the vehicle does not depend on where its nose points.
+    height = seen.position_m @ up_seen_from(state)
+    assert height == pytest.approx(2.0 - position[2], abs=1e-9)
+
+
+def test_many_are_predicted_and_then_seen_from():
+    state = State(np.array([3.0, -2.0, 1.0]), np.array([0.1, -0.3, 2.0]), 4.5)
+    report = Intruder(
+        np.array([9.0, 4.0, 2.0]), np.array([-1.0, 0.5, 0.2]), np.array([0.2, 0.1]), 0.5, "A", 1.25,
+        0.3, 0.1,
+    )  # fmt: skip
+    other = Intruder([1.0, 0.0, -7.0], [0.0, 0.0, 0.0], time_s=9.0)
+    once, *_ = both = seen_at([report, other], state, state.world_from_body)
+    twice = report.at(4.5).seen_from(state)
+    for key in ("position_m", "velocity_mps", "spread_rad"):
+        assert getattr(once, key) == pytest.approx(getattr(twice, key), rel=1e-12)
+        assert not getattr(once, key).flags.writeable
+        # Whoever else is there changes nothing, not by a bit.
+        (alone,) = seen_at([report], state, state.world_from_body)
+        assert np.array_equal(getattr(once, key), getattr(alone, key))
+    assert [each.time_s for each in both] == [4.5, 4.5]
+    assert seen_at([], state, state.world_from_body) == []
+    for key in ("position_std_m", "velocity_std_mps", "time_s", "name", "radius_m"):
+        assert getattr(once, key) == getattr(twice, key)

@@ -1,0 +1,332 @@
+"""Runs as MCAP files: what stands in them, for clearway and for Foxglove, and what is refused."""
+
+import json
+import struct
+from collections import defaultdict
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("foxglove")
+pytest.importorskip("mcap")
+
+from mcap.reader import make_reader
+
+from clearway.avoidance.fusion import assess_cells, rating_named
+from clearway.base.errors import InputError
+from clearway.base.frames import world_from_body
+from clearway.io.toml import dump_toml
+from clearway.missions.run_files import decision_record
+from clearway.view.replay import schemas
+from clearway.view.replay.about import surveyed_points
+from clearway.view.replay.entities import quaternion
+from clearway.view.replay.messages import intruders_message, voxel_centers
+from clearway.view.replay.reading import cloud_points, read_run
+from clearway.view.replay.writing import write_mcap
+from flown_missions import SHORT, flown
+
+FOXGLOVE = {
+    schemas.SCENE: "foxglove.SceneUpdate",
+    schemas.PLAN_SCENE: "foxglove.SceneUpdate",
+    schemas.CELL_SCENE: "foxglove.SceneUpdate",
+    schemas.REACH_SCENE: "foxglove.SceneUpdate",
+    schemas.INTRUDER_SCENE: "foxglove.SceneUpdate",
+    schemas.TRANSFORMS: "foxglove.FrameTransforms",
+    schemas.POINTS: "foxglove.PointCloud",
+    schemas.LOG: "foxglove.Log",
+}
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.mcap"
+    short = flown()
+    write_mcap(short.run, short.setup, dump_toml(short.file.effective()), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def messages(path):
+    found = defaultdict(list)
+    with path.open("rb") as stream:
+        for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
+            found[channel.topic].append((schema, channel, message))
+    return found
+
+
+def test_every_topic_has_its_schema_and_ascending_times(messages):
+    assert set(messages) == set(FOXGLOVE) | set(schemas.SCHEMAS)
+    for topic, entries in messages.items():
+        schema, channel, _ = entries[0]
+        if topic in FOXGLOVE:
+            assert (schema.name, schema.encoding) == (FOXGLOVE[topic], "protobuf")
+            assert channel.message_encoding == "protobuf"
+        else:
+            assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+            assert json.loads(schema.data) == schemas.SCHEMAS[topic]
+        times = [message.log_time for _, _, message in entries]
+        assert times == sorted(times)
+
+
+def test_own_messages_hold_what_their_schemas_promise(messages):
+    kinds = {
+        "number": (int, float),
+        "integer": int,
+        "string": str,
+        "array": list,
+        "object": dict,
+        "null": type(None),
+    }
+    for topic, schema in schemas.SCHEMAS.items():
+        for _, _, message in messages[topic]:
+            values = json.loads(message.data)
+            assert set(values) == set(schema["properties"]), topic
+            for name, value in values.items():
+                wanted = schema["properties"][name]["type"]
+                allowed = [wanted] if isinstance(wanted, str) else wanted
+                assert any(isinstance(value, kinds[kind]) for kind in allowed), (topic, name)
+
+
+def test_there_is_one_message_a_decision_and_one_a_step(messages):
+    run = flown().run
+    for topic in (schemas.DECISION, schemas.CELLS, schemas.REACH, schemas.POINTS, schemas.LOG):
+        assert len(messages[topic]) == len(run.decisions), topic
+    for topic in (schemas.STATE, schemas.TRANSFORMS):
+        assert len(messages[topic]) == len(run.time_s), topic
+    for name in (schemas.MISSION, schemas.SCENE):
+        assert len(messages[name]) == 1
+    stamps = [message.log_time for _, _, message in messages[schemas.DECISION]]
+    assert stamps == [round(entry.flight.time_s * 1e9) for entry in run.decisions]
+
+
+def test_the_mission_that_was_flown_is_attached(path):
+    with path.open("rb") as stream:
+        attached = list(make_reader(stream).iter_attachments())
+    assert [one.name for one in attached] == ["mission.toml"]
+    assert attached[0].data.decode() == dump_toml(flown().file.effective())
+
+
+def test_decisions_are_those_of_the_log_with_plan_and_movers(path):
+    recording, run = read_run(path), flown().run
+    for told, entry in zip(recording.decisions, run.decisions, strict=True):
+        decision = entry.flight.decision
+        extra = {name: told[name] for name in ("path_m", "movers")}
+        assert told == json.loads(json.dumps(decision_record(entry))) | extra
+        np.testing.assert_allclose(told["path_m"], decision.path_m, atol=1e-3)
+        assert [mover["name"] for mover in told["movers"]] == list(decision.intruders)
+    known = next(one["movers"][0] for one in recording.decisions if one["movers"])
+    assert known["position_m"] == pytest.approx([12, 7, 0], abs=1.0)
+    assert known["velocity_mps"] == pytest.approx([0, -0.8, 0.1], abs=1e-3)
+
+
+def test_cells_and_ratings_are_those_of_the_decision(path):
+    recording, run = read_run(path), flown().run
+    settings = flown().setup.planner.settings
+    told = 0.0
+    for cells, reach, entry in zip(recording.cells, recording.reach, run.decisions, strict=True):
+        decision = entry.flight.decision
+        expected = {
+            "obstacle": decision.cells.obstacle,
+            "visibility": decision.cells.evidence.visibility,
+            "reachability": decision.reach.reachability,
+            "rating_total": decision.cells.rating,
+            "intruder": decision.cells.evidence.intruder,
+            "map": decision.cells.map,
+            "detected": decision.cells.evidence.detected,
+            "passed": decision.reach.passed,
+            "coated": decision.cells.evidence.coated,
+            "seen": decision.cells.evidence.seen,
+        }
+        for name in ("printed", "visible", "evidence"):
+            expected[f"rating_{name}"] = assess_cells(
+                decision.cells.evidence,
+                rating_named(name),
+                settings.unknown,
+                settings.unknown_unseen,
+            ).rating
+        for name, values in expected.items():
+            np.testing.assert_allclose(cells[name], values, atol=5.1e-4, err_msg=name)
+        np.testing.assert_allclose(reach["rating"], decision.reach.node_rating, atol=5.1e-4)
+        assert reach["chosen"] == decision.choice.node
+        told = max(told, *cells["obstacle"])
+    assert told > 0.5
+
+
+def test_reach_sets_are_kept_with_their_geometry(path):
+    recording, run = read_run(path), flown().run
+    for told in recording.reach_sets:
+        entry = next(
+            e for e in run.decisions
+            if e.flight.decision.repertoire.reach_set.start_pitch_rad == told["start_pitch_rad"]
+        )  # fmt: skip
+        reach_set = entry.flight.decision.repertoire.reach_set
+        assert told["parent"] == reach_set.parent.tolist()
+        samples = np.array(told["samples_mm"]).reshape(reach_set.samples_m.shape) / 1e3
+        np.testing.assert_allclose(samples, reach_set.samples_m, atol=5.1e-4)
+
+
+def test_points_are_the_voxels_that_hold_what_was_reckoned_with(path):
+    recording, run = read_run(path), flown().run
+    voxel, most = recording.mission["voxel_m"], 0
+    for points, entry in zip(recording.points_m, run.decisions, strict=True):
+        decision = entry.flight.decision
+        known = decision.hazards.points.position_m
+        most = max(most, len(points))
+        assert len(points) <= len(known)
+        if not len(known):
+            continue
+        _, pitch, yaw = decision.state.attitude_rad
+        rotation = world_from_body([0.0, pitch, yaw])
+        places = known @ rotation.T + decision.state.position_m
+        apart = np.abs(places[:, None, :] - points[None]).max(axis=2)
+        assert apart.min(axis=1).max() <= 0.5 * voxel + 1e-5
+        assert apart.min(axis=0).max() <= 0.5 * voxel + 1e-5
+    assert most > 20
+
+
+def test_obstacles_tell_where_they_are_known(path):
+    known = {one["name"]: one["known"] for one in read_run(path).mission["obstacles"]}
+    assert known.pop("school") == "rule"
+    assert known == {"ball": "world", "mast": "both", "zone": "map", "wall": "both"}
+
+
+def test_intruders_fly_as_they_did(path):
+    recording, run = read_run(path), flown().run
+    track = run.intruder_tracks["crossing"]
+    assert recording.intruders[0]["time_s"] == pytest.approx(track[0, 0], abs=0.2)
+    for message in recording.intruders:
+        (one,) = message["intruders"]
+        at = np.searchsorted(track[:, 0], message["time_s"] - 1e-6)
+        np.testing.assert_allclose(one["position_m"], track[at, 1:], atol=1e-3)
+        assert one["velocity_mps"] == pytest.approx([0, -0.8, 0.1], abs=2e-3)
+    assert recording.mission["intruder_radius_m"] == {"crossing": pytest.approx(0.5)}
+
+
+def test_an_intruder_that_is_silent_is_not_there():
+    run = flown().run
+    track = run.intruder_tracks["crossing"]
+    middle = float(track[len(track) // 2, 0])
+    kept = (track[:, 0] < middle) | (track[:, 0] > middle + 3.0)
+    silent = replace(run, intruder_tracks={"crossing": track[kept]})
+    for time_s, there in ((middle - 0.5, 1), (middle + 1.0, 0), (middle + 3.5, 1)):
+        assert len(intruders_message(silent, time_s)["intruders"]) == there
+    (one,) = intruders_message(silent, middle - 0.5)["intruders"]
+    assert one["velocity_mps"] == pytest.approx([0, -0.8, 0.1], abs=2e-3)
+    assert intruders_message(run, float(track[0, 0]) - 0.5)["intruders"] == []
+
+
+def test_quaternions_turn_as_the_rotation_does():
+    for attitude in np.random.default_rng(1).uniform(-1.4, 1.4, (20, 3)):
+        # Four doubles, each after the byte with the number of its field.
+        keys_and_values = struct.unpack("<" + 4 * "Bd", quaternion(attitude).encode())
+        v, w = np.array(keys_and_values[1:7:2]), keys_and_values[7]
+        for axis in np.eye(3):
+            turned = axis + 2.0 * w * np.cross(v, axis) + 2.0 * np.cross(v, np.cross(v, axis))
+            np.testing.assert_allclose(turned, world_from_body(attitude) @ axis, atol=1e-12)
+
+
+def test_voxel_centres_hold_every_point_once():
+    points = np.random.default_rng(2).uniform(-3.0, 5.0, (500, 3))
+    centres = voxel_centers(points, 0.7)
+    cells = np.unique(np.floor(points / 0.7), axis=0)
+    np.testing.assert_allclose(np.unique(centres, axis=0), (cells + 0.5) * 0.7)
+    assert voxel_centers(np.zeros((0, 3)), 0.7).shape == (0, 3)
+
+
+def test_a_run_of_another_planner_has_decisions_without_cells(tmp_path):
+    short = flown()
+    run = short.setup.fly_with("straight")
+    write_mcap(run, short.setup, "", tmp_path / "run.mcap", planner="straight")
+    recording = read_run(tmp_path)
+    assert recording.mission["planner"] == "straight"
+    assert len(recording.decisions) == len(run.decisions) > 0
+    assert recording.cells == recording.reach == recording.points_m == ()
+    assert all(one["explanation"] for one in recording.decisions)
+
+
+def test_a_surveyed_world_is_thinned():
+    from clearway.obstacles.point_world import PointWorld
+    from clearway.obstacles.world import CombinedWorld
+
+    points = np.random.default_rng(3).uniform(0.0, 20.0, (150_000, 3))
+    thinned = surveyed_points(CombinedWorld([PointWorld(points, 0.1)]))
+    assert 20_000 < len(thinned) <= 60_000
+    assert {tuple(point) for point in thinned} <= {tuple(point) for point in points}
+    assert len(np.unique(np.floor(thinned / 4.0), axis=0)) == 125  # Some of every part of it.
+    assert surveyed_points(flown(SHORT).setup.world).shape == (0, 3)
+
+
+# --- what is refused ----------------------------------------------------------------------
+
+
+def refused(path):
+    with pytest.raises(InputError) as caught:
+        read_run(path)
+    assert str(path) in str(caught.value) or str(path.parent) in str(caught.value)
+    return str(caught.value)
+
+
+def test_files_that_are_none_are_refused(tmp_path):
+    assert "no run.mcap in the folder" in refused(tmp_path)
+    assert "No such file" in refused(tmp_path / "absent.mcap")
+    empty = tmp_path / "empty.mcap"
+    empty.write_bytes(b"")
+    assert "no MCAP file (0 bytes)" in refused(empty)
+    other = tmp_path / "other.mcap"
+    other.write_text("name,lat,lon\n" * 10)
+    assert "no MCAP file" in refused(other)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.9, 0.999])
+def test_a_truncated_file_is_refused(path, tmp_path, share):
+    data = path.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data[: int(share * len(data))])
+    assert "truncated" in refused(cut)
+
+
+def test_damaged_bytes_are_refused_or_do_no_harm(path, tmp_path):
+    data, rng = path.read_bytes(), np.random.default_rng(4)
+    damaged, refusals = tmp_path / "damaged.mcap", 0
+    for _ in range(60):
+        spoilt = bytearray(data)
+        at = int(rng.integers(8, len(data) - 40))
+        if rng.random() < 0.5:
+            spoilt[at] ^= 1 << int(rng.integers(8))
+        else:
+            del spoilt[at : at + int(rng.integers(1, 30))]
+        damaged.write_bytes(spoilt)
+        with suppress(InputError):  # Any other error would end the test.
+            read_run(damaged)
+            continue
+        refusals += 1
+    assert refusals > 20
+
+
+def foreign(path, topics):
+    import foxglove
+
+    context = foxglove.Context()
+    with foxglove.open_mcap(str(path), context=context):
+        for topic, message in topics.items():
+            foxglove.Channel(topic, message_encoding="json", context=context).log(message)
+
+
+def test_files_of_other_programs_and_versions_are_refused(tmp_path):
+    foreign(tmp_path / "camera.mcap", {"/camera": {"a": 1}})
+    assert "topics /clearway/mission and /clearway/state are needed, there are /camera" in refused(
+        tmp_path / "camera.mcap"
+    )
+    newer = {schemas.MISSION: {"format": 99}, schemas.STATE: {}}
+    foreign(tmp_path / "newer.mcap", newer)
+    assert "format 99" in refused(tmp_path / "newer.mcap")
+    broken = {schemas.MISSION: {"format": 1, "summary": {"decisions": 0}}, schemas.STATE: {}}
+    foreign(tmp_path / "broken.mcap", broken | {schemas.WORLD_POINTS: {}})
+    assert "damaged" in refused(tmp_path / "broken.mcap")
+
+
+def test_a_cloud_of_half_points_is_refused():
+    with pytest.raises(ValueError, match="no whole points"):
+        cloud_points(bytes([6 << 3 | 2, 5]) + b"12345")
