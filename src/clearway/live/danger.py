@@ -38,7 +38,7 @@ def rest_of(decision: Decision, decided_s: float, situation: Situation, now_s: f
     The path is the one that was verified: samples of the reach set, at equal times within each
     movement.
     """
-    reach_set = decision.repertoire.reach_set
+    reach_set = decision.prepared.reach_set
     nodes = reach_set.path(decision.choice.node)
     times = decided_s + _sample_times(reach_set.end_time_s[nodes], reach_set.samples_m.shape[1])
     left = np.flatnonzero(times > now_s + TIME_TOLERANCE_S)
