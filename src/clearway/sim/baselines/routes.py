@@ -37,7 +37,7 @@ def routes(planner: Planner, situation: Situation, repertoire: Repertoire | None
     """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
     repertoire = repertoire or planner.repertoire(float(situation.state.attitude_rad[1]))
     reach_set = repertoire.reach_set
-    goal = goal_of(situation)
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     arrived = arrival(reach_set, goal)
 
     def to_go(nodes: IntArray) -> FloatArray:
