@@ -151,7 +151,7 @@ class SceneAssessment:
     reach_set: ReachSet
     reach: ReachAssessment
     space: SpaceCells
-    """What each cell is: free, occupied, hidden or mixed (3.5)."""
+    """What each cell is: free, occupied, hidden or mixed (section 3.5)."""
 
 
 def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
