@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from clearway.base.errors import ClearwayError, InputError
@@ -53,6 +54,12 @@ def number_pair(option: str, text: str, example: str) -> tuple[float, float]:
     except ValueError:
         raise InputError(option, f"two numbers are needed, as in {example}; got {text!r}") from None
     return first, second
+
+
+def folder_of_file(name_or_path: str) -> Path | None:
+    """Where modules of the user may lie beside the current folder: with a file that was given."""
+    path = Path(name_or_path)
+    return path.parent if path.is_file() else None
 
 
 def leave(status: int) -> NoReturn:

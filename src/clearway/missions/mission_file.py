@@ -161,10 +161,11 @@ def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
     if plan_reader(path) is not None:
-        return parse_model(str(path), planned_tables(path, None, notice), MissionFile)
+        return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
     if path.suffix != ".toml":
         refuse_others(path, "fly")
-    mission = parse_model(str(path), with_plan(path, read_toml(path), notice), MissionFile)
+    tables = with_plan(path, read_toml(path), notice)
+    mission = parse_model(str(path), tables, MissionFile, path.parent)
     return _with_files_beside(path, mission)
 
 

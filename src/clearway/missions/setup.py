@@ -24,7 +24,7 @@ from clearway.reach import ReachLibrary
 from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
@@ -111,11 +111,8 @@ class FlightSetup:
     def fly_with(
         self, planner: str, on_decision: OnDecision[Steering] | None = None
     ) -> Run[Steering]:
-        """As `fly`, with clearway or a baseline by name; raises ClearwayError for other names."""
-        if planner == CLEARWAY:
-            return self._flown(self.system(), on_decision)
-        rule = rule_named(planner, self.craft)
-        return self._flown(BaselinePilot(self.system(), rule), on_decision)
+        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others."""
+        return self._flown(pilot_named(planner, self.system(), self.craft), on_decision)
 
     def fly_deaf(self) -> Run:
         """As `fly`, but nothing of the recorded traffic is told to the ownship."""

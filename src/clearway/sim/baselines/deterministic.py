@@ -38,7 +38,7 @@ ten movements makes 12 million nodes, which no vehicle rates in flight."""
 
 
 def full(craft: Craft) -> Rule:
-    """With every sequence of the movements about one axis, chosen anew six times on the way."""
+    """Cells closed by hits, with all sequences of movements about one axis, six times a way."""
     planner = craft.planner
     repertoires = [
         Repertoire.of(
@@ -59,7 +59,7 @@ def full(craft: Craft) -> Rule:
 
 
 def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
-    """With the reach set that clearway itself flies."""
+    """Cells closed by hits, with the reach set that clearway itself flies."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before
@@ -69,7 +69,7 @@ def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
 
 
 def first_hit(craft: Craft) -> Rule:
-    """As reduced, with cells closed by a single hit: the most careful that a threshold can be."""
+    """Likewise, closed by a single hit: the most careful that a threshold can be."""
     return reduced(craft, closing_hits=1)
 
 

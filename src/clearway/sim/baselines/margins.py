@@ -29,7 +29,7 @@ def turn_back(craft: Craft) -> Rule:
 
 
 def adaptive(craft: Craft) -> Rule:
-    """Six vehicle radii (6.15)."""
+    """Keep six vehicle radii away (6.15)."""
     return _keep_away(craft.planner, 6.0 * craft.body_radius_m)
 
 
