@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from clearway.missions.setup import FlightSetup
     from clearway.sim import Run
-    from clearway.studies.comparison import Flown, SetupOf, Standing
+    from clearway.studies.comparison import ComparedFlight, PlannerStanding, SetupOf
 
 
 def compare(
@@ -97,12 +97,12 @@ def _flown(
     names: Sequence[str],
     seeds: Sequence[int],
     beside: Path | None,
-) -> list[Flown]:
+) -> list[ComparedFlight]:
     """All flights, with a progress bar."""
     from clearway.studies.comparison import fly_all
 
     setup_of(seeds[0]).refuse_impossible()
-    flown: list[Flown] = []
+    flown: list[ComparedFlight] = []
     with progress_bar(
         mission, len(names) * len(seeds), beside=("count", "status"), status=names[0]
     ) as bar:
@@ -112,7 +112,9 @@ def _flown(
     return flown
 
 
-def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown]) -> dict[str, Any]:
+def _result(
+    mission: str, standings: Sequence[PlannerStanding], flown: Sequence[ComparedFlight]
+) -> dict[str, Any]:
     """The object that `--json` prints: planners in order, each with its flights."""
     from dataclasses import asdict
 
@@ -133,7 +135,7 @@ def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown])
 
 def _write(
     result: dict[str, Any],
-    flown: Sequence[Flown],
+    flown: Sequence[ComparedFlight],
     setup: FlightSetup,
     folder: Path,
     plots: bool,
@@ -154,7 +156,7 @@ def _write(
         return sorted(path.name for path in scratch.iterdir())
 
 
-def _print_table(mission: str, standings: Sequence[Standing]) -> None:
+def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table

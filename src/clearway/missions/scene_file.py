@@ -25,7 +25,7 @@ Tuning = Annotated[int, Field(ge=1, le=1000)]
 TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 
 
-class VehicleSection(Section):
+class SceneVehicleSection(Section):
     """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
 
     position_m: Point = (0.0, 0.0, 0.0)
@@ -167,7 +167,7 @@ class TimingSection(Section):
     """Default: the reach set's."""
 
 
-class ReachSetSection(Section):
+class SceneReachSetSection(Section):
     """`[reach_set]`: the trajectories that are rated."""
 
     method: Annotated[str, OneOf(METHODS)] = "flying"
@@ -200,7 +200,7 @@ class ReachSetSection(Section):
         return {name: float(value) for name, value in given.items() if value is not None}
 
 
-class RatingSection(Section):
+class SceneRatingSection(Section):
     """`[rating]`: how evidence becomes a rating."""
 
     name: Annotated[str, OneOf(RATINGS)] = "total"
@@ -221,13 +221,13 @@ class SceneFile(Section):
     """All of a scene file; every table may be left out."""
 
     grid: GridSection = GridSection()
-    vehicle: VehicleSection | None = None
+    vehicle: SceneVehicleSection | None = None
     obstacle: Obstacles = ()
     scan: ScanSection | None = None
     intruder: Annotated[tuple[IntruderSection, ...], Field(strict=False)] = ()
     vehicle_timing: TimingSection = TimingSection()
-    reach_set: ReachSetSection = ReachSetSection()
-    rating: RatingSection = RatingSection()
+    reach_set: SceneReachSetSection = SceneReachSetSection()
+    rating: SceneRatingSection = SceneRatingSection()
 
     @model_validator(mode="after")
     def _indices_exist(self) -> Self:

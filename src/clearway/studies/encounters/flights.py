@@ -25,8 +25,8 @@ from clearway.sim import Run, SimulationSettings, simulate
 from clearway.sim.baselines import CLEARWAY, PLANNERS, Craft, pilot_named
 from clearway.sim.pilot import Steering
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
+from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
-from clearway.studies.encounters.winnable import Opponent, search
 from clearway.studies.processes import in_processes
 from clearway.traffic import TrackerSettings
 from clearway.vehicle.automaton import MovementAutomaton
@@ -42,7 +42,7 @@ CHUNK = 25
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class EncounterOutcome:
     """What came of one encounter."""
 
     seed: int
@@ -57,11 +57,11 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Tally:
+class EncounterTally:
     """What came of many encounters of one kind."""
 
     settings: EncounterSettings
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[EncounterOutcome, ...]
     """Ascending by seed."""
     planner: str = CLEARWAY
     """Who flew, as asked for."""
@@ -85,7 +85,7 @@ class Tally:
         return wilson(self.kept, self.avoidable)
 
     @property
-    def failures(self) -> tuple[Outcome, ...]:
+    def failures(self) -> tuple[EncounterOutcome, ...]:
         """Avoidable encounters that came too near."""
         return tuple(each for each in self.outcomes if each.avoidable and not each.kept)
 
@@ -179,12 +179,14 @@ def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission
     return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
 
 
-def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run[Steering]) -> Outcome:
+def outcome_of(
+    encounter: Encounter, settings: EncounterSettings, run: Run[Steering]
+) -> EncounterOutcome:
     """What a flight came to."""
     traffic = run.metrics.intruders
     if traffic is None:
         raise ClearwayError(f"encounter {encounter.seed}: the intruder did not appear")
-    return Outcome(
+    return EncounterOutcome(
         encounter.seed,
         traffic.min_distance_m,
         traffic.violations == 0,
@@ -193,7 +195,9 @@ def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run[Steer
     )
 
 
-def _outcomes(settings: EncounterSettings, planner: str, seeds: Sequence[int]) -> list[Outcome]:
+def _outcomes(
+    settings: EncounterSettings, planner: str, seeds: Sequence[int]
+) -> list[EncounterOutcome]:
     return [
         outcome_of(encounter, settings, fly_encounter(encounter, settings, planner))
         for encounter in (random_encounter(seed, settings) for seed in seeds)
@@ -206,7 +210,7 @@ def fly_encounters(
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
     planner: str = CLEARWAY,
-) -> Tally:
+) -> EncounterTally:
     """Fly the encounters of many seeds in `workers` processes; the tally is the same for any.
 
     progress: called with how many more are done. planner: by name, or a user's `module:name`.
@@ -215,7 +219,7 @@ def fly_encounters(
     report = progress or (lambda _more: None)
     if workers < 1:
         raise ClearwayError(f"workers: must be at least 1, got {workers}")
-    done: list[Outcome] = []
+    done: list[EncounterOutcome] = []
     chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
@@ -223,4 +227,4 @@ def fly_encounters(
     for some in in_processes(work, chunks, workers):
         done += some
         report(len(some))
-    return Tally(settings, tuple(sorted(done, key=lambda each: each.seed)), planner)
+    return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)), planner)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from clearway.reach.comparison import Comparison, Row, SpreadPoint
+from clearway.reach.comparison import Comparison, MethodRow, SpreadPoint
 
 # Okabe-Ito, distinct to colour-blind eyes.
 LINES = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -60,7 +60,7 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
     return figure
 
 
-def _single(left: Axes, right: Axes, row: Row, reachable: int, mark: str) -> None:
+def _single(left: Axes, right: Axes, row: MethodRow, reachable: int, mark: str) -> None:
     """A method without a spread: one mark of its own."""
     for axes, value in (
         (left, row.coverage.cells_covered / reachable),
