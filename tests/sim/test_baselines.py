@@ -81,7 +81,7 @@ def test_the_predecessor_knows_nothing_of_traffic():
 
 @pytest.mark.parametrize("planner", sorted(set(PLANNERS) - {CLEARWAY}))
 def test_a_map_alone_is_known_to_all_but_the_predecessor_and_the_blind(planner):
-    told = replace(setup(), lidars=(), obstacle_map=setup().world)
+    told = replace(setup(), sensors=(), obstacle_map=setup().world)
     told = replace(told, simulation=replace(told.simulation, time_limit_s=15.0))
     run = told.fly_with(planner)
     knows_no_map = planner == "straight" or planner.startswith("deterministic")

@@ -41,6 +41,10 @@ def fly(
     rating: Annotated[
         str | None, typer.Option(help="How safe a cell is: {ratings}; default: the mission's.")
     ] = None,
+    rule: Annotated[
+        list[str] | None,
+        typer.Option(help="A rule of your own, module:name; may be repeated."),
+    ] = None,
     verify: Annotated[
         str | None,
         typer.Option(help="evidence holds candidates against it; none flies on cell ratings."),
@@ -68,7 +72,7 @@ def fly(
     flown_by = PLANNERS.located(planner, beside)
     if parquet:
         check_tables()
-    file = _changed(_read(mission), seed, rating, verify, spawn, beside)
+    file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
     for note in setup.notes:
@@ -96,6 +100,7 @@ def _changed(
     file: MissionFile,
     seed: int | None,
     rating: str | None,
+    rules: list[str],
     verify: str | None,
     spawn: str | None,
     beside: Path | None,
@@ -109,6 +114,7 @@ def _changed(
         tables["simulation"]["seed"] = seed
     if rating is not None:
         tables["rating"]["name"] = rating
+    tables["rules"]["own"] = [*tables["rules"].get("own", ()), *rules]
     if verify is not None:
         tables["verify"]["method"] = verify
     if spawn is not None:
