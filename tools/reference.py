@@ -22,6 +22,7 @@ from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
 from clearway.missions.mission_file import MissionFile, built_in_missions
 from clearway.missions.scene_file import SceneFile
+from clearway.missions.sensor_section import SENSORS
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
 from clearway.sensors.detection import RULES
@@ -97,13 +98,21 @@ What has a name in files and on the command line. Where a key says so, your own 
 `module:name` or `file.py:name`: a module beside the file that names it, in the current folder, or
 installed. [examples](../examples) has a planner, a rating, a sensor and a rule of one's own.
 """
-REGISTRIES: tuple[Variants[Any], ...] = (RATINGS, PLANNERS, METHODS, RULES, COMBINE_RULES)
+REGISTRIES: tuple[Variants[Any], ...] = (
+    RATINGS,
+    PLANNERS,
+    SENSORS,
+    METHODS,
+    RULES,
+    COMBINE_RULES,
+)
 
 KINDS = {
     "number": "number",
     "integer": "whole number",
     "string": "text",
     "boolean": "true or false",
+    "object": "table",
 }
 
 
@@ -221,8 +230,9 @@ def _value(schema: dict[str, Any]) -> str:
         kinds = [_value(part) for part in schema["anyOf"] if part.get("type") != "null"]
         return " or ".join(kinds)
     if "enum" in schema or "const" in schema:
-        own = f" or your own, `{schema['own']}`" if "own" in schema else ""
-        return _choice(schema.get("enum") or [schema["const"]]) + own
+        names = schema.get("enum", [schema.get("const")])
+        own = [f"your own, `{schema['own']}`"] if "own" in schema else []
+        return " or ".join([*([_choice(names)] if names else []), *own])
     if schema["type"] == "array":
         return _list(schema)
     return KINDS[schema["type"]] + _limits(schema)
