@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field
 
 from clearway.base.errors import InputError, OwnCodeError
 from clearway.base.frames import FloatArray
@@ -89,7 +88,7 @@ class SensorSection(Section):
 
     kind: Annotated[str, OneOf(SENSORS)]
     """What makes it: a class or function that takes the settings by name."""
-    settings: Annotated[dict[str, Any], Field(default_factory=dict)]
+    settings: dict[str, Any] = {}
     """Whatever the kind takes; of `lidar` the keys of `[[lidar]]`."""
 
     def to_sensor(self, grid: AvoidanceGrid) -> AnyKind:
