@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from clearway.base.errors import InputError, OwnCodeError
 from clearway.base.frames import FloatArray
@@ -88,7 +89,7 @@ class SensorSection(Section):
 
     kind: Annotated[str, OneOf(SENSORS)]
     """What makes it: a class or function that takes the settings by name."""
-    settings: dict[str, Any] = {}
+    settings: dict[str, Any] = Field(default={})
     """Whatever the kind takes; of `lidar` the keys of `[[lidar]]`."""
 
     def to_sensor(self, grid: AvoidanceGrid) -> AnyKind:
