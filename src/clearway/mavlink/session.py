@@ -11,6 +11,8 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
@@ -23,7 +25,7 @@ from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mode import AutopilotMode
 from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
 from clearway.mavlink.own_state import OwnMotion, OwnPlace
-from clearway.mavlink.plan import FlownPlan
+from clearway.mavlink.plan import turned_onto
 from clearway.mavlink.reasons import PredictedApproach, Sayings, approaches
 from clearway.mavlink.sector_scans import SectorScans
 from clearway.mavlink.setpoints import SetPoint
@@ -103,8 +105,8 @@ class Session:
         self._distances = SectorScans(sensor, counts)
         self._heartbeat_s = -math.inf
         self._said_s = -math.inf
+        self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._restarted = False
-        self._plan: FlownPlan | None = None
         self._sayings = Sayings()
 
     @property
@@ -157,8 +159,9 @@ class Session:
         speed = self.system.planner.speed_mps
         state = motion.state(SLOWEST * speed, self.settings.position_std_m)
         follows = self.settings.act and self.mode is not None and self.mode.follows
-        if follows and self._plan is not None:
-            state = self._plan.turned_onto(state, self.counts)
+        planned = self._planned(state.time_s) if follows else None
+        if planned is not None:
+            state = turned_onto(planned, state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self._motion, self._own = motion, state
             self._distances.move(state, motion.heading_rad)
@@ -233,7 +236,6 @@ class Session:
             return None, "", 0.0
         started = time.perf_counter()
         flight = self.system.decide(now)
-        self._plan = FlownPlan.of(self.system.planner.automaton, flight)
         return flight, why, time.perf_counter() - started
 
     def _set_point(self, now: float) -> SetPoint | None:
@@ -242,19 +244,32 @@ class Session:
             return None
         if self.state is LinkState.ARRIVED:
             return self._holding(offset)
-        plan = self._plan
-        if plan is None or (self.state is LinkState.STALE and now > plan.holds_until_s):
+        if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        ahead = plan.at(now + self.settings.lead_s)
-        if ahead is None:
+        ahead = self._planned(now + self.settings.lead_s)
+        movement = None if ahead is None else self.system.movement_at(ahead.time_s)
+        if ahead is None or movement is None:
             return None
-        return SetPoint.following(ahead, plan.speed_at(now + self.settings.lead_s), offset)
+        return SetPoint.following(ahead.vector, movement.speed_mps, offset)
+
+    def _planned(self, time_s: float) -> State | None:
+        """Where the plan has the vehicle; it begins with a decision, which news may be older than.
+
+        None before the first decision and past the plan's end.
+        """
+        return self.system.state_at(max(time_s, self.system.buffer.start_s))
 
     def _holding(self, offset: FloatArray) -> SetPoint:
-        """At the last goal, pointing as the plan left it."""
+        """At the last goal, pointing as the plan left it; a vehicle that stays level, above or
+        below it: on the way up or down nothing has been looked at."""
         assert self._own is not None
         yaw = float(self._own.attitude_rad[2])
-        return SetPoint.holding(self.system.mission.goals_m[-1], yaw, offset)
+        goal = self.system.mission.goals_m[-1]
+        if self.system.planner.automaton.stays_level:
+            if self._held_height_m is None:
+                self._held_height_m = float(self._own.position_m[2])
+            goal = np.array([goal[0], goal[1], self._held_height_m])
+        return SetPoint.holding(goal, yaw, offset)
 
     def _heartbeat(self, wall_s: float) -> list[Message]:
         if wall_s - self._said_s < HEARTBEAT_S - 1e-3:
