@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say, table_console
+from clearway.cli.report import (
+    NOT_REACHED,
+    leave,
+    leave_by,
+    number_pair,
+    print_json,
+    say,
+    table_console,
+)
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
@@ -86,9 +94,11 @@ def encounters(
         typer.Option(help="Write every encounter to this CSV file.", rich_help_panel=OUTPUT),
     ] = None,
 ) -> None:
-    """Fly random encounters on collision courses: exit status 0 if enough keep their distance.
+    """Fly random encounters on collision courses, and hold the lower end of the interval against
+    the share that must keep its distance.
 
-    Of several planners the first one counts.
+    Exit status 0 where enough is shown, 1 where it is shown not to be enough, 3 where neither is:
+    99.9 % takes some 3,900 encounters without a failure. Of several planners the first counts.
     """
     from clearway.studies.encounters.encounter import EncounterSettings
 
@@ -115,8 +125,7 @@ def encounters(
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
         _print_table(tallies)
-    if any(tally.share < tally.required for tally in tallies if tally.planner == planners[0]):
-        leave(NOT_REACHED)
+    leave_by(tally.verdict for tally in tallies if tally.planner == planners[0])
 
 
 def _planners(names: list[str] | None) -> list[str]:
@@ -164,6 +173,7 @@ def _summary(tally: EncounterTally) -> dict[str, Any]:
         "share": tally.share,
         "wilson_95": [low, high],
         "required": tally.required,
+        "verdict": str(tally.verdict),
         "min_distance_m": finite(tally.min_distance_m),
         "distance_to_keep_m": tally.distance_to_keep_m,
         "with_emergency": sum(outcome.emergencies > 0 for outcome in tally.outcomes),
@@ -182,7 +192,6 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
         table.add_column(column, justify="left" if column in texts else "right")
     for tally in tallies:
         low, high = tally.interval
-        met = tally.share >= tally.required
         table.add_row(
             *(tally.settings.in_words, tally.planner)[: len(texts)],
             str(len(tally.outcomes)),
@@ -191,7 +200,7 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
             f"{100.0 * tally.share:.2f} %",
             f"{100.0 * low:.2f} to {100.0 * high:.2f} %",
             f"{tally.min_distance_m:.3f} of {tally.distance_to_keep_m:g} m",
-            f"{100.0 * tally.required:g} %: {'met' if met else 'MISSED'}",
+            f"{100.0 * tally.required:g} %: {tally.verdict}",
         )
     console.print(table)
     for tally in tallies:
