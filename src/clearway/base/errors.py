@@ -20,10 +20,6 @@ class InputError(ClearwayError):
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, tuple[str, ...]]]:
-        """As it was made, so that it comes back whole from a worker process."""
-        return type(self), (self.source, self.problems)
-
 
 @contextmanager
 def naming(path: str | Path, doing: Literal["read", "written"]) -> Iterator[None]:
@@ -38,15 +34,7 @@ class MissingExtraError(ClearwayError):
     """An optional dependency is absent; names the extra that brings it."""
 
     def __init__(self, purpose: str, extra: str) -> None:
-        self.purpose, self.extra = purpose, extra
         super().__init__(f"{purpose} needs an optional package: pip install 'clearway[{extra}]'")
-
-    def __reduce__(self) -> tuple[type[MissingExtraError], tuple[str, str]]:
-        return type(self), (self.purpose, self.extra)
-
-
-class OwnCodeError(InputError):
-    """A user's own function, named `module:name`, is not there or does not do what it should."""
 
 
 class FlightRefusedError(ClearwayError):

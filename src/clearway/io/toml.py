@@ -25,23 +25,18 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_model(path: str | Path, model: type[Model]) -> Model:
-    """The TOML file as `model`; modules that it names are looked for beside it.
+    """The TOML file as `model`.
 
     Raises InputError with one line for each problem in the file: the key's path, what is wrong,
     what was given and what is valid.
     """
-    return parse_model(str(path), read_toml(path), model, Path(path).parent)
+    return parse_model(str(path), read_toml(path), model)
 
 
-def parse_model(
-    source: str, data: Mapping[str, Any], model: type[Model], folder: Path | None = None
-) -> Model:
-    """Plain tables as `model`; `source` names them in the InputError.
-
-    folder: where modules that they name are looked for before the current one.
-    """
+def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Model:
+    """Plain tables as `model`; `source` names them in the InputError."""
     try:
-        return model.model_validate(data, context={"folder": folder})
+        return model.model_validate(data)
     except ValidationError as error:
         problems = _problems(error, data, model)
     raise InputError(source, problems)

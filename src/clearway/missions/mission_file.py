@@ -32,7 +32,6 @@ from clearway.missions.place_sections import MapSection, PointCloudSection, Worl
 from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.sections import GridSection
-from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 
 OWN_ADDRESS = "ownship"
@@ -61,7 +60,6 @@ class MissionFile(Section):
     traffic: TrafficSection = TrafficSection()
     intruder: Annotated[tuple[FlyingIntruderSection, ...], Field(strict=False)] = ()
     lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
-    sensor: Annotated[tuple[SensorSection, ...], Field(strict=False)] = ()
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
     keep_out: Annotated[tuple[KeepOutSection, ...], Field(strict=False)] = ()
 
@@ -163,11 +161,10 @@ def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
     if plan_reader(path) is not None:
-        return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
+        return parse_model(str(path), planned_tables(path, None, notice), MissionFile)
     if path.suffix != ".toml":
         refuse_others(path, "fly")
-    tables = with_plan(path, read_toml(path), notice)
-    mission = parse_model(str(path), tables, MissionFile, path.parent)
+    mission = parse_model(str(path), with_plan(path, read_toml(path), notice), MissionFile)
     return _with_files_beside(path, mission)
 
 

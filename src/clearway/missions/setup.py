@@ -18,14 +18,14 @@ from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
 from clearway.missions.mission_world import mission_world
 from clearway.missions.rule_sections import mission_rules
-from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
 from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import Craft, pilot_named
+from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.faults import Faults
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
@@ -46,7 +46,7 @@ class FlightSetup:
     craft: Craft
     """What baselines know of the vehicle."""
     mission: Mission
-    sensors: tuple[AnyKind, ...]
+    lidars: tuple[Lidar, ...]
     world: World
     """What is really there."""
     obstacle_map: ObstacleMap
@@ -68,11 +68,6 @@ class FlightSetup:
     """What was left out or assumed while reading the mission's files."""
 
     @property
-    def lidars(self) -> tuple[Lidar, ...]:
-        """The LiDARs among the sensors."""
-        return tuple(one for one in self.sensors if isinstance(one, Lidar))
-
-    @property
     def kept_out(self) -> World | None:
         """Volumes that rules keep out of; None without any."""
         volumes = [volume for rule in self.planner.rules for volume in rule.volumes]
@@ -83,7 +78,7 @@ class FlightSetup:
         return AvoidanceSystem(
             self.planner,
             self.mission,
-            self.sensors,
+            self.lidars,
             self.obstacle_map,
             limits=self.limits,
             detection_rule=self.detection_rule,
@@ -117,8 +112,11 @@ class FlightSetup:
     def fly_with(
         self, planner: str, on_decision: OnDecision[Steering] | None = None
     ) -> Run[Steering]:
-        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others."""
-        return self._flown(pilot_named(planner, self.system(), self.craft), on_decision)
+        """As `fly`, with clearway or a baseline by name; raises ClearwayError for other names."""
+        if planner == CLEARWAY:
+            return self._flown(self.system(), on_decision)
+        rule = rule_named(planner, self.craft)
+        return self._flown(BaselinePilot(self.system(), rule), on_decision)
 
     def fly_deaf(self) -> Run:
         """As `fly`, but nothing of the recorded traffic is told to the ownship."""
@@ -131,7 +129,7 @@ class FlightSetup:
         pilot.warm_up()
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
-        scanners = [lies.get(sensor.name, sensor) for sensor in self.sensors]
+        scanners = [lies.get(lidar.name, lidar) for lidar in self.lidars]
         return simulate(pilot, self.world, scanners, self.simulation, on_decision, traffic)
 
     def _traffic(self, deaf: bool) -> AirTraffic | None:
@@ -165,10 +163,10 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         planner=planner,
         craft=Craft(planner, file.vehicle.body_radius_m, turning_radius_m),
         mission=mission,
-        sensors=mission_sensors(file.lidar, file.sensor, grid, file.mission.name),
+        lidars=tuple(part.to_lidar(grid) for part in file.lidar),
         world=world.there,
         obstacle_map=world.charted,
-        simulation=SimulationSettings(**file.simulation.model_dump(), faults=faults),
+        simulation=_simulation(file, faults),
         limits=DataLimits(patience_turns=file.safety.patience_turns),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground_m is None else ground_m,
@@ -197,3 +195,9 @@ def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: Avoidanc
             f"grid.range_m: {grid.range_m:.3g} m is too short to turn away in time; one movement "
             f"({step:.3g} m), the turning radius and the margin ({needed:.3g} m) must fit in it",
         )
+
+
+def _simulation(file: MissionFile, faults: Faults) -> SimulationSettings:
+    told = file.simulation.model_dump()
+    sigma_rad = float(np.radians(told.pop("attitude_sigma_deg")))
+    return SimulationSettings(**told, attitude_sigma_rad=sigma_rad, faults=faults)

@@ -7,8 +7,10 @@ alone, so that results do not depend on how many processes share the work.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -23,19 +25,14 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sim import Run, SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, PLANNERS, Craft, pilot_named
-from clearway.sim.pilot import Steering
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
 from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
-from clearway.studies.processes import in_processes
 from clearway.traffic import TrackerSettings
 from clearway.vehicle.automaton import MovementAutomaton
 
 SPEED_MPS, RANGE_M, SAFETY_MARGIN_M, RADIUS_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 0.6, 1.5
 """The ownship of 6.5 and its intruders, at scale 1."""
-BODY_RADIUS_M = 0.3
-"""Of the ownship, which the margins (6.14) and (6.15) of rivals are told."""
 AFTERWARDS_S = 10.0
 """Flown on after the straight flights have met, and half as long again as it took them."""
 CHUNK = 25
@@ -64,8 +61,6 @@ class EncounterTally:
     settings: EncounterSettings
     outcomes: tuple[EncounterOutcome, ...]
     """Ascending by seed."""
-    planner: str = CLEARWAY
-    """Who flew, as asked for."""
 
     @property
     def avoidable(self) -> int:
@@ -121,13 +116,6 @@ def planner_at(scale: float) -> Planner:
     return Planner.of(library, AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M * scale))
 
 
-@lru_cache(maxsize=2)
-def craft_at(scale: float) -> Craft:
-    """What rivals know of that vehicle."""
-    planner = planner_at(scale)
-    return Craft(planner, BODY_RADIUS_M * scale, planner.automaton.turning_radius_m)
-
-
 def distance_to_keep_m(scale: float) -> float:
     """Safety margin and body radius of the intruder, between centres (6.16)."""
     return (SAFETY_MARGIN_M + RADIUS_M) * scale
@@ -140,9 +128,7 @@ def is_avoidable(encounter: Encounter, scale: float = 1.0) -> bool:
     return search(automaton, opponent, distance_to_keep_m(scale)).avoidable
 
 
-def fly_encounter(
-    encounter: Encounter, settings: EncounterSettings | None = None, planner: str = CLEARWAY
-) -> Run[Steering]:
+def fly_encounter(encounter: Encounter, settings: EncounterSettings | None = None) -> Run:
     """One flight: the ownship starts towards a far waypoint, and meets the intruder at once."""
     settings = settings or EncounterSettings()
     scale = settings.scale
@@ -157,9 +143,8 @@ def fly_encounter(
     tracker = None
     if settings.noisy:
         tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
-    system = AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship")
     return simulate(
-        pilot_named(planner, system, craft_at(scale)),
+        AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship"),
         ObstacleMap(),
         (),
         SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s),
@@ -185,9 +170,7 @@ def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission
     return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
 
 
-def outcome_of(
-    encounter: Encounter, settings: EncounterSettings, run: Run[Steering]
-) -> EncounterOutcome:
+def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> EncounterOutcome:
     """What a flight came to."""
     traffic = run.metrics.intruders
     if traffic is None:
@@ -201,11 +184,9 @@ def outcome_of(
     )
 
 
-def _outcomes(
-    settings: EncounterSettings, planner: str, seeds: Sequence[int]
-) -> list[EncounterOutcome]:
+def _outcomes(seeds: Sequence[int], settings: EncounterSettings) -> list[EncounterOutcome]:
     return [
-        outcome_of(encounter, settings, fly_encounter(encounter, settings, planner))
+        outcome_of(encounter, settings, fly_encounter(encounter, settings))
         for encounter in (random_encounter(seed, settings) for seed in seeds)
     ]
 
@@ -215,12 +196,10 @@ def fly_encounters(
     seeds: Sequence[int],
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
-    planner: str = CLEARWAY,
 ) -> EncounterTally:
     """Fly the encounters of many seeds in `workers` processes; the tally is the same for any.
 
-    progress: called with how many more are done. planner: by name, or a user's `module:name`.
-    Raises ClearwayError for a planner that is not there, or that fails in flight.
+    progress: called with how many more are done.
     """
     report = progress or (lambda _more: None)
     if workers < 1:
@@ -229,8 +208,15 @@ def fly_encounters(
     chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
-    work = partial(_outcomes, settings, PLANNERS.located(planner))
-    for some in in_processes(work, chunks, workers):
-        done += some
-        report(len(some))
-    return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)), planner)
+    if workers == 1:
+        for chunk in chunks:
+            done += _outcomes(chunk, settings)
+            report(len(chunk))
+    else:
+        # Fresh processes: forked ones would inherit the threads of a progress bar.
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            waiting = [pool.submit(_outcomes, chunk, settings) for chunk in chunks]
+            for finished in as_completed(waiting):
+                done += finished.result()
+                report(len(finished.result()))
+    return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)))
