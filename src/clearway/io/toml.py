@@ -6,7 +6,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -63,6 +63,8 @@ def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> l
     by_place: dict[str, list[str]] = {}
     given: dict[str, str] = {}
     for item in error.errors(include_url=False):
+        if _follows_from_others(item):
+            continue
         parts = _path_in_file(item, data)
         place = _place(parts)
         message = _message(item, model)
@@ -76,6 +78,13 @@ def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> l
         + given.get(place, "")
         for place, messages in by_place.items()
     ]
+
+
+def _follows_from_others(item: Any) -> bool:
+    """Whether a list only lacks entries because they are wrong themselves, which is said there."""
+    given = item["input"]
+    short = item["type"] == "too_short" and isinstance(given, Sized)
+    return short and item["ctx"]["actual_length"] < len(given)
 
 
 def _path_in_file(item: Any, data: Any) -> list[int | str]:
@@ -110,6 +119,7 @@ def _message(item: Any, model: type[BaseModel]) -> str:
         return "missing, but needed"
     message = str(item["msg"]).removeprefix("Value error, ")
     message = message.replace("Input should", "should").replace("String should", "should")
+    message = message.replace(" after validation", "")
     if kind == "literal_error" and isinstance(item["input"], str):
         choices = re.findall(r"'([^']*)'", str(item["ctx"]["expected"]))
         message += _nearest(item["input"], choices)

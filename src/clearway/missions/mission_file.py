@@ -141,12 +141,37 @@ class MissionFile(Section):
         return tables
 
     def changed(self, section: str, **values: object) -> MissionFile:
-        """The same mission with some values of one section replaced."""
-        part = getattr(self, section).model_copy(update=values)
-        return self.model_copy(update={section: part})
+        """The same mission with some values of one table replaced, checked as a file would be.
+
+        section: name of the table, `simulation` for instance; of a table that there may be several
+        of (`lidar`, `intruder`, `obstacle`, `keep_out`), all are changed. Values are those of a
+        mission file, numbers and arrays of NumPy too. Raises InputError naming every unknown
+        table or key and every wrong value, with what is valid.
+        """
+        given = {key: _plain(value) for key, value in values.items()}
+        tables: dict[str, object] = {name: getattr(self, name) for name in self.model_fields_set}
+        part = getattr(self, section, None) if section in type(self).model_fields else None
+        source = f"mission {self.mission.name!r}"
+        if isinstance(part, tuple):
+            if not part:
+                raise InputError(source, f"{section}: there is none to change")
+            tables[section] = tuple(_with(one, given) for one in part)
+        else:
+            tables[section] = _with(part, given)
+        return parse_model(source, tables, type(self))
 
 
-def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile:
+def _with(section: Section | None, values: dict[str, object]) -> dict[str, object]:
+    """The keys of a table that were given, and others over them."""
+    return (section.model_dump(exclude_unset=True) if section is not None else {}) | values
+
+
+def _plain(value: object) -> object:
+    """Numbers and arrays of NumPy as Python's own, which alone a file can hold."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def read_mission_file(name_or_path: str, notice: Notice | None = None) -> MissionFile:
     """A mission of clearway by name, a mission file, or a flight plan of a ground station.
 
     notice: called with what was assumed or left out. Raises InputError with every problem of a

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,7 +115,8 @@ class FlightSetup:
         if planner == CLEARWAY:
             return self._flown(self.system(), on_decision)
         rule = rule_named(planner, self.craft)
-        return self._flown(BaselinePilot(self.system(), rule), on_decision)
+        run = self._flown(BaselinePilot(self.system(), rule), on_decision)
+        return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
         """As `fly`, but nothing of the recorded traffic is told to the ownship."""

@@ -12,6 +12,9 @@ from clearway.base.state import State
 from clearway.live import FlightDecision, Reading
 from clearway.live.mission import Mission, Mode
 
+CLEARWAY = "clearway"
+"""The name of clearway's own planner among the others."""
+
 
 class Steering(Protocol):
     """What every decision in flight tells, whoever took it."""

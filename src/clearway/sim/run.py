@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Generic, TypeGuard
+from typing import Any, Generic, TypeGuard
 
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
+from clearway.obstacles.world import World
 from clearway.sim.metrics import FlightMetrics
-from clearway.sim.pilot import D, Steering
+from clearway.sim.pilot import CLEARWAY, D, Steering
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +51,10 @@ class Run(Generic[D]):
     share of the margin (4.2.2)."""
     counts: dict[str, int] = field(default_factory=dict)
     """Data that the system left out, by reason."""
+    world: World | None = field(default=None, repr=False)
+    """What was really there, for pictures."""
+    planner: str = CLEARWAY
+    """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
 
     @property
     def reached(self) -> bool:
@@ -79,6 +85,68 @@ class Run(Generic[D]):
     def safe(self) -> bool:
         """Reached, and never nearer than the margin."""
         return self.reached and self.metrics.margin_violations == 0
+
+    @property
+    def decision_ms(self) -> dict[str, float | None]:
+        """p50, p99 and max of the time from the sensor's arrays to the explained decision."""
+        elapsed = np.array([entry.elapsed_s for entry in self.decisions]) * 1e3
+        if not len(elapsed):
+            return {"p50": None, "p99": None, "max": None}
+        return {
+            "p50": round(float(np.percentile(elapsed, 50)), 4),
+            "p99": round(float(np.percentile(elapsed, 99)), 4),
+            "max": round(float(elapsed.max()), 4),
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """The flight as plain values, ready for JSON: the object that `fly --json` prints.
+
+        Units stand in the keys; None where there is nothing to tell, such as a distance in empty
+        space.
+        """
+        metrics, traffic, straight = self.metrics, self.metrics.intruders, self.metrics.straight
+        return {
+            "mission": self.mission.name,
+            "planner": self.planner,
+            "reached": self.reached,
+            "waypoints_reached": self.progress.waypoints_reached(self.mission),
+            "time_s": round(metrics.time_s, 6),
+            "path_length_m": round(metrics.path_length_m, 6),
+            "min_obstacle_distance_m": rounded(metrics.min_obstacle_distance_m),
+            "min_intruder_distance_m": rounded(traffic.min_distance_m) if traffic else None,
+            "closest_intruder": traffic.closest_name if traffic else None,
+            "straight_flight_intruder_distance_m": rounded(straight.min_distance_m)
+            if straight
+            else None,
+            "safety_margin_m": self.safety_margin_m,
+            "margin_violations": metrics.margin_violations,
+            "emergencies": self.emergencies,
+            "decisions": len(self.decisions),
+            "decision_ms": self.decision_ms,
+            "seed": self.seed,
+            "crashed_s": self.crashed_s,
+            "tracking_mean_m": rounded(float(metrics.tracking_m.mean())),
+            "tracking_max_m": rounded(float(metrics.tracking_m.max())),
+            "climb_m": rounded(metrics.climb_m),
+            "effort_m2ps3": rounded(metrics.effort_m2ps3),
+            "corrections": self.corrections,
+            "data_left_out": dict(sorted(self.counts.items())),
+        }
+
+    def to_row(self) -> dict[str, str | float | int | bool | None]:
+        """The summary as one flat row of a table, and whether the flight was safe.
+
+        Columns as of `summary`, the three decision times apart (`decision_ms_p50` ...), and the
+        number of data left out in place of the reasons. A list of rows is a DataFrame of pandas.
+        """
+        row = self.summary()
+        times, left_out = row.pop("decision_ms"), row.pop("data_left_out")
+        return {
+            **row,
+            "safe": self.safe,
+            **{f"decision_ms_{name}": value for name, value in times.items()},
+            "data_left_out": sum(left_out.values()),
+        }
 
 
 OnDecision = Callable[[LoggedDecision[D], Progress], None]

@@ -16,9 +16,8 @@ from clearway.sim.baselines.potential_field import potential_field
 from clearway.sim.baselines.straight import straight
 from clearway.sim.baselines.velocity_obstacle import velocity_obstacle
 from clearway.sim.baselines.vfh import vector_field_histogram
+from clearway.sim.pilot import CLEARWAY
 
-CLEARWAY = "clearway"
-"""The name of clearway's own planner among the others."""
 BASELINES: Mapping[str, MakeRule] = MappingProxyType(
     {
         "straight": straight,
