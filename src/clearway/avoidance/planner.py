@@ -17,6 +17,7 @@ from clearway.avoidance.costs import (
 )
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.store import ReachLibrary
@@ -49,6 +50,8 @@ class AvoidanceSettings:
     sensor_fusion: str = "conjunction"
     """How several sensors become one: (5.38), or weighted by precision and trust."""
     prices: Prices = field(default_factory=Prices)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         rating_named(self.rating)

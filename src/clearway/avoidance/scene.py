@@ -19,6 +19,7 @@ from clearway.avoidance.fusion import (
     rate_reach_set,
     rating_named,
 )
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -58,6 +59,8 @@ class Sighting:
     pattern_from: str
     """"stated", "file" (which names the sensor), "estimated" or "simulated"."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traffic:
@@ -69,6 +72,8 @@ class Traffic:
     """False, True for the paper's (5.5), or the name of a timed rule."""
     up: FloatArray | None = None
     """[3] world up in the grid's frame; None as the state says."""
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +132,8 @@ class Scene:
     timing: TimingSettings = field(default_factory=TimingSettings)
     reach: ReachSettings = field(default_factory=ReachSettings)
     rating: RatingSettings = field(default_factory=RatingSettings)
+
+    __repr__ = brief
 
     @property
     def speed_mps(self) -> float:

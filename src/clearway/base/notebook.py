@@ -36,7 +36,8 @@ def html_table(title: str, facts: Mapping[str, object], sketch: str = "") -> str
     )
     return (
         f"<div><b>{escape(title)}</b>"
-        f'<div style="display:flex;gap:1em;flex-wrap:wrap"><table>{rows}</table>{sketch}</div></div>'
+        '<div style="display:flex;gap:1em;flex-wrap:wrap">'
+        f"<table>{rows}</table>{sketch}</div></div>"
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray, world_from_body
 
 IntArray = npt.NDArray[np.int64]
@@ -36,6 +37,8 @@ class State:
     time_s: float = 0.0
     position_std_m: float = 0.0
     attitude_std_rad: float = 0.0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))

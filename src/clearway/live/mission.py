@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -100,6 +101,8 @@ class Progress:
     """Intermediate goals before the goal."""
     detours: int = 0
     """Detours begun so far."""
+
+    __repr__ = brief
 
     def done(self, mission: Mission) -> bool:
         """Whether waypoints and landing points are all reached."""

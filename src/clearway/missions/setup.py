@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.avoidance.planner import Planner
+from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
@@ -65,6 +66,8 @@ class FlightSetup:
     """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
+
+    __repr__ = brief
 
     @property
     def kept_out(self) -> World | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -24,6 +25,8 @@ class Mounting:
     """[3] roll, pitch (nose down positive), yaw (left positive) of the sensor in the body."""
     body_from_sensor: FloatArray = field(init=False, repr=False)
     """[3, 3] rotation (3.37)."""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("position_m", "attitude_rad"):

@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeGuard
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
@@ -25,6 +26,8 @@ class LoggedDecision(Generic[D]):
     why_now: str
     elapsed_s: float
     """From the sensor's arrays in hand to the explained decision."""
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)

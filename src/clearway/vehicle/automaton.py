@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import Trajectory
@@ -40,6 +41,8 @@ class Movement:
     yaw_rate_rps: float = 0.0
     duration_s: float = 1.0
     smooth: bool = False
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not (self.duration_s > 0.0 and np.isfinite(self.duration_s)):

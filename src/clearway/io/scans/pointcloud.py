@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
@@ -46,6 +47,8 @@ class PointCloud:
     """Beams of the sensor where the file says which it is."""
     complete: bool = True
     """False where parts of the sweep were lost; `pattern` has only the beams that came."""
+
+    __repr__ = brief
 
 
 Reader = Callable[[Path], PointCloud]
