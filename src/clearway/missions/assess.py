@@ -13,8 +13,8 @@ from clearway.avoidance.scene import (
     ReachSettings,
     Scene,
     SceneAssessment,
-    Sighting,
-    Traffic,
+    SceneIntruder,
+    SceneScan,
     assess_scene,
 )
 from clearway.base.errors import ClearwayError
@@ -85,7 +85,7 @@ def assess(
         state=state or _recorded_state(scans),
         obstacle_map=obstacle_map or ObstacleMap(),
         sightings=tuple(_sighting(scan, lidar) for scan in scans),
-        traffic=tuple(Traffic(intruder, models) for intruder in intruders),
+        traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
         reach=ReachSettings(speed_mps=speed_mps),
         rating=RatingSettings(
             name=settings.rating,
@@ -120,14 +120,14 @@ def _scans(seen: Scan | Sequence[Scan] | str | Path) -> tuple[Scan, ...]:
     return scans
 
 
-def _sighting(scan: Scan, lidar: Lidar | None) -> Sighting:
+def _sighting(scan: Scan, lidar: Lidar | None) -> SceneScan:
     """The scan with its LiDAR: as given, as recorded, or estimated."""
     if lidar is not None:
-        return Sighting(lidar, scan, "stated")
+        return SceneScan(lidar, scan, "stated")
     if isinstance(scan, RecordedScan):
-        return Sighting(scan.lidar, scan, scan.lidar_from)
+        return SceneScan(scan.lidar, scan, scan.lidar_from)
     pattern = estimate_pattern(scan.points_m)
-    return Sighting(Lidar(scan.sensor or pattern.name, pattern), scan, "estimated")
+    return SceneScan(Lidar(scan.sensor or pattern.name, pattern), scan, "estimated")
 
 
 def _recorded_state(scans: Sequence[Scan]) -> State:

@@ -113,7 +113,7 @@ def _panels(run: Run, index: int) -> dict[str, Figure]:
     return assessment_figures(
         decision.cells,
         decision.reach,
-        decision.repertoire.reach_set,
+        decision.prepared.reach_set,
         decision.hazards.points.position_m,
         f"{run.mission.name} at {entry.flight.time_s:.1f} s",
     )

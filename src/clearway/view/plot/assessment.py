@@ -65,7 +65,7 @@ def draw_assessment(
         points = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in assessed.detections)])
     else:
         assessed = assessed.decision if isinstance(assessed, FlightDecision) else assessed
-        reach_set, name = assessed.repertoire.reach_set, f"{assessed.state.time_s:.1f} s"
+        reach_set, name = assessed.prepared.reach_set, f"{assessed.state.time_s:.1f} s"
         points = assessed.hazards.points.position_m
     return for_notebooks(
         _figure(
