@@ -17,6 +17,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.danger import endangered
 from clearway.live.detour import known_way
 from clearway.live.dynamic_objects import unreported
 from clearway.live.explain import explanation
@@ -32,6 +33,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder, TrackerSettings
+from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
 
@@ -82,7 +84,7 @@ class AvoidanceSystem:
             follow_movers=follow_movers,
         )
         self._reports = reports_for(tracker, self.limits.intruder_s, planner.speed_mps, address)
-        self._plan = Plan()
+        self._plan = Plan(planner.automaton)
         self._clock_s = -np.inf  # The latest time that an own state or a question told.
         self._news = ""
         self._unchecked = False  # Whether the plan has not been held against the news.
@@ -152,11 +154,6 @@ class AvoidanceSystem:
 
     # --- decisions ------------------------------------------------------------------------
 
-    @property
-    def buffer(self) -> MovementBuffer:
-        """The movements decided last, with their times; what is past of them is flown (6.2)."""
-        return self._plan.buffer
-
     def due(self, now_s: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on.
 
@@ -177,11 +174,8 @@ class AvoidanceSystem:
 
     def _endangered_at(self, now_s: float) -> str | None:
         """By what the plan being flown lacks the margin, as far as is known now."""
-        path = self._plan.path
-        if path is None:
-            return None
         state = self._own_state_at(now_s)
-        return path.endangered(self.planner, self._known(state, now_s), now_s)
+        return endangered(self._plan, self.planner, self._known(state, now_s), now_s)
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -205,7 +199,7 @@ class AvoidanceSystem:
         trial._known_way(start.position_m, self.mission.goals_m[0])
 
     def decide(self, now_s: float) -> FlightDecision:
-        """Decide for the present moment; the buffer returned is to be flown from `now_s` on.
+        """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.
 
         Raises ClearwayError if no own state has come yet.
         """
@@ -215,7 +209,7 @@ class AvoidanceSystem:
 
     def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
         goal = self.progress.goal
-        self._plan = self._plan.after(decision, now_s, goal, self.planner.automaton)
+        self._plan = self._plan.after(decision, now_s, goal)
         self._news, self._unchecked = "", False
         mode = mode_of(decision, landing=self.progress.landing(self.mission))
         fresh = self.counts - self._told
@@ -229,6 +223,33 @@ class AvoidanceSystem:
             scan_age,
             dict(fresh),
         )
+
+    # --- what to fly ----------------------------------------------------------------------
+
+    @property
+    def buffer(self) -> MovementBuffer:
+        """The movements decided last, with their times; what is past of them is flown (6.2)."""
+        return self._plan.buffer
+
+    @property
+    def holds_until_s(self) -> float:
+        """Until when the plan may be flown without a new decision; -inf before the first one."""
+        return self._plan.holds_until_s
+
+    def movement_at(self, time_s: float) -> Movement | None:
+        """What to fly at a time: of the plan decided last, from that decision to the plan's end.
+
+        Where one movement ends, the next is flown. None before the first decision, at times before
+        the last one, and past the plan's end, where `due` has long asked for the next one.
+        """
+        return self._plan.movement_at(time_s)
+
+    def state_at(self, time_s: float) -> State | None:
+        """Where the plan has the vehicle at a time, world frame; None when `movement_at` is.
+
+        Flown from the state that was decided for: a set-point, not an estimate of the own state.
+        """
+        return self._plan.state_at(time_s)
 
     # --- what is known now ----------------------------------------------------------------
 
