@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sized
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from functools import partial
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,11 @@ def brief(value: Any) -> str:
     `__repr__ = brief` in the class.
     """
     if is_dataclass(value):
-        shown = [field for field in fields(value) if field.repr and not _usual(field, value)]
-        pairs = [(field.name, getattr(value, field.name)) for field in shown]
+        told = [field for field in fields(value) if field.repr and not _usual(field, value)]
+        pairs = [(field.name, getattr(value, field.name)) for field in told]
     else:
         pairs = list(zip(value._fields, value, strict=True))
-    return one_line(type(value).__name__, (f"{name}={part(inner)}" for name, inner in pairs))
+    return one_line(type(value).__name__, (f"{name}={shown(inner)}" for name, inner in pairs))
 
 
 def one_line(name: str, parts: Iterable[str]) -> str:
@@ -39,7 +40,13 @@ def one_line(name: str, parts: Iterable[str]) -> str:
     return f"{name}({inside})"
 
 
-def part(value: Any) -> str:
+def runs(names: Sequence[str]) -> str:
+    """Names in a row with repeats counted: 2 x Left, 8 x Straight."""
+    counted = ((name, len(list(group))) for name, group in groupby(names))
+    return ", ".join(name if count == 1 else f"{count} x {name}" for name, count in counted)
+
+
+def shown(value: Any) -> str:
     """A value within the line of another."""
     match value:
         case Enum():
@@ -53,7 +60,7 @@ def part(value: Any) -> str:
         case np.ndarray():
             return _array(value)
         case partial():
-            return part(value.func)
+            return shown(value.func)
         case Mapping() | tuple() | list() | set() | frozenset() if not hasattr(value, "_fields"):
             return _collection(value)
     return getattr(value, "__name__", type(value).__name__)
@@ -67,7 +74,7 @@ def _array(values: np.ndarray[Any, Any]) -> str:
 
 def _collection(values: Sized) -> str:
     if isinstance(values, tuple) and 0 < len(values) <= FEW:
-        return "(" + ", ".join(part(one) for one in values) + ")"
+        return "(" + ", ".join(shown(one) for one in values) + ")"
     return f"{len(values)} of {type(values).__name__}"
 
 

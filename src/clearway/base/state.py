@@ -65,3 +65,5 @@ class Trajectory:
     """[n, 6] world frame: x, y, z, roll, pitch, yaw."""
     movements: tuple[str, ...] = ()
     """Names of the movements in the buffer, in order."""
+
+    __repr__ = brief

@@ -12,6 +12,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from clearway.base.brief import one_line, shown
 from clearway.base.errors import InputError, naming
 
 
@@ -19,6 +20,12 @@ class Section(BaseModel):
     """A table of a file: no unknown keys, no guessed types, no NaN or infinity."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    def __repr__(self) -> str:
+        given = (n for n in type(self).model_fields if n in self.model_fields_set)
+        return one_line(type(self).__name__, (f"{n}={shown(getattr(self, n))}" for n in given))
+
+    __str__ = __repr__
 
 
 Model = TypeVar("Model", bound=BaseModel)

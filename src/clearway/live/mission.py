@@ -9,9 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.base.brief import brief
+from clearway.base.brief import brief, one_line, shown
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 
 Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
@@ -73,6 +74,25 @@ class Mission:
                 f"within the reach radius of {self.reach_radius_m:.3g} m"
             )
         return problems
+
+    def __repr__(self) -> str:
+        facts = (f"{name}: {value}" for name, value in self._facts.items())
+        return one_line("Mission", (shown(self.name), *facts))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what it is, and the way from above."""
+        corners = np.concatenate([self.start.position_m[None], self.goals_m])
+        marks = [Marks(corners, "#9a9a9a"), Marks(self.goals_m, "#2e9e4f", joined=False, size=3.0)]
+        return html_table(f"Mission {self.name}", self._facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        facts = {
+            "waypoints": f"{len(self.waypoints_m)}",
+            "straight": f"{self.straight_length_m:.4g} m",
+            "reached within": f"{self.reach_radius_m:g} m",
+        }
+        return facts | ({"landing points": f"{len(self.landing_m)}"} if len(self.landing_m) else {})
 
     @cached_property
     def goals_m(self) -> FloatArray:

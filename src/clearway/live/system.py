@@ -15,6 +15,7 @@ import numpy as np
 from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
+from clearway.base.brief import one_line, shown
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.danger import endangered
@@ -89,6 +90,14 @@ class AvoidanceSystem:
         self._news = ""
         self._unchecked = False  # Whether the plan has not been held against the news.
         self._told: Counter[str] = Counter()
+
+    def __repr__(self) -> str:
+        sensors = ", ".join(self._sensing.sensors) or "no sensor"
+        left_out = f"{self.counts.total()} data left out"
+        return one_line(
+            "AvoidanceSystem",
+            (shown(self.mission.name), f"goal {self.progress.goal}", sensors, left_out),
+        )
 
     # --- readings -------------------------------------------------------------------------
 

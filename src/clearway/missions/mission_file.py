@@ -11,7 +11,9 @@ from pydantic import Field, model_validator
 
 from clearway.avoidance.costs import Prices
 from clearway.avoidance.planner import AvoidanceSettings
+from clearway.base.brief import one_line, shown
 from clearway.base.errors import InputError
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
@@ -110,6 +112,22 @@ class MissionFile(Section):
             self.mission.pass_within_m,
         )
 
+    def __repr__(self) -> str:
+        tables = sorted(self.model_fields_set - {"mission"})
+        facts = (shown(self.mission.name), f"{len(self.mission.waypoints_m)} waypoints", *tables)
+        return one_line("MissionFile", facts)
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the tables that differ from the defaults, and the way from above."""
+        tables = self.model_dump(exclude_unset=True, exclude_none=True)
+        facts = {name: _in_short(table) for name, table in tables.items() if table}
+        way = np.array([self.vehicle.position_m, *self.mission.waypoints_m])
+        goals = Marks(way[1:], "#2e9e4f", joined=False, size=3.0)
+        sketch = sketch_from_above([Marks(way, "#9a9a9a"), goals])
+        return html_table(f"Mission {self.mission.name}", facts, sketch)
+
     @property
     def follows_dynamic_objects(self) -> bool:
         """Whether what LiDAR alone sees move counts as traffic, said or by default."""
@@ -159,6 +177,13 @@ class MissionFile(Section):
         else:
             tables[section] = _with(part, given)
         return parse_model(source, tables, type(self))
+
+
+def _in_short(table: object) -> str:
+    """A table of keys in one line; of several tables their number."""
+    if not isinstance(table, dict):
+        return shown(table)
+    return ", ".join(f"{key} = {shown(value)}" for key, value in table.items())
 
 
 def _with(section: Section | None, values: dict[str, object]) -> dict[str, object]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from clearway.base.brief import one_line, shown
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud, with_points
@@ -47,6 +48,19 @@ class RecordedScan(Scan):
     """Points left out, by reason."""
     notes: tuple[str, ...] = ()
     """What was assumed where the file is silent; to be shown."""
+
+    def __repr__(self) -> str:
+        name = self.lidar.pattern.name.removeprefix("estimated: ").split(",")[0]
+        return one_line(
+            "RecordedScan",
+            (
+                f"{shown(Path(self.source).name)} scan {self.index}",
+                f"{len(self.points_m):,} points",
+                f"at {self.time_s:g} s",
+                f"by {name} ({self.lidar_from})",
+                *([] if self.complete else ["incomplete"]),
+            ),
+        )
 
 
 def read_scan(

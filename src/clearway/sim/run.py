@@ -8,8 +8,9 @@ from typing import Any, Generic, TypeGuard
 
 import numpy as np
 
-from clearway.base.brief import brief
+from clearway.base.brief import brief, one_line, shown
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
@@ -58,6 +59,31 @@ class Run(Generic[D]):
     """What was really there, for pictures."""
     planner: str = CLEARWAY
     """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
+
+    def __repr__(self) -> str:
+        metrics = self.metrics
+        ended = "safe" if self.safe else "reached" if self.reached else "not reached"
+        if self.crashed_s is not None:
+            ended = f"crashed at {self.crashed_s:.1f} s"
+        return one_line(
+            "Run",
+            (
+                f"{shown(self.mission.name)} by {self.planner}: {ended}",
+                f"{metrics.time_s:.1f} s",
+                f"nearest {metrics.min_obstacle_distance_m:.2f} m of {self.safety_margin_m:g} m",
+                f"{len(self.decisions)} decisions",
+                f"{self.emergencies} emergencies",
+            ),
+        )
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the summary, and the flight from above."""
+        goals = self.mission.goals_m
+        others = self.intruder_tracks.values()
+        marks = [Marks(track[:, 1:], "#d98ad9", size=0.8) for track in others]
+        marks += [Marks(self.states, "#1f5fbf"), Marks(goals, "#2e9e4f", joined=False, size=3.0)]
+        facts = {key: value for key, value in self.to_row().items() if value not in (None, "")}
+        return html_table(f"Run {self.mission.name}", facts, sketch_from_above(marks))
 
     @property
     def reached(self) -> bool:
