@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from html.parser import HTMLParser
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,6 +41,7 @@ def values() -> dict[str, Any]:
         "scene": cw.assess(SCENES / "crossing-intruder.toml"),
         "points": cw.PointWorld(np.zeros((5000, 3)), 0.1),
         "obstacles": cw.ObstacleMap([cw.Obstacle.ball([9.0, 0, 0], 1.0, "tree")] * 500),
+        "obstacle": cw.Obstacle.ball([9.0, 0, 0], 1.0, "tree"),
         "situation": cw.Situation(cw.State(np.zeros(3)), np.ones(3)),
         "prices": cw.Prices(*np.linspace(0.123456789, 1.0, 10)),
         "settings": cw.AvoidanceSettings("printed", 0.123, 0.456, 0.789, False, 1.23, 4.56, 7.89),
@@ -107,10 +107,10 @@ class Nesting(HTMLParser):
         super().__init__()
         self.open: list[str] = []
 
-    def handle_starttag(self, tag: str, attrs: object) -> None:
+    def handle_starttag(self, tag: str, _attrs: object) -> None:
         self.open.append(tag)
 
-    def handle_startendtag(self, tag: str, attrs: object) -> None:
+    def handle_startendtag(self, _tag: str, _attrs: object) -> None:
         """Closes itself."""
 
     def handle_endtag(self, tag: str) -> None:
@@ -162,6 +162,6 @@ def test_repeats_are_counted() -> None:
     assert runs(()) == ""
 
 
-def test_pictures_show_themselves_in_notebooks(values: dict[str, Any], tmp_path: Path) -> None:
+def test_pictures_show_themselves_in_notebooks(values: dict[str, Any]) -> None:
     figure = cw.draw_assessment(values["assessment"], "obstacle")
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]

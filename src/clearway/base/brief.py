@@ -89,4 +89,7 @@ def _usual(field: Field[Any], value: object) -> bool:
         return False
     if isinstance(usual, np.ndarray) or isinstance(inner, np.ndarray):
         return bool(np.array_equal(np.asarray(usual), np.asarray(inner)))
-    return inner is usual or bool(type(inner) is type(usual) and inner == usual)
+    try:
+        return inner is usual or bool(type(inner) is type(usual) and inner == usual)
+    except ValueError:  # Arrays within.
+        return False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -75,6 +75,8 @@ def _drawn(mark: Marks, places: Sequence[str]) -> str:
     )
 
 
-def _finite(places: Any) -> FloatArray:
-    level = np.asarray(places, dtype=np.float64).reshape(len(places), -1)[:, :2]
-    return level[np.isfinite(level).all(axis=1)] if level.size else np.zeros((0, 2))
+def _finite(places: FloatArray) -> FloatArray:
+    level = np.asarray(places, dtype=np.float64)
+    if not level.size:
+        return np.zeros((0, 2))
+    return level[np.isfinite(level[:, :2]).all(axis=1), :2]
