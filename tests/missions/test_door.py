@@ -134,7 +134,7 @@ def test_a_run_is_a_summary_and_a_row(run: cw.Run) -> None:
     summary, row = run.summary(), run.to_row()
     assert json.loads(json.dumps(summary)) == summary
     assert (summary["mission"], summary["planner"]) == ("static-obstacles", "clearway")
-    assert set(summary) - {"decision_ms"} <= set(row)
+    assert set(summary) - {"decision_ms", "provenance"} <= set(row)
     assert all(isinstance(value, str | float | int | None) for value in row.values())
     assert row["safe"] is run.safe
     assert row["decision_ms_p99"] == summary["decision_ms"]["p99"]

@@ -11,6 +11,7 @@ import numpy as np
 from clearway.base.brief import brief, one_line, shown
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
@@ -160,15 +161,18 @@ class Run(Generic[D]):
             "effort_m2ps3": rounded(metrics.effort_m2ps3),
             "corrections": self.corrections,
             "data_left_out": dict(sorted(self.counts.items())),
+            "provenance": provenance(),
         }
 
     def to_row(self) -> dict[str, str | float | int | bool | None]:
         """The summary as one flat row of a table, and whether the flight was safe.
 
-        Columns as of `summary`, the three decision times apart (`decision_ms_p50` ...), and the
-        number of data left out in place of the reasons. A list of rows is a DataFrame of pandas.
+        Columns as of `summary` without `provenance`, the three decision times apart
+        (`decision_ms_p50` ...), and the number of data left out in place of the reasons. A list of
+        rows makes a DataFrame of pandas.
         """
         row = self.summary()
+        row.pop("provenance")
         times, left_out = row.pop("decision_ms"), row.pop("data_left_out")
         return {
             **row,
