@@ -19,7 +19,7 @@ from clearway.avoidance.fusion import (
     rate_reach_set,
     rating_named,
 )
-from clearway.base.brief import brief, one_line, shown
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -162,7 +162,7 @@ class SceneAssessment:
     """What each cell is: free, occupied, hidden or mixed (3.5)."""
 
     def __repr__(self) -> str:
-        return one_line("SceneAssessment", (shown(self.scene.name), *self._facts.values()))
+        return one_line("SceneAssessment", (in_brief(self.scene.name), *self._facts.values()))
 
     def _repr_html_(self) -> str:
         """For notebooks: what was found, and returns and trajectories above the threshold."""

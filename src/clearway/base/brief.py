@@ -28,7 +28,7 @@ def brief(value: Any) -> str:
         pairs = [(field.name, getattr(value, field.name)) for field in told]
     else:
         pairs = list(zip(value._fields, value, strict=True))
-    return one_line(type(value).__name__, (f"{name}={shown(inner)}" for name, inner in pairs))
+    return one_line(type(value).__name__, (f"{name}={in_brief(inner)}" for name, inner in pairs))
 
 
 def one_line(name: str, parts: Iterable[str]) -> str:
@@ -46,7 +46,7 @@ def runs(names: Sequence[str]) -> str:
     return ", ".join(name if count == 1 else f"{count} x {name}" for name, count in counted)
 
 
-def shown(value: Any) -> str:
+def in_brief(value: Any) -> str:
     """A value within the line of another."""
     match value:
         case Enum():
@@ -60,7 +60,7 @@ def shown(value: Any) -> str:
         case np.ndarray():
             return _array(value)
         case partial():
-            return shown(value.func)
+            return in_brief(value.func)
         case Mapping() | tuple() | list() | set() | frozenset() if not hasattr(value, "_fields"):
             return _collection(value)
     return getattr(value, "__name__", type(value).__name__)
@@ -74,7 +74,7 @@ def _array(values: np.ndarray[Any, Any]) -> str:
 
 def _collection(values: Sized) -> str:
     if isinstance(values, tuple) and 0 < len(values) <= FEW:
-        return "(" + ", ".join(shown(one) for one in values) + ")"
+        return "(" + ", ".join(in_brief(one) for one in values) + ")"
     return f"{len(values)} of {type(values).__name__}"
 
 

@@ -30,6 +30,10 @@ class InputError(ClearwayError):
         more = f" and {len(self.problems) - 1} more" if len(self.problems) > 1 else ""
         return f"{type(self).__name__}({self.source[-MOST_SHOWN:]!r}: {shown}{more})"
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, tuple[str, ...]]]:
+        """As it was made, so that it comes back whole from a worker process."""
+        return type(self), (self.source, self.problems)
+
 
 @contextmanager
 def naming(path: str | Path, doing: Literal["read", "written"]) -> Iterator[None]:
@@ -44,7 +48,15 @@ class MissingExtraError(ClearwayError):
     """An optional dependency is absent; names the extra that brings it."""
 
     def __init__(self, purpose: str, extra: str) -> None:
+        self.purpose, self.extra = purpose, extra
         super().__init__(f"{purpose} needs an optional package: pip install 'clearway[{extra}]'")
+
+    def __reduce__(self) -> tuple[type[MissingExtraError], tuple[str, str]]:
+        return type(self), (self.purpose, self.extra)
+
+
+class OwnCodeError(InputError):
+    """A user's own function, named `module:name`, is not there or does not do what it should."""
 
 
 class FlightRefusedError(ClearwayError):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ def compare(
         ),
     ],
     planners: Annotated[
-        str | None, typer.Option(help="Names with commas between; default: all.")
+        str | None, typer.Option(help="With commas between, of {planners}; default: all of ours.")
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Flights of each planner.")] = 1,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first flight.")] = 0,
@@ -44,9 +44,10 @@ def compare(
     """Fly several planners: exit status 0 if the first of them was safe in every flight."""
     from clearway.studies.comparison import standing
 
-    names = _names(planners)
+    beside = folder_of_file(mission)
+    names = _names(planners, beside)
     setup_of = _setups(mission)
-    flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds))
+    flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
     standings = [
         standing(name, [flight.run for flight in flown if flight.planner == name]) for name in names
     ]
@@ -62,13 +63,13 @@ def compare(
         leave(NOT_REACHED)
 
 
-def _names(planners: str | None) -> list[str]:
+def _names(planners: str | None, beside: Path | None) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
     from clearway.sim.baselines import PLANNERS, known_planner
 
     if planners is None:
         return list(PLANNERS)
-    return list(dict.fromkeys(known_planner(name.strip()) for name in planners.split(",")))
+    return list(dict.fromkeys(known_planner(name.strip(), beside) for name in planners.split(",")))
 
 
 def _setups(mission: str) -> SetupOf:
@@ -91,7 +92,11 @@ def _setups(mission: str) -> SetupOf:
 
 
 def _flown(
-    mission: str, setup_of: SetupOf, names: Sequence[str], seeds: Sequence[int]
+    mission: str,
+    setup_of: SetupOf,
+    names: Sequence[str],
+    seeds: Sequence[int],
+    beside: Path | None,
 ) -> list[ComparedFlight]:
     """All flights, with a progress bar."""
     from clearway.studies.comparison import fly_all
@@ -101,7 +106,7 @@ def _flown(
     with progress_bar(
         mission, len(names) * len(seeds), beside=("count", "status"), status=names[0]
     ) as bar:
-        for flight in fly_all(setup_of, names, seeds):
+        for flight in fly_all(setup_of, names, seeds, beside):
             flown.append(flight)
             bar.show(len(flown), status=names[len(flown) % len(names)])
     return flown

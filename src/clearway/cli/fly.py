@@ -10,7 +10,7 @@ import typer
 
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.live.mission import Progress as MissionProgress
@@ -25,8 +25,8 @@ def fly(
     mission: Annotated[
         str,
         typer.Argument(
-            help="A mission by name (static-obstacles), a mission file (TOML), or a made-up world "
-            "and its seed (forest:3)."
+            help="A mission by name ({missions}), a mission file (TOML), or a made-up world and "
+            "its seed (forest:3)."
         ),
     ],
     out: Annotated[
@@ -38,14 +38,18 @@ def fly(
         typer.Option(help="Intruders appear relative to: nominal flight, ownship, or world."),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of noise and drop-outs.")] = None,
-    rating: Annotated[str | None, typer.Option(help="total, printed, visible or evidence.")] = None,
+    rating: Annotated[
+        str | None, typer.Option(help="How safe a cell is: {ratings}; default: the mission's.")
+    ] = None,
+    rule: Annotated[
+        list[str] | None,
+        typer.Option(help="A rule of your own, module:name; may be repeated."),
+    ] = None,
     verify: Annotated[
         str | None,
         typer.Option(help="evidence holds candidates against it; none flies on cell ratings."),
     ] = None,
-    planner: Annotated[
-        str, typer.Option(help="clearway, or a planner to compare it with: straight, vfh, ...")
-    ] = "clearway",
+    planner: Annotated[str, typer.Option(help="Who decides: {planners}.")] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
     mcap: Annotated[
         bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
@@ -61,18 +65,19 @@ def fly(
     from clearway.io.staging import folder_of
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
-    from clearway.sim.baselines import known_planner
+    from clearway.sim.baselines import PLANNERS
 
-    known_planner(planner)
+    beside = folder_of_file(mission)
+    flown_by = PLANNERS.located(planner, beside)
     if parquet:
         check_tables()
-    file = _changed(_read(mission), seed, rating, verify, spawn)
+    file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
     for note in setup.notes:
         say(note)
     setup.refuse_impossible()
-    run = flown_with_bar(setup, planner)
+    run = flown_with_bar(setup, flown_by)
     folder = out or folder_of(file.mission.name)
     written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
     if as_json:
@@ -94,8 +99,10 @@ def _changed(
     file: MissionFile,
     seed: int | None,
     rating: str | None,
+    rules: list[str],
     verify: str | None,
     spawn: str | None,
+    beside: Path | None,
 ) -> MissionFile:
     """The mission with what the command line overrides, checked like a file."""
     from clearway.io.toml import parse_model
@@ -106,11 +113,12 @@ def _changed(
         tables["simulation"]["seed"] = seed
     if rating is not None:
         tables["rating"]["name"] = rating
+    tables["rules"]["own"] = [*tables["rules"].get("own", ()), *rules]
     if verify is not None:
         tables["verify"]["method"] = verify
     if spawn is not None:
         tables["traffic"]["spawn"] = spawn
-    return parse_model("command line", tables, MissionFile)
+    return parse_model("command line", tables, MissionFile, beside)
 
 
 def flown_with_bar(setup: FlightSetup, planner: str) -> Run[Steering]:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clearway.base.brief import one_line, shown
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
 
 
@@ -23,7 +23,7 @@ class Section(BaseModel):
 
     def __repr__(self) -> str:
         given = (n for n in type(self).model_fields if n in self.model_fields_set)
-        return one_line(type(self).__name__, (f"{n}={shown(getattr(self, n))}" for n in given))
+        return one_line(type(self).__name__, (f"{n}={in_brief(getattr(self, n))}" for n in given))
 
     __str__ = __repr__
 
@@ -32,18 +32,23 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_model(path: str | Path, model: type[Model]) -> Model:
-    """The TOML file as `model`.
+    """The TOML file as `model`; modules that it names are looked for beside it.
 
     Raises InputError with one line for each problem in the file: the key's path, what is wrong,
     what was given and what is valid.
     """
-    return parse_model(str(path), read_toml(path), model)
+    return parse_model(str(path), read_toml(path), model, Path(path).parent)
 
 
-def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Model:
-    """Plain tables as `model`; `source` names them in the InputError."""
+def parse_model(
+    source: str, data: Mapping[str, Any], model: type[Model], folder: Path | None = None
+) -> Model:
+    """Plain tables as `model`; `source` names them in the InputError.
+
+    folder: where modules that they name are looked for before the current one.
+    """
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         problems = _problems(error, data, model)
     raise InputError(source, problems)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.base.brief import brief, one_line, shown
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -77,7 +77,7 @@ class Mission:
 
     def __repr__(self) -> str:
         facts = (f"{name}: {value}" for name, value in self._facts.items())
-        return one_line("Mission", (shown(self.name), *facts))
+        return one_line("Mission", (in_brief(self.name), *facts))
 
     def _repr_html_(self) -> str:
         """For notebooks: what it is, and the way from above."""

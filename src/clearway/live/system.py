@@ -15,7 +15,7 @@ import numpy as np
 from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
-from clearway.base.brief import one_line, shown
+from clearway.base.brief import in_brief, one_line
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.danger import endangered
@@ -96,7 +96,7 @@ class AvoidanceSystem:
         left_out = f"{self.counts.total()} data left out"
         return one_line(
             "AvoidanceSystem",
-            (shown(self.mission.name), f"goal {self.progress.goal}", sensors, left_out),
+            (in_brief(self.mission.name), f"goal {self.progress.goal}", sensors, left_out),
         )
 
     # --- readings -------------------------------------------------------------------------

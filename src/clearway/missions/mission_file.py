@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from clearway.avoidance.costs import Prices
 from clearway.avoidance.planner import AvoidanceSettings
-from clearway.base.brief import one_line, shown
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
@@ -34,6 +34,7 @@ from clearway.missions.place_sections import MapSection, PointCloudSection, Worl
 from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.sections import GridSection
+from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 
 OWN_ADDRESS = "ownship"
@@ -62,6 +63,7 @@ class MissionFile(Section):
     traffic: TrafficSection = TrafficSection()
     intruder: Annotated[tuple[FlyingIntruderSection, ...], Field(strict=False)] = ()
     lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
+    sensor: Annotated[tuple[SensorSection, ...], Field(strict=False)] = ()
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
     keep_out: Annotated[tuple[KeepOutSection, ...], Field(strict=False)] = ()
 
@@ -114,7 +116,7 @@ class MissionFile(Section):
 
     def __repr__(self) -> str:
         tables = sorted(self.model_fields_set - {"mission"})
-        facts = (shown(self.mission.name), f"{len(self.mission.waypoints_m)} waypoints", *tables)
+        facts = (in_brief(self.mission.name), f"{len(self.mission.waypoints_m)} waypoints", *tables)
         return one_line("MissionFile", facts)
 
     __str__ = __repr__
@@ -182,8 +184,8 @@ class MissionFile(Section):
 def _in_short(table: object) -> str:
     """A table of keys in one line; of several tables their number."""
     if not isinstance(table, dict):
-        return shown(table)
-    return ", ".join(f"{key} = {shown(value)}" for key, value in table.items())
+        return in_brief(table)
+    return ", ".join(f"{key} = {in_brief(value)}" for key, value in table.items())
 
 
 def _with(section: Section | None, values: dict[str, object]) -> dict[str, object]:
@@ -211,10 +213,11 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
     if plan_reader(path) is not None:
-        return parse_model(str(path), planned_tables(path, None, notice), MissionFile)
+        return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
     if path.suffix != ".toml":
         refuse_others(path, "fly")
-    mission = parse_model(str(path), with_plan(path, read_toml(path), notice), MissionFile)
+    tables = with_plan(path, read_toml(path), notice)
+    mission = parse_model(str(path), tables, MissionFile, path.parent)
     return _with_files_beside(path, mission)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from clearway.base.brief import one_line, shown
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud, with_points
@@ -54,7 +54,7 @@ class RecordedScan(Scan):
         return one_line(
             "RecordedScan",
             (
-                f"{shown(Path(self.source).name)} scan {self.index}",
+                f"{in_brief(Path(self.source).name)} scan {self.index}",
                 f"{len(self.points_m):,} points",
                 f"at {self.time_s:g} s",
                 f"by {name} ({self.lidar_from})",

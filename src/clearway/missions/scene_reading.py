@@ -81,7 +81,7 @@ def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
 
 def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
     """The scene of plain tables; `folder` is where relative paths in them start."""
-    file = parse_model(source, tables, SceneFile)
+    file = parse_model(source, tables, SceneFile, folder)
     measured = _measured(folder, file.scan)
     grid, state = file.grid.to_grid(), _state(file, measured)
     scene = Scene(

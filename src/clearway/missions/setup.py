@@ -19,13 +19,14 @@ from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
 from clearway.missions.mission_world import mission_world
 from clearway.missions.rule_sections import mission_rules
+from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
 from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
@@ -46,7 +47,7 @@ class FlightSetup:
     craft: Craft
     """What baselines know of the vehicle."""
     mission: Mission
-    lidars: tuple[Lidar, ...]
+    sensors: tuple[AnyKind, ...]
     world: World
     """What is really there."""
     obstacle_map: ObstacleMap
@@ -70,6 +71,11 @@ class FlightSetup:
     __repr__ = brief
 
     @property
+    def lidars(self) -> tuple[Lidar, ...]:
+        """The LiDARs among the sensors."""
+        return tuple(one for one in self.sensors if isinstance(one, Lidar))
+
+    @property
     def kept_out(self) -> World | None:
         """Volumes that rules keep out of; None without any."""
         volumes = [volume for rule in self.planner.rules for volume in rule.volumes]
@@ -80,7 +86,7 @@ class FlightSetup:
         return AvoidanceSystem(
             self.planner,
             self.mission,
-            self.lidars,
+            self.sensors,
             self.obstacle_map,
             limits=self.limits,
             detection_rule=self.detection_rule,
@@ -114,11 +120,8 @@ class FlightSetup:
     def fly_with(
         self, planner: str, on_decision: OnDecision[Steering] | None = None
     ) -> Run[Steering]:
-        """As `fly`, with clearway or a baseline by name; raises ClearwayError for other names."""
-        if planner == CLEARWAY:
-            return self._flown(self.system(), on_decision)
-        rule = rule_named(planner, self.craft)
-        run = self._flown(BaselinePilot(self.system(), rule), on_decision)
+        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others."""
+        run = self._flown(pilot_named(planner, self.system(), self.craft), on_decision)
         return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
@@ -132,7 +135,7 @@ class FlightSetup:
         pilot.warm_up()
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
-        scanners = [lies.get(lidar.name, lidar) for lidar in self.lidars]
+        scanners = [lies.get(sensor.name, sensor) for sensor in self.sensors]
         return simulate(pilot, self.world, scanners, self.simulation, on_decision, traffic)
 
     def _traffic(self, deaf: bool) -> AirTraffic | None:
@@ -166,7 +169,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         planner=planner,
         craft=Craft(planner, file.vehicle.body_radius_m, turning_radius_m),
         mission=mission,
-        lidars=tuple(part.to_lidar(grid) for part in file.lidar),
+        sensors=mission_sensors(file.lidar, file.sensor, grid, file.mission.name),
         world=world.there,
         obstacle_map=world.charted,
         simulation=SimulationSettings(**file.simulation.model_dump(), faults=faults),

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.brief import one_line, shown
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
@@ -64,7 +64,7 @@ class BeamPattern:
 
     def __repr__(self) -> str:
         ranges = f"{self.min_range_m:g} to {self.max_range_m:g} m"
-        return one_line("BeamPattern", (shown(self.name), f"{self.beams:,} beams", ranges))
+        return one_line("BeamPattern", (in_brief(self.name), f"{self.beams:,} beams", ranges))
 
     @property
     def beams(self) -> int:

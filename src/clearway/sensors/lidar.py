@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from clearway.base.brief import brief, one_line, shown
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -60,7 +60,7 @@ class Lidar:
 
     def __repr__(self) -> str:
         beams = f"{self.pattern.beams:,} beams to {self.pattern.max_range_m:g} m"
-        return one_line("Lidar", (shown(self.name), beams, f"sigma {self.sigma_m:g} m"))
+        return one_line("Lidar", (in_brief(self.name), beams, f"sigma {self.sigma_m:g} m"))
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.dropout < 1.0:
@@ -83,7 +83,7 @@ class Scan:
     """Name of the LiDAR."""
 
     def __repr__(self) -> str:
-        whose = [f"by {shown(self.sensor)}"] if self.sensor else []
+        whose = [f"by {in_brief(self.sensor)}"] if self.sensor else []
         told = (f"{len(self.points_m):,} points", f"at {self.time_s:g} s", *whose)
         return one_line(type(self).__name__, told)
 

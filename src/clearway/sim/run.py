@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeGuard
 
 import numpy as np
 
-from clearway.base.brief import brief, one_line, shown
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.provenance import provenance
@@ -69,7 +69,7 @@ class Run(Generic[D]):
         return one_line(
             "Run",
             (
-                f"{shown(self.mission.name)} by {self.planner}: {ended}",
+                f"{in_brief(self.mission.name)} by {self.planner}: {ended}",
                 f"{metrics.time_s:.1f} s",
                 f"nearest {metrics.min_obstacle_distance_m:.2f} m of {self.safety_margin_m:g} m",
                 f"{len(self.decisions)} decisions",

@@ -193,7 +193,7 @@ def make_case(
     known = FAMILIES[family]
     section = parse_model(f"{family}: parameters", parameters, known.parameters)
     case = CaseOf(seed, section, folder)
-    file = _changed(known.make(case), changes)
+    file = _changed(known.make(case), changes, folder)
     # All seeds of a mission share what is the same: reach sets, sensors, surveyed worlds.
     shared = _prepared(file.changed("simulation", seed=0))
     setup = replace(shared, simulation=replace(shared.simulation, seed=file.simulation.seed))
@@ -205,7 +205,9 @@ def _prepared(file: MissionFile) -> FlightSetup:
     return prepare(file)
 
 
-def _changed(file: MissionFile, changes: Mapping[str, Mapping[str, Any]]) -> MissionFile:
+def _changed(
+    file: MissionFile, changes: Mapping[str, Mapping[str, Any]], folder: Path
+) -> MissionFile:
     """The mission with keys of its tables changed, checked like a file."""
     if not changes:
         return file
@@ -215,4 +217,4 @@ def _changed(file: MissionFile, changes: Mapping[str, Mapping[str, Any]]) -> Mis
         # Every sensor, intruder or obstacle alike.
         several = isinstance(old, (list, tuple))
         tables[table] = [{**one, **values} for one in old] if several else {**old, **values}
-    return parse_model("changes", tables, MissionFile)
+    return parse_model("changes", tables, MissionFile, folder)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.own_code import shown
 from clearway.base.version import __version__
 from clearway.io.json_values import rounded
 from clearway.missions.setup import FlightSetup
@@ -37,7 +38,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup) -> dict[str, Any]:
         "clearway": __version__,
         "name": mission.name,
         "planner": run.planner,
-        "rating": settings.rating,
+        "rating": shown(settings.rating),
         "threshold": settings.threshold,
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
