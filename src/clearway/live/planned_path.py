@@ -12,7 +12,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, grid_frame, margin_m
 from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance
 from clearway.base.frames import FloatArray
-from clearway.live.own_states import TIME_TOLERANCE_S
+from clearway.live.readings import TIME_TOLERANCE_S
 
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 

@@ -17,16 +17,18 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.clock import Clock
 from clearway.live.detour import known_way
 from clearway.live.explain import explanation
 from clearway.live.flight_decision import FlightDecision, mode_of
 from clearway.live.mission import Detour, Mission, Progress, advanced, detoured, stuck
 from clearway.live.movers import unreported
-from clearway.live.own_states import OwnStates, carried_on
+from clearway.live.own_states import Flown, OwnStates
 from clearway.live.plan import Plan
 from clearway.live.range_sensing import Sight
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.reports import reports_for
+from clearway.live.waiting import Waiting
 from clearway.live.warm_up import rehearsal, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan, range_sensors
@@ -37,6 +39,9 @@ from clearway.vehicle.buffer import MovementBuffer
 
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
+
+    Whoever asks tells the time, and readings are held against it: they wait for the next question.
+    A clock that is set, either way, is counted and told; see `live.clock`.
 
     detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
     from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
@@ -72,7 +77,10 @@ class AvoidanceSystem:
         self._tracker = tracker
         self._address = address
         self._follow_movers = follow_movers
-        self._own_states = OwnStates(self.limits.history_s, self.limits.ahead_s)
+        self._clock = Clock(self.limits.ahead_s, self.limits.state_s)
+        self._waiting = Waiting(self.limits.ahead_s)
+        self._flown = Flown(planner.automaton, self.limits.history_s)
+        self._own_states = OwnStates(self.limits.history_s, self._flown)
         self._sight = Sight(
             planner,
             range_sensors(lidars),
@@ -83,7 +91,6 @@ class AvoidanceSystem:
         )
         self._reports = reports_for(tracker, self.limits.intruder_s, planner.speed_mps, address)
         self._plan = Plan()
-        self._clock_s = -np.inf  # The latest time that an own state or a question told.
         self._news = ""
         self._unchecked = False  # Whether the plan has not been held against the news.
         self._told: Counter[str] = Counter()
@@ -91,55 +98,59 @@ class AvoidanceSystem:
     # --- readings -------------------------------------------------------------------------
 
     def update(self, reading: Reading) -> None:
-        """Take one reading; what cannot be used is counted by reason."""
-        if isinstance(reading, State):
-            self._take_state(reading)
-        elif isinstance(reading, Scan):
-            self._take_scan(reading)
-        else:
-            self._take_report(reading)
+        """Take one reading; what cannot be used is counted by reason, once a question is asked."""
+        self._waiting.put(reading)
+        overdue = self._waiting.overdue_s
+        if overdue is not None:
+            self._take(self._clock.own(overdue))
+
+    def catch_up(self, now_s: float) -> None:
+        """Take in what has come, held against the time; `due` and `decide` do so themselves."""
+        self._catch_up(now_s)
+
+    def _catch_up(self, told_s: float) -> float:
+        """Own time of a question, with all taken in that has come."""
+        now, jumped = self._clock.ask(told_s)
+        if jumped:
+            self.counts[jumped] += 1
+        self._take(now)
+        return now
+
+    def _take(self, now: float) -> None:
+        unsure_mps = self.planner.speed_mps / max(self.planner.settings.sigmas, 1.0)
+        ready = self._waiting.ready(now, self._clock.own, unsure_mps)
+        self.counts.update(ready.flaws)
+        for reading in ready.readings:
+            if isinstance(reading, State):
+                self._take_state(reading)
+            elif isinstance(reading, Scan):
+                self._take_scan(reading)
+            else:
+                self._take_report(reading)
 
     def _take_state(self, state: State) -> None:
-        before = self._own_states.newest
-        self.counts.update(self._own_states.take(state, self._clock_s))
-        self._advance(before)
-
-    def _advance(self, before: State | None) -> None:
-        """Mission and clock go on with a new own state."""
-        state = self._own_states.newest
-        if state is not None and state is not before:
-            self._clock_s = max(self._clock_s, state.time_s)
-            self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
-
-    def _tell_time(self, now_s: float) -> None:
-        """Whoever asks tells the time, and an own state that waited for it may be right."""
-        before = self._own_states.newest
-        self._clock_s = max(self._clock_s, now_s)
-        self._own_states.believe(self._clock_s)
-        self._advance(before)
-
-    def _ahead(self, what: str, time_s: float) -> str | None:
-        """Of a time that no right clock tells yet: believed, it would shut out all that follows."""
-        known = np.isfinite(self._clock_s)
-        if not known or time_s <= self._clock_s + self.limits.ahead_s:
-            return None
-        return f"{what}: from the future"
+        flaw = self._own_states.take(state)
+        if flaw:
+            self.counts[flaw] += 1
+            return
+        self._clock.settle(state.time_s)
+        self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
 
     def _take_scan(self, scan: Scan) -> None:
-        flaw = self._sight.flaw_of(scan) or self._ahead("scan", scan.time_s)
+        flaw = self._sight.flaw_of(scan)
         if flaw:
             self.counts[flaw] += 1
         elif not self._own_states.reach_back_to(scan.time_s):
             self.counts["scan: no own state of its time"] += 1
         else:
-            self._sight.take(scan, self._own_state_at(scan.time_s))
+            self._sight.take(scan, self._own_states.at(scan.time_s))
             if len(scan.points_m):
                 self._news, self._unchecked = "new returns", True
             if not self._sight.believes(scan.sensor):
                 self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
 
     def _take_report(self, report: Intruder) -> None:
-        flaw = self._ahead("intruder", report.time_s) or self._reports.take(report)
+        flaw = self._reports.take(report)
         if flaw:
             self.counts[flaw] += 1
         else:
