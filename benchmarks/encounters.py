@@ -1,4 +1,4 @@
-"""Random encounters with intruders: the share that keeps its distance, of those that can be won."""
+"""Random encounters: the share that keeps its distance, of those that can be avoided."""
 
 from __future__ import annotations
 

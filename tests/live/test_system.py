@@ -140,7 +140,7 @@ def test_a_scan_before_its_own_state_is_placed_along_the_plan():
     live = system_after_free_flight()
     ahead = Obstacle.ball([8.0, 0.0, 0.0], 1.5)
     live.update(simulate_scan(LIDAR, ObstacleMap([ahead]), state(1.5, x=1.5)))
-    remembered = live._sight.remembered.position_m
+    remembered = live._sensing.remembered.position_m
     assert remembered[:, 0].min() == pytest.approx(8.0 - 1.5, abs=0.15)
     hazards = live.decide(1.5).decision.hazards
     assert hazards.points.position_m[:, 0].min() == pytest.approx(8.0 - 1.5 - 1.5, abs=0.15)
@@ -268,9 +268,9 @@ def test_stale_intruders_are_dropped_and_counted():
     live = system()
     live.update(state(0.0))
     live.update(Intruder(np.array([8.0, 0, 0]), np.array([-1.0, 0, 0]), radius_m=0.3, name="a"))
-    assert len(live.decide(0.0).decision.hazards.movers.radius_m) == 1
+    assert len(live.decide(0.0).decision.hazards.moving.radius_m) == 1
     live.update(state(20.0))
-    assert len(live.decide(20.0).decision.hazards.movers.radius_m) == 0
+    assert len(live.decide(20.0).decision.hazards.moving.radius_m) == 0
     assert live.counts["intruder: stale"] == 1
 
 
@@ -333,9 +333,9 @@ def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():
             live.update(report)
         assert live.due(float(second))
         decision = live.decide(float(second)).decision
-    movers = decision.hazards.movers
-    np.testing.assert_allclose(movers.position_m[0], [30.0, 5.0, 0.0], atol=0.5)
-    assert movers.radius_m[0] < 0.6 + 3 * 0.3, "six reports tell more than one"
+    moving = decision.hazards.moving
+    np.testing.assert_allclose(moving.position_m[0], [30.0, 5.0, 0.0], atol=0.5)
+    assert moving.radius_m[0] < 0.6 + 3 * 0.3, "six reports tell more than one"
     assert live.counts["report: duplicate"] == 1
 
 

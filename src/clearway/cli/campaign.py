@@ -14,7 +14,7 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 if TYPE_CHECKING:
     from clearway.studies.campaigns.engines import Engine
     from clearway.studies.campaigns.file import Campaign
-    from clearway.studies.campaigns.run import Flown
+    from clearway.studies.campaigns.run import CampaignProgress
 
 ENGINES = ("processes", "dask")
 RUN, OUTPUT = "Run", "Output"
@@ -134,7 +134,7 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     return on_cluster(scheduler)
 
 
-def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
+def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> CampaignProgress:
     """All flights, with a progress bar on standard error that counts what was flown before."""
     from clearway.studies.campaigns.row import FlightRow
     from clearway.studies.campaigns.run import run_campaign
@@ -150,7 +150,9 @@ def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
         return run_campaign(asked, folder, engine, only, watch)
 
 
-def _finish(flown: Flown, asked: Campaign, folder: Path, docs: list[Path], as_json: bool) -> None:
+def _finish(
+    flown: CampaignProgress, asked: Campaign, folder: Path, docs: list[Path], as_json: bool
+) -> None:
     """Tables where they are wanted, and the exit status."""
     from clearway.studies.campaigns.run import RESULTS
 

@@ -16,7 +16,7 @@ from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
     from clearway.studies.encounters.encounter import EncounterSettings
-    from clearway.studies.encounters.flights import Outcome, Tally
+    from clearway.studies.encounters.flights import EncounterOutcome, EncounterTally
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 FAILURES_SHOWN = 12
@@ -115,7 +115,7 @@ def _every_kind() -> list[EncounterSettings]:
     return list(STANDARD_KINDS)
 
 
-def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Tally:
+def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> EncounterTally:
     """Fly encounters with a progress bar on standard error."""
     from clearway.studies.encounters.flights import fly_encounters
 
@@ -123,7 +123,7 @@ def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> Ta
         return fly_encounters(settings, seeds, workers, bar.advance)
 
 
-def _summary(tally: Tally) -> dict[str, Any]:
+def _summary(tally: EncounterTally) -> dict[str, Any]:
     low, high = tally.interval
     settings = tally.settings
     return {
@@ -151,7 +151,7 @@ def _summary(tally: Tally) -> dict[str, Any]:
     }
 
 
-def _print_table(tallies: Sequence[Tally]) -> None:
+def _print_table(tallies: Sequence[EncounterTally]) -> None:
     from rich.table import Table
 
     console = table_console()
@@ -180,11 +180,11 @@ def _print_table(tallies: Sequence[Tally]) -> None:
             print(f"{tally.settings.in_words}: {more} more")
 
 
-def _in_words(outcome: Outcome) -> str:
+def _in_words(outcome: EncounterOutcome) -> str:
     return f"seed {outcome.seed} came within {outcome.min_distance_m:.3f} m"
 
 
-def _replay(tally: Tally) -> str:
+def _replay(tally: EncounterTally) -> str:
     """The options that fly one of these alone."""
     settings = tally.settings
     options = [f"--detected-at {settings.detected_at_m:g}"]
@@ -240,7 +240,7 @@ def _fly_one(seed: int, settings: EncounterSettings, as_json: bool) -> None:
         leave(NOT_REACHED)
 
 
-def _write(tallies: Sequence[Tally], path: Path) -> None:
+def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
     """One row per encounter."""
     from clearway.base.errors import naming
 

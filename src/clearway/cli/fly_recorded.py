@@ -14,7 +14,7 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.missions.encounter_mission import FlownAs
-    from clearway.missions.substitute import Substitution
+    from clearway.missions.in_place import InPlaceFlight
     from clearway.traffic.recorded.picture import AirPicture
 
 WAYS = (
@@ -37,8 +37,8 @@ def fly_recorded(
     Raises InputError for a number, or an aircraft, that is not there.
     """
     from clearway.io.staging import folder_of
-    from clearway.missions.substitute import fly_in_place
-    from clearway.missions.substitution_result import substitution_result
+    from clearway.missions.in_place import fly_in_place
+    from clearway.missions.in_place_result import in_place_result
     from clearway.traffic.recorded.own_part import take_part
 
     recording = picture.recording
@@ -55,7 +55,7 @@ def fly_recorded(
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
         say(note)
-    result = substitution_result(found, recording.clock)
+    result = in_place_result(found, recording.clock)
     folder = out or folder_of(found.file.mission.name)
     written = _write(found, result, folder)
     if as_json:
@@ -67,12 +67,12 @@ def fly_recorded(
         leave(NOT_REACHED)
 
 
-def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list[str]:
+def _write(found: InPlaceFlight, result: Mapping[str, Any], folder: Path) -> list[str]:
     """Everything that the flights leave behind; all of it or nothing."""
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
-    from clearway.studies.figures.substitution import draw_substitution
+    from clearway.studies.figures.in_place import draw_in_place
 
     with staged(folder) as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")
@@ -83,7 +83,7 @@ def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list
         write_decisions(found.run, scratch / "decisions.jsonl")
         record_run(found.run, found.setup, found.file, scratch)
         (scratch / "encounter.json").write_text(json.dumps(result, indent=2) + "\n")
-        draw_substitution(found).savefig(scratch / "encounter.png", dpi=110)
+        draw_in_place(found).savefig(scratch / "encounter.png", dpi=110)
         return sorted(path.name for path in scratch.iterdir())
 
 

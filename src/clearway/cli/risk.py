@@ -15,7 +15,7 @@ from clearway.cli.risk_table import print_tables
 if TYPE_CHECKING:
     from clearway.studies.encounter_model import EncounterModel
     from clearway.studies.risk.settings import RiskSettings
-    from clearway.studies.risk.study import Study
+    from clearway.studies.risk.study import RiskStudy
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 STANDARD = {"near_collision": 0.18, "lost_well_clear": 0.40}
@@ -143,7 +143,7 @@ def _flown(
     settings: RiskSettings,
     seed: int,
     workers: int,
-) -> Study:
+) -> RiskStudy:
     """Fly the study with a progress bar on standard error."""
     from clearway.studies.risk.study import study
 
@@ -179,7 +179,7 @@ def _fly_one(
             print(line)
 
 
-def _write(result: Study, folder: Path) -> None:
+def _write(result: RiskStudy, folder: Path) -> None:
     from clearway.io.staging import staged
     from clearway.studies.risk.summary import write_encounters
 

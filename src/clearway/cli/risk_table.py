@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from clearway.cli.report import table_console
 
 if TYPE_CHECKING:
-    from clearway.studies.risk.study import Study
+    from clearway.studies.risk.study import RiskStudy
 
 CASES_SHOWN = 8
 
 
-def print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> None:
+def print_tables(result: RiskStudy, summary: dict[str, Any], model: Path | None) -> None:
     """summary: of the result, as `--json` prints it; model: its file, None for the made-up one."""
     from rich.table import Table
 
@@ -45,7 +45,9 @@ def _cell(measure: dict[str, Any]) -> str:
     return f"{measure['ratio']:.3f} [{low:.3f}, {high:.3f}]\n{split}"
 
 
-def _print_cases(measures: dict[str, Any], planner: str, result: Study, model: Path | None) -> None:
+def _print_cases(
+    measures: dict[str, Any], planner: str, result: RiskStudy, model: Path | None
+) -> None:
     cases = measures["near_collision"]["cases"]
     if not cases:
         return
@@ -56,7 +58,7 @@ def _print_cases(measures: dict[str, Any], planner: str, result: Study, model: P
           f"clearway risk {given}{_options(result)}-p {planner} --only NUMBER")  # fmt: skip
 
 
-def _options(result: Study) -> str:
+def _options(result: RiskStudy) -> str:
     """The options that make these encounters."""
     settings = result.settings
     words = []

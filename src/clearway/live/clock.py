@@ -80,9 +80,7 @@ class Clock:
         self._offset_s += back_s + usual
         self._stepped_back_s = 0.0
         mixed = back_s <= self._mixed_s
-        self._doubt(
-            usual + (back_s if mixed else self._mixed_s), before + (usual + back_s) * mixed
-        )
+        self._doubt(usual + (back_s if mixed else self._mixed_s), before + (usual + back_s) * mixed)
         self._asked_s = before + usual
         return self._asked_s
 

@@ -169,12 +169,12 @@ def _passed(mission: Mission, goal: int, position_m: FloatArray) -> bool:
     return bool(beyond @ course > 0.0)
 
 
-def stuck(progress: Progress, time_s: float, patience_s: float) -> bool:
+def stuck(progress: Progress, time_s: float, no_progress_s: float) -> bool:
     """Whether the goal has not come nearer for the time that patience lasts.
 
     Every detour doubles the patience with the next.
     """
-    return time_s - progress.nearest_s > patience_s * 2.0 ** min(progress.detours, 6)
+    return time_s - progress.nearest_s > no_progress_s * 2.0 ** min(progress.detours, 6)
 
 
 def detoured(

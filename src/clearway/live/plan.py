@@ -8,8 +8,8 @@ import numpy as np
 
 from clearway.avoidance.choice import Commitment, Side
 from clearway.avoidance.decide import Decision
-from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.live.planned_path import PlannedPath
+from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 

@@ -31,7 +31,7 @@ class PlannedPath:
     @classmethod
     def of(cls, decision: Decision, decided_s: float) -> PlannedPath:
         """Of the trajectory chosen, its samples at equal times within each movement."""
-        reach_set = decision.repertoire.reach_set
+        reach_set = decision.prepared.reach_set
         nodes = reach_set.path(decision.choice.node)
         ends = np.concatenate([[0.0], reach_set.end_time_s[nodes]])
         share = np.arange(1, reach_set.samples_m.shape[1] + 1) / reach_set.samples_m.shape[1]

@@ -12,7 +12,12 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.movers import Following, MoverSettings, follow, forget_movers
+from clearway.live.dynamic_objects import (
+    DynamicObjectSettings,
+    Following,
+    follow,
+    forget_dynamic_objects,
+)
 from clearway.live.readings import DataLimits
 from clearway.sensors import (
     Court,
@@ -36,7 +41,7 @@ MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
 
 
-class Sight:
+class RangeSensing:
     """All that scans have shown up to now; the arguments are those of `live.AvoidanceSystem`."""
 
     def __init__(
@@ -56,7 +61,7 @@ class Sight:
         self._ground_m = ground_m
         self._scans: dict[str, Scan] = {}
         margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
-        settings = MoverSettings.of(margin, planner.speed_mps)
+        settings = DynamicObjectSettings.of(margin, planner.speed_mps)
         self._following = Following(settings) if follow_movers else None
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
@@ -106,7 +111,8 @@ class Sight:
         )
         self._following = following
         self._memories = {
-            name: forget_movers(memory, following) for name, memory in self._memories.items()
+            name: forget_dynamic_objects(memory, following)
+            for name, memory in self._memories.items()
         }
 
     # --- who is believed ------------------------------------------------------------------
@@ -133,7 +139,7 @@ class Sight:
         return min((sensor.sigma_m for sensor in self.sensors.values()), default=0.0)
 
     @property
-    def movers(self) -> list[Intruder]:
+    def dynamic_objects(self) -> list[Intruder]:
         """Bodies that have proved to move."""
         return [] if self._following is None else self._following.intruders()
 

@@ -19,17 +19,17 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.clock import Clock
 from clearway.live.detour import known_way
+from clearway.live.dynamic_objects import unreported
 from clearway.live.explain import explanation
 from clearway.live.flight_decision import FlightDecision, mode_of
 from clearway.live.mission import Detour, Mission, Progress, advanced, detoured, stuck
-from clearway.live.movers import unreported
 from clearway.live.own_states import Flown, OwnStates
 from clearway.live.plan import Plan
-from clearway.live.range_sensing import Sight
+from clearway.live.range_sensing import RangeSensing
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.reports import reports_for
 from clearway.live.waiting import Waiting
-from clearway.live.warm_up import rehearsal, with_something_near
+from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.detection import Rule
@@ -76,12 +76,12 @@ class AvoidanceSystem:
         self._detour = detour
         self._tracker = tracker
         self._address = address
-        self._follow_movers = follow_movers
+        self._follow_dynamic_objects = follow_movers
         self._clock = Clock(self.limits.ahead_s, self.limits.state_s)
         self._waiting = Waiting(self.limits.ahead_s)
         self._flown = Flown(planner.automaton, self.limits.history_s)
         self._own_states = OwnStates(self.limits.history_s, self._flown)
-        self._sight = Sight(
+        self._sensing = RangeSensing(
             planner,
             range_sensors(lidars),
             self.limits,
@@ -137,16 +137,16 @@ class AvoidanceSystem:
         self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
 
     def _take_scan(self, scan: Scan) -> None:
-        flaw = self._sight.flaw_of(scan)
+        flaw = self._sensing.flaw_of(scan)
         if flaw:
             self.counts[flaw] += 1
         elif not self._own_states.reach_back_to(scan.time_s):
             self.counts["scan: no own state of its time"] += 1
         else:
-            self._sight.take(scan, self._own_states.at(scan.time_s))
+            self._sensing.take(scan, self._own_states.at(scan.time_s))
             if len(scan.points_m):
                 self._news, self._unchecked = "new returns", True
-            if not self._sight.believes(scan.sensor):
+            if not self._sensing.believes(scan.sensor):
                 self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
 
     def _take_report(self, report: Intruder) -> None:
@@ -159,7 +159,7 @@ class AvoidanceSystem:
     @property
     def trust(self) -> dict[str, float]:
         """Present trust by sensor; what is not believed at all is at 0."""
-        return self._sight.trust
+        return self._sensing.trust
 
     # --- decisions ------------------------------------------------------------------------
 
@@ -197,18 +197,18 @@ class AvoidanceSystem:
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
         planner, start = self.planner, self.mission.start
-        sensors = self._sight.sensors
+        sensors = self._sensing.sensors
         trial = AvoidanceSystem(
             planner,
             self.mission,
             tuple(sensors.values()),
             with_something_near(self.obstacle_map, planner, start),
             self.limits,
-            follow_movers=self._follow_movers,
+            follow_movers=self._follow_dynamic_objects,
             tracker=self._tracker,
             address=self._address,
         )
-        for time_s, readings in rehearsal(planner, start, sensors):
+        for time_s, readings in warm_up_moments(planner, start, sensors):
             for reading in readings:
                 trial.update(reading)
             trial.decide(time_s)
@@ -251,10 +251,10 @@ class AvoidanceSystem:
         self._tell_time(now_s)
         state = self._expected_state(now_s)
         self._leave_dead_end(state, now_s)
-        for name in self._sight.silent(now_s):
+        for name in self._sensing.silent(now_s):
             self.counts[f"scan: none fresh of {name}"] += 1
-        scans = self._sight.usable_scans(now_s)
-        detections = self._sight.detections(scans, state, self._own_state_at)
+        scans = self._sensing.usable_scans(now_s)
+        detections = self._sensing.detections(scans, state, self._own_state_at)
         situation = replace(self._known(state, now_s), detections=detections)
         return situation, max((now_s - scan.time_s for scan in scans.values()), default=np.nan)
 
@@ -266,11 +266,11 @@ class AvoidanceSystem:
             next_m=self.progress.following(self.mission),
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
-            remembered=self._sight.remembered_near(state.position_m),
+            remembered=self._sensing.remembered_near(state.position_m),
             obstacle_map=self.obstacle_map,
             intruders=self._traffic(state, now_s),
             state_age_s=now_s - self._own_states.latest.time_s,
-            range_sigma_m=self._sight.sigma_m,
+            range_sigma_m=self._sensing.sigma_m,
         )
 
     def _expected_state(self, now_s: float) -> State:
@@ -291,7 +291,7 @@ class AvoidanceSystem:
         """Reported intruders, and those that LiDAR alone sees."""
         reported, left_out = self._reports.intruders(state, now_s)
         self.counts.update(left_out)
-        return reported + unreported(self._sight.movers, reported)
+        return reported + unreported(self._sensing.dynamic_objects, reported)
 
     def _leave_dead_end(self, state: State, now_s: float) -> None:
         """The no-progress rule: fly a detour when the goal has not come nearer for long."""
@@ -308,5 +308,5 @@ class AvoidanceSystem:
         """Round what the map and the memory show, with room to turn if there is any."""
         margin = self.planner.settings.safety_margin_m
         wide = margin + 0.5 * self.planner.automaton.turning_radius_m
-        remembered = self._sight.remembered
+        remembered = self._sensing.remembered
         return known_way(self.obstacle_map, remembered, position_m, target_m, (wide, margin))

@@ -19,12 +19,12 @@ from clearway.mavlink.adsb import AdsbPicture, AdsbSettings
 from clearway.mavlink.clock import Tick, VehicleClock
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.health import LinkFacts, LinkLimits, LinkState, link_state
-from clearway.mavlink.inbox import Arrival
+from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mode import AutopilotMode
 from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
-from clearway.mavlink.own_state import Motion, OwnPlace
+from clearway.mavlink.own_state import OwnMotion, OwnPlace
 from clearway.mavlink.plan import FlownPlan
-from clearway.mavlink.reasons import Approach, Sayings, approaches
+from clearway.mavlink.reasons import PredictedApproach, Sayings, approaches
 from clearway.mavlink.sector_scans import SectorScans
 from clearway.mavlink.setpoints import SetPoint
 from clearway.sensors import Lidar
@@ -56,7 +56,7 @@ class SessionSettings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class TickOutcome:
     """What a tick came to."""
 
     time_s: float
@@ -69,7 +69,7 @@ class Outcome:
     """That the decision took."""
     set_point: SetPoint | None
     """What is sent, or would be."""
-    approaches: tuple[Approach, ...]
+    approaches: tuple[PredictedApproach, ...]
     messages: tuple[Message, ...]
     """To be sent, in this order."""
 
@@ -98,7 +98,7 @@ class Session:
         self._traffic = AdsbPicture(settings.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
         self._reports: dict[str, Intruder] = {}
-        self._motion: Motion | None = None
+        self._motion: OwnMotion | None = None
         self._own: State | None = None
         self._distances = SectorScans(sensor, counts)
         self._heartbeat_s = -math.inf
@@ -114,7 +114,7 @@ class Session:
 
     # --- in -------------------------------------------------------------------------------
 
-    def take(self, arrival: Arrival, wall_s: float) -> bool:
+    def take(self, arrival: ReceivedMessage, wall_s: float) -> bool:
         """Use one message; true for a heartbeat of the autopilot."""
         message, number = arrival.message, arrival.number
         if number == known.HEARTBEAT:
@@ -153,7 +153,7 @@ class Session:
         if motion is not None:
             self._take_motion(motion)
 
-    def _take_motion(self, motion: Motion) -> None:
+    def _take_motion(self, motion: OwnMotion) -> None:
         speed = self.system.planner.speed_mps
         state = motion.state(SLOWEST * speed, self.settings.position_std_m)
         follows = self.settings.act and self.mode is not None and self.mode.follows
@@ -174,14 +174,14 @@ class Session:
 
     # --- out ------------------------------------------------------------------------------
 
-    def tick(self, wall_s: float) -> Outcome:
+    def tick(self, wall_s: float) -> TickOutcome:
         """Decide if it is due and allowed, and say what is to be sent."""
         now = self._clock.now(wall_s)
         for scan in self._distances.placed():
             self.system.update(scan)
         before, self.state = self.state, self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
-        close: list[Approach] = []
+        close: list[PredictedApproach] = []
         if flight is not None and self._motion is not None:
             close = approaches(flight, self._motion, self._intruders.values())
         set_point = self._set_point(now)
@@ -194,7 +194,7 @@ class Session:
                 messages += self._sayings.of_decision(flight, close)
             if self.state is not before:
                 messages += self._sayings.text(f"{self.state}")
-        return Outcome(
+        return TickOutcome(
             now,
             self.state,
             flight,

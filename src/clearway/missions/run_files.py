@@ -117,7 +117,7 @@ def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
 
 def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
     decision, choice = flight.decision, flight.decision.choice
-    movements_to = decision.repertoire.reach_set.movements_to
+    movements_to = decision.prepared.reach_set.movements_to
     return {
         **_when_and_why(entry),
         "basis": choice.basis.name.lower(),

@@ -24,7 +24,7 @@ MOST_MOVEMENTS = 100
 """Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
 
 
-class Pieces(NamedTuple):
+class LatticePieces(NamedTuple):
     """The lattice as compiled loops take it."""
 
     following: npt.NDArray[np.int32]
@@ -45,10 +45,10 @@ class Pieces(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Pieces of an automaton, and where each start pitch lies among the attitudes."""
+    """LatticePieces of an automaton, and where each start pitch lies among the attitudes."""
 
     automaton: MovementAutomaton
-    pieces: Pieces
+    pieces: LatticePieces
     start: dict[float, int]
     """Attitude index by start pitch."""
 
@@ -134,7 +134,7 @@ def _pieces(
     automaton: MovementAutomaton,
     rows: list[list[tuple[int, FloatArray]]],
     attitudes: list[tuple[float, float, Movement | None]],
-) -> Pieces:
+) -> LatticePieces:
     following = np.array([[reached for reached, _ in row] for row in rows], dtype=np.int32)
     paths = np.array([[path for _, path in row] for row in rows])
     position = np.ascontiguousarray(paths[..., :3])
@@ -147,7 +147,7 @@ def _pieces(
     pitches = np.array([pitch for _, pitch, _ in attitudes])
     turned = paths[:, :, -1, 5]
     bend = np.hypot(turned, paths[:, :, -1, 4] - pitches[: len(rows), None])
-    return Pieces(
+    return LatticePieces(
         following=following,
         path=position,
         turn_rad=np.ascontiguousarray(turned),

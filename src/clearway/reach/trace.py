@@ -12,7 +12,7 @@ import numpy.typing as npt
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
-from clearway.reach.lattice import SAMPLES, Lattice, Pieces, grid_from_level
+from clearway.reach.lattice import SAMPLES, Lattice, LatticePieces, grid_from_level
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
 
 Int32Array = npt.NDArray[np.int32]
@@ -133,7 +133,7 @@ def expand(
     position: FloatArray,
     yaw: FloatArray,
     attitude: npt.NDArray[np.int32],
-    pieces: Pieces,
+    pieces: LatticePieces,
     rotation: FloatArray,
     edges: GridEdges,
 ) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int32], npt.NDArray[np.int64]]:
@@ -167,7 +167,7 @@ def expand(
 
 @compiled
 def _chain(
-    parent: Int32Array, movement: npt.NDArray[np.int16], start: int, pieces: Pieces
+    parent: Int32Array, movement: npt.NDArray[np.int16], start: int, pieces: LatticePieces
 ) -> tuple[Int32Array, npt.NDArray[np.int16], FloatArray, FloatArray, FloatArray]:
     """Attitude index, depth, (time, length) and (x, y, z, yaw) at the start and end of nodes.
 
@@ -205,7 +205,7 @@ def _through_cells(
     movement: npt.NDArray[np.int16],
     attitude: Int32Array,
     starts: FloatArray,
-    pieces: Pieces,
+    pieces: LatticePieces,
     rotation: FloatArray,
     edges: GridEdges,
 ) -> tuple[FloatArray, Int32Array, Int32Array, Int32Array, npt.NDArray[np.int8]]:

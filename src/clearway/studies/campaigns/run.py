@@ -24,7 +24,7 @@ Watch = Callable[[FlightRow | None, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
+class CampaignProgress:
     """What has been flown of a campaign, now and before."""
 
     rows: tuple[FlightRow, ...]
@@ -36,7 +36,7 @@ class Flown:
 
 def run_campaign(
     campaign: Campaign, folder: Path, engine: Engine, only: str = "*", watch: Watch | None = None
-) -> Flown:
+) -> CampaignProgress:
     """Fly what is not yet flown, and write results.parquet into the folder.
 
     only: pattern of keys, to fly some of it. Flights of earlier sittings stay.
@@ -63,7 +63,7 @@ def run_campaign(
         ordered = tuple(by_family(rows.values(), tasks))
         write_results(results, ordered, {**settings, "skipped": json.dumps(skipped)})
         (folder / JOURNAL).unlink()
-    return Flown(ordered, len(left), skipped)
+    return CampaignProgress(ordered, len(left), skipped)
 
 
 def chosen(tasks: Sequence[Task], only: str) -> list[Task]:

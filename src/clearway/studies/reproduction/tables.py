@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.comparison import Comparison, Row, compare
+from clearway.reach.comparison import Comparison, MethodRow, compare
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 from clearway.vehicle.automaton import MovementAutomaton
@@ -112,7 +112,7 @@ def reach_set_table() -> tuple[Exhibit, ...]:
     )
 
 
-def _measures(row: Row, result: Comparison) -> tuple[Measure, ...]:
+def _measures(row: MethodRow, result: Comparison) -> tuple[Measure, ...]:
     name, cover = row.contender.name, row.coverage
     cells = cover.cells_covered / result.reachable.number
     nodes, trajectories, ratio = row.contender.paper or (None, None, None)

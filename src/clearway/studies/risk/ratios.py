@@ -15,7 +15,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.intervals import CONFIDENCE, RESAMPLES
 from clearway.base.state import IntArray
 from clearway.studies.risk.flight import STRAIGHT
-from clearway.studies.risk.study import Study
+from clearway.studies.risk.study import RiskStudy
 
 MEASURES = {
     "collision": "collision",
@@ -54,13 +54,13 @@ class Risk:
     induced_cases: tuple[int, ...]
 
 
-def weights_of(study: Study) -> FloatArray:
+def weights_of(study: RiskStudy) -> FloatArray:
     """[n] of the encounters, 1 on average."""
     weights = np.array([outcome.weight for outcome in study.outcomes])
     return np.asarray(weights / weights.mean())
 
 
-def risk(study: Study, planner: str, measure: str) -> Risk:
+def risk(study: RiskStudy, planner: str, measure: str) -> Risk:
     """One measure, of a planner or of straight flight; intervals by resampling encounters."""
     weights = weights_of(study)
     numbers = np.array([outcome.number for outcome in study.outcomes])
@@ -97,13 +97,15 @@ def risk(study: Study, planner: str, measure: str) -> Risk:
     )
 
 
-def mean_aside_m(study: Study, planner: str) -> float:
+def mean_aside_m(study: RiskStudy, planner: str) -> float:
     """Farthest from straight flight, weighted mean over all encounters: what avoiding costs."""
     aside = np.array([outcome.of(planner).aside_m for outcome in study.outcomes])
     return float(weights_of(study) @ aside / len(aside))
 
 
-def _flags(study: Study, planner: str, measure: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _flags(
+    study: RiskStudy, planner: str, measure: str
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return np.array([bool(getattr(outcome.of(planner), measure)) for outcome in study.outcomes])
 
 

@@ -10,10 +10,10 @@ from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import STRAIGHT
 from clearway.studies.risk.ratios import MEASURES, Estimate, mean_aside_m, risk
-from clearway.studies.risk.study import Study
+from clearway.studies.risk.study import RiskStudy
 
 
-def summary(result: Study, model: EncounterModel) -> dict[str, Any]:
+def summary(result: RiskStudy, model: EncounterModel) -> dict[str, Any]:
     """The object that `risk --json` prints."""
     emergencies = {
         name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
@@ -33,7 +33,7 @@ def summary(result: Study, model: EncounterModel) -> dict[str, Any]:
     }
 
 
-def _measures(result: Study, planner: str) -> dict[str, Any]:
+def _measures(result: RiskStudy, planner: str) -> dict[str, Any]:
     """Every measure of one planner, with its interval and its cases."""
     measures: dict[str, Any] = {}
     for name in MEASURES:
@@ -56,7 +56,7 @@ def _interval(estimate: Estimate) -> list[float | None]:
     return [finite(estimate.low), finite(estimate.high)]
 
 
-def write_encounters(result: Study, path: Path) -> None:
+def write_encounters(result: RiskStudy, path: Path) -> None:
     """CSV: one row per encounter and planner."""
     with path.open("w", newline="") as file:
         rows = csv.writer(file)

@@ -9,14 +9,14 @@ from clearway.io.json_values import rounded
 from clearway.missions.run_files import decision_times_ms
 
 if TYPE_CHECKING:
-    from clearway.missions.substitute import Substitution, Way
+    from clearway.missions.in_place import InPlaceFlight, Way
     from clearway.sim import Run
     from clearway.traffic.recorded import Aircraft
     from clearway.traffic.recorded.approach import Approach
     from clearway.traffic.recorded.report import Clock
 
 
-def substitution_result(found: Substitution, clock: Clock) -> dict[str, Any]:
+def in_place_result(found: InPlaceFlight, clock: Clock) -> dict[str, Any]:
     """Both aircraft, and the closest points of the three ways; times since the flight's start."""
     part, file = found.part, found.file
     closest = part.from_s + part.closest_s
