@@ -18,7 +18,8 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.io.poses.pose_file import read_poses
 from clearway.io.poses.pose_track import pose_track, quaternions_of, rotation_of, slerp
-from clearway.io.scans.pointcloud import PointCloud, read_points
+from clearway.io.scans.pointcloud import PointCloud
+from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
 from clearway.live import AvoidanceSystem
@@ -118,7 +119,7 @@ def test_names_that_are_nanoseconds(data_dir: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, r"needs files of one kind, found none; valid: \.bin"),
+        ({}, r"needs files of one kind, found none; valid: \.pcd"),
         ({"1.bin": b"", "2.npy": b""}, r"found 1 \.bin, 1 \.npy"),
         ({"first.bin": b""}, "no number in the name of first.bin"),
         ({"1.bin": b"", "2.bin": b"", "times.txt": b"1\n"}, "1 times for 2 scans"),

@@ -157,6 +157,19 @@ class MovementAutomaton:
             return self.table.predict(state, movement.name, duration / movement.duration_s)
         return self.vehicle.advance(state, movement.inputs, duration)
 
+    def measured(self, steps: int = 1) -> MovementTable:
+        """Each movement flown once from level flight, as tables 4.1 and 4.2 were made."""
+        level = np.zeros(6)
+        return MovementTable.from_rows(
+            {
+                movement.name: [
+                    self.predict(level, movement, movement.duration_s * step / steps)
+                    for step in range(1, steps + 1)
+                ]
+                for movement in self.movements
+            }
+        )
+
     def allowed(
         self, state: npt.ArrayLike, movement: Movement, previous: Movement | None = None
     ) -> bool:
