@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -16,6 +18,9 @@ from clearway.traffic import Intruder
 
 PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
+
+STEEPEST_RAD = 0.25 * np.pi
+"""An attitude off by more is not known at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,8 @@ class Situation:
     """As reported, each with its own time."""
     state_age_s: float = 0.0
     """Age of the measurement behind `state`."""
+    unsure_m: float = 0.0
+    """How far off `state` may be since its time, or what was flown since, is not known."""
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
@@ -57,7 +64,25 @@ def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
         + settings.own_drift_mps * max(0.0, situation.state_age_s)
+        + situation.unsure_m
     )
+
+
+def margin_slope(settings: AvoidanceSettings, situation: Situation) -> float:
+    """Metres that the margin grows by per metre of distance from the vehicle.
+
+    What is known in the world frame, be it map, traffic or an earlier return, is turned into the
+    vehicle's frame by an attitude that may be wrong: it then lies off by that angle times its
+    distance, whatever it is.
+    """
+    return float(np.tan(min(settings.sigmas * situation.state.attitude_std_rad, STEEPEST_RAD)))
+
+
+def widest_margin_m(planner: Planner, situation: Situation) -> float:
+    """The margin at the range of the grid."""
+    settings = planner.settings
+    slope = margin_slope(settings, situation)
+    return margin_m(settings, situation) + slope * planner.grid.range_m
 
 
 def goal_of(situation: Situation) -> Goal:

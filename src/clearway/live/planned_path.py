@@ -9,8 +9,8 @@ import numpy as np
 from clearway.avoidance.decide import Decision, in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, grid_frame, margin_m
-from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance
+from clearway.avoidance.situation import Situation, grid_frame, margin_m, margin_slope
+from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray
 from clearway.live.readings import TIME_TOLERANCE_S
 
@@ -59,6 +59,7 @@ class PlannedPath:
         paths = self.from_now(situation, now_s)
         if not len(paths.parent):
             return None
+        paths = sloping(paths, margin_slope(planner.settings, situation))
         margin = margin_m(planner.settings, situation)
         hazards = in_reach(planner, situation, margin).hazards
         found = path_clearance(paths, len(paths.parent) - 1, hazards)

@@ -193,14 +193,14 @@ class RangeSensing:
         level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
         return Ground.at_height(level, self._ground_m, 0.0)
 
-    def remembered_near(self, position_m: FloatArray) -> PointHazards:
+    def remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
         """Points of this and earlier scans that a trajectory from there could come near to.
 
         Those of sensors that measure worse than the best are grown by the difference here, since a
         decision grows all alike.
         """
         settings = self._planner.settings
-        reach = self._planner.grid.range_m + 2.0 * settings.safety_margin_m
+        reach = self._planner.grid.range_m + max(2.0 * settings.safety_margin_m, margin_m)
         best = self.sigma_m
         near = []
         for name, memory in self._believed_memories():

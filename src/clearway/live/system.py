@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.clock import Clock
@@ -35,6 +35,9 @@ from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder, TrackerSettings
 from clearway.vehicle.buffer import MovementBuffer
+
+GROWN = 0.01
+"""Share of the safety margin by which the margin must have grown to be news."""
 
 
 class AvoidanceSystem:
@@ -93,6 +96,7 @@ class AvoidanceSystem:
         self._plan = Plan()
         self._news = ""
         self._unchecked = False  # Whether the plan has not been held against the news.
+        self._kept_m = np.inf  # The margin that it was last held against, at its widest.
         self._told: Counter[str] = Counter()
 
     # --- readings -------------------------------------------------------------------------
@@ -166,7 +170,8 @@ class AvoidanceSystem:
     @property
     def buffer(self) -> MovementBuffer:
         """The movements decided last, with their times; what is past of them is flown (6.2)."""
-        return self._plan.buffer
+        buffer = self._plan.buffer
+        return buffer.shifted(self._clock.told) if self._clock.shifted else buffer
 
     def due(self, now_s: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on.
@@ -174,25 +179,35 @@ class AvoidanceSystem:
         In the middle of the plan's first movement news counts only if it endangers the plan:
         decided anew with every scan, from between two movements, it would waver for ever.
         """
-        self._tell_time(now_s)
-        due = self._plan.due(now_s, self.progress.goal)
-        if due or not self._news:
+        now = self._catch_up(now_s)
+        due = self._plan.due(now, self.progress.goal)
+        if due or not (self._news or self._margin_has_grown(now)):
             return due
-        if not (self.planner.settings.verify and self._plan.in_first_movement(now_s)):
+        verified = self.planner.settings.verify
+        if self._news and not (verified and self._plan.in_first_movement(now)):
             return self._news
         if not self._unchecked:
             return None
-        danger = self._endangered_at(now_s)
+        danger = self._endangered_at(now)
         self._unchecked = danger is not None
         return danger
 
-    def _endangered_at(self, now_s: float) -> str | None:
+    def _margin_has_grown(self, now: float) -> bool:
+        """Whether more must be kept now than the plan has been held against; it then is anew."""
+        if self._plan.decision is None:
+            return False
+        needed_m = widest_margin_m(self.planner, self._here(self._own_states.latest, now))
+        if needed_m <= self._kept_m + GROWN * self.planner.settings.safety_margin_m:
+            return False
+        self._kept_m, self._unchecked = needed_m, True
+        return True
+
+    def _endangered_at(self, now: float) -> str | None:
         """By what the plan being flown lacks the margin, as far as is known now."""
         path = self._plan.path
         if path is None:
             return None
-        state = self._own_state_at(now_s)
-        return path.endangered(self.planner, self._known(state, now_s), now_s)
+        return path.endangered(self.planner, self._known(self._own_states.at(now), now), now)
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -220,23 +235,33 @@ class AvoidanceSystem:
 
         Raises ClearwayError if no own state has come yet.
         """
-        situation, scan_age = self.situation(now_s)
-        decision = decide(self.planner, situation, self._plan.commitment(now_s))
-        return self._adopt(decision, now_s, scan_age)
+        now = self._catch_up(now_s)
+        situation, scan_age = self._situation(now)
+        decision = decide(self.planner, situation, self._plan.commitment(now))
+        self._kept_m = widest_margin_m(self.planner, situation)
+        return self._adopt(decision, now, now_s, scan_age)
 
-    def _adopt(self, decision: Decision, now_s: float, scan_age: float) -> FlightDecision:
+    def _adopt(
+        self, decision: Decision, now: float, told_s: float, scan_age: float
+    ) -> FlightDecision:
         goal = self.progress.goal
-        self._plan = self._plan.after(decision, now_s, goal, self.planner.automaton)
+        self._plan = self._plan.after(decision, now, goal, self.planner.automaton)
+        self._flown.then(self._plan.buffer)
         self._news, self._unchecked = "", False
         mode = mode_of(decision, landing=self.progress.landing(self.mission))
         fresh = self.counts - self._told
         self._told = Counter(self.counts)
+        if self._clock.shifted:
+            decision = replace(decision, state=replace(decision.state, time_s=told_s))
+        words = explanation(decision, mode, self.obstacle_map)
+        if self._clock.in_doubt:
+            words += "; the clock jumped, and the own place is in doubt until its next own state"
         return FlightDecision(
-            now_s,
+            told_s,
             mode,
             goal,
             decision,
-            explanation(decision, mode, self.obstacle_map),
+            words,
             scan_age,
             dict(fresh),
         )
@@ -248,44 +273,59 @@ class AvoidanceSystem:
 
         Raises ClearwayError if no own state has come yet.
         """
-        self._tell_time(now_s)
-        state = self._expected_state(now_s)
-        self._leave_dead_end(state, now_s)
-        for name in self._sensing.silent(now_s):
-            self.counts[f"scan: none fresh of {name}"] += 1
-        scans = self._sensing.usable_scans(now_s)
-        detections = self._sensing.detections(scans, state, self._own_state_at)
-        situation = replace(self._known(state, now_s), detections=detections)
-        return situation, max((now_s - scan.time_s for scan in scans.values()), default=np.nan)
+        situation, scan_age = self._situation(self._catch_up(now_s))
+        if self._clock.shifted:
+            told = self._clock.told
+            situation = replace(
+                situation,
+                state=replace(situation.state, time_s=told(situation.state.time_s)),
+                intruders=[replace(i, time_s=told(i.time_s)) for i in situation.intruders],
+            )
+        return situation, scan_age
 
-    def _known(self, state: State, now_s: float) -> Situation:
-        """All that is known but for the cells that sensors see."""
+    def _situation(self, now: float) -> tuple[Situation, float]:
+        state = self._expected_state(now)
+        self._leave_dead_end(state, now)
+        for name in self._sensing.silent(now):
+            self.counts[f"scan: none fresh of {name}"] += 1
+        scans = self._sensing.usable_scans(now)
+        detections = self._sensing.detections(scans, state, self._own_states.at)
+        situation = replace(self._known(state, now), detections=detections)
+        return situation, max((now - scan.time_s for scan in scans.values()), default=np.nan)
+
+    def _here(self, state: State, now: float) -> Situation:
+        """Where we are and want to go, and how sure that is; nothing of what is around."""
+        latest_s = self._own_states.latest.time_s
+        unknown_s = self._flown.unknown_s(latest_s, now) if now > latest_s else 0.0
         return Situation(
             state=state,
             target_m=self.progress.target(self.mission),
             next_m=self.progress.following(self.mission),
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
-            remembered=self._sensing.remembered_near(state.position_m),
+            state_age_s=now - latest_s,
+            unsure_m=self.planner.speed_mps * (self._clock.doubt_s + unknown_s),
+        )
+
+    def _known(self, state: State, now: float) -> Situation:
+        """All that is known but for the cells that sensors see."""
+        here = self._here(state, now)
+        return replace(
+            here,
+            remembered=self._sensing.remembered_near(
+                state.position_m, widest_margin_m(self.planner, here)
+            ),
             obstacle_map=self.obstacle_map,
-            intruders=self._traffic(state, now_s),
-            state_age_s=now_s - self._own_states.latest.time_s,
+            intruders=self._traffic(state, now),
             range_sigma_m=self._sensing.sigma_m,
         )
 
-    def _expected_state(self, now_s: float) -> State:
+    def _expected_state(self, now: float) -> State:
         """The latest own state carried to the decision time."""
         latest = self._own_states.latest
-        if now_s - latest.time_s > self.limits.state_s:
+        if now - latest.time_s > self.limits.state_s or self._clock.in_doubt:
             self.counts["state: stale"] += 1
-        return carried_on(latest, now_s, self._plan.buffer, self.planner.automaton)
-
-    def _own_state_at(self, time_s: float) -> State:
-        """Between own states, or carried on from the latest: a scan may come before its own."""
-        latest = self._own_states.latest
-        if time_s <= latest.time_s:
-            return self._own_states.at(time_s)
-        return carried_on(latest, time_s, self._plan.buffer, self.planner.automaton)
+        return self._flown.carry(latest, now)
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:
         """Reported intruders, and those that LiDAR alone sees."""
