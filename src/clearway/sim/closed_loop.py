@@ -25,6 +25,7 @@ from clearway.sim.pilot import D, Pilot
 from clearway.sim.run import LoggedDecision, OnDecision, Run
 from clearway.sim.scripted import AirTraffic
 from clearway.sim.settings import SimulationSettings
+from clearway.sim.swept import swept_distance_m
 from clearway.vehicle.automaton import Movement
 
 
@@ -141,12 +142,15 @@ class _Flight(Generic[D]):
                 return
 
     def _hit(self) -> bool:
-        """Whether the vehicle is in an obstacle; looked up only where it can have come to one."""
-        before, now = self.motion.states[-2:]
-        self.free_m -= float(np.linalg.norm(now[:3] - before[:3]))
-        if self.free_m <= 0.0:
-            self.free_m = float(self.world.distance_m(now[None, :3])[0])
-        return self.free_m <= 0.0
+        """Whether the last step went through an obstacle; looked up only where it can have."""
+        step = np.array([state[:3] for state in self.motion.states[-2:]])
+        self.free_m -= float(np.linalg.norm(step[1] - step[0]))
+        if self.free_m > 0.0:
+            return False
+        if swept_distance_m(self.world, step, self.margin_m)[1] <= 0.0:
+            return True
+        self.free_m = float(self.world.distance_m(step[1:])[0])
+        return False
 
     def _time_limit(self) -> float:
         if self.settings.time_limit_s is not None:
