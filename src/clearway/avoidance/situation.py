@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import AvoidanceSettings, Planner
@@ -14,13 +12,11 @@ from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
+from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
 PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
-
-STEEPEST_RAD = 0.25 * np.pi
-"""An attitude off by more is not known at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +71,7 @@ def margin_slope(settings: AvoidanceSettings, situation: Situation) -> float:
     vehicle's frame by an attitude that may be wrong: it then lies off by that angle times its
     distance, whatever it is.
     """
-    return float(np.tan(min(settings.sigmas * situation.state.attitude_std_rad, STEEPEST_RAD)))
+    return slope_of(settings.sigmas * situation.state.attitude_std_rad)
 
 
 def widest_margin_m(planner: Planner, situation: Situation) -> float:

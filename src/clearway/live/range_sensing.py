@@ -92,6 +92,7 @@ class RangeSensing:
             scan,
             state,
             tolerance_m=sigmas * state.position_std_m,
+            angle_rad=sigmas * state.attitude_std_rad,
             ground_m=self._ground_m,
         )
         if self._court is not None:
