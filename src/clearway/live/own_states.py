@@ -67,8 +67,6 @@ class OwnStates:
 
     def take(self, state: State) -> str | None:
         """Keep a state; returns why it cannot be used, or None."""
-        if not np.all(np.isfinite(state.vector)) or not np.isfinite(state.time_s):
-            return "state: not finite"
         if self._states and state.time_s <= self._states[-1].time_s:
             return "state: late or repeated"
         self._states.append(state)

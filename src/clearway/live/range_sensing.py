@@ -76,8 +76,6 @@ class RangeSensing:
 
     def flaw_of(self, scan: Scan) -> str | None:
         """Why a scan cannot be used, or None."""
-        if scan.sensor not in self.sensors:
-            return "scan: unknown sensor"
         if scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
             return "scan: late or repeated"
         return None

@@ -102,11 +102,26 @@ class AvoidanceSystem:
     # --- readings -------------------------------------------------------------------------
 
     def update(self, reading: Reading) -> None:
-        """Take one reading; what cannot be used is counted by reason, once a question is asked."""
+        """Take one reading; what cannot be used is counted by reason.
+
+        What no time makes right is counted at once, the rest when the next question tells the time.
+        """
+        flaw = self._flaw_at_any_time(reading)
+        if flaw:
+            self.counts[flaw] += 1
+            return
         self._waiting.put(reading)
         overdue = self._waiting.overdue_s
         if overdue is not None:
             self._take(self._clock.own(overdue))
+
+    def _flaw_at_any_time(self, reading: Reading) -> str | None:
+        if isinstance(reading, State):
+            finite = np.isfinite(reading.time_s) and np.all(np.isfinite(reading.vector))
+            return None if finite else "state: not finite"
+        if isinstance(reading, Scan) and reading.sensor not in self._sensing.sensors:
+            return "scan: unknown sensor"
+        return None if np.isfinite(reading.time_s) else "scan: from the future"
 
     def catch_up(self, now_s: float) -> None:
         """Take in what has come, held against the time; `due` and `decide` do so themselves."""

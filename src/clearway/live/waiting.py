@@ -7,8 +7,6 @@ from dataclasses import replace
 from statistics import median
 from typing import NamedTuple
 
-import numpy as np
-
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S, Reading
 from clearway.sensors import Scan
@@ -49,7 +47,7 @@ class Waiting:
         """A time that most of them agree on, where too many wait for a question; else None."""
         if self._scans <= MOST_SCANS and len(self._readings) - self._scans <= MOST_OTHERS:
             return None
-        return median(r.time_s if np.isfinite(r.time_s) else -np.inf for r in self._readings)
+        return median(reading.time_s for reading in self._readings)
 
     def ready(self, now_s: float, own: Callable[[float], float], unsure_mps: float) -> Ready:
         """Take out what can be used at an own time; `own` turns told times into own ones."""
