@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -364,3 +365,8 @@ def test_playing_sees_and_decides_at_every_moment() -> None:
     assert [str(one.decision.mode) for one in played[:2]] == ["navigation", "avoidance"]
     assert all(one.decision.decision.choice.clearance_m >= 0.6 for one in played[:2])
     assert [one.decision.time_s for one in played] == [10.0, 11.0, 12.0, 13.0]
+    assert played[0].planned is None
+    for before, one in pairwise(played):
+        flown = before.decision.decision.path_m
+        off = np.linalg.norm(flown - one.planned.position_m, axis=1)
+        assert off.min() < 0.05, "on the path decided a second before"

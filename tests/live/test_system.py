@@ -203,30 +203,27 @@ def test_without_verification_all_news_counts():
 def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
     world, there = ball_world(seed)
     live = AvoidanceSystem(PLANNER, there, (LIDAR,), world)
-    automaton, at = PLANNER.automaton, there.start.vector
+    at = there.start
     for second in range(12):
-        live.update(State(at[:3], at[3:], float(second)))
+        live.update(replace(at, time_s=float(second)))
         flight = live.decide(float(second))
         if flight.mode is Mode.EMERGENCY:
             break
         for part in (0.0, 0.3, 0.7, 0.99):
-            flown, _ = live.buffer.split(second + part)
-            if flown.entries:
-                now = flown.rollout(automaton, at, np.inf).states[-1]
-                live.update(State(now[:3], now[3:], second + part))
+            if part:
+                live.update(live.state_at(second + part))
             live.catch_up(second + part)
             assert live._endangered_at(second + part) is None
-        flown, _ = live.buffer.split(second + 1.0)
-        at = flown.rollout(automaton, at, np.inf).states[-1]
+        at = live.state_at(second + 1.0)
 
 
 def flown_live(begin_s):
     """Why and what is decided at ten scans a second, with an obstacle and an intruder ahead."""
-    live, automaton, at = system(), PLANNER.automaton, np.zeros(6)
+    live, here = system(), State(np.zeros(3))
     told = []
     for n in range(60):
         now = begin_s + 0.1 * n
-        here = State(at[:3], at[3:], now)
+        here = replace(live.state_at(now) or here, time_s=now)
         live.update(here)
         live.update(simulate_scan(LIDAR, BALL, here))
         if n % 10 == 0:
@@ -235,9 +232,6 @@ def flown_live(begin_s):
         why = live.due(now)
         if why is not None:
             told.append((n, why, live.decide(now).movements))
-        _, ahead = live.buffer.split(now)
-        flown, _ = ahead.split(now + 0.1)
-        at = flown.rollout(automaton, at, np.inf).states[-1]
     return told
 
 

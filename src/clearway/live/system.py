@@ -18,6 +18,7 @@ from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.clock import Clock
+from clearway.live.danger import endangered
 from clearway.live.detour import known_way
 from clearway.live.dynamic_objects import unreported
 from clearway.live.explain import explanation
@@ -34,6 +35,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder, TrackerSettings
+from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
 GROWN = 0.01
@@ -93,7 +95,7 @@ class AvoidanceSystem:
             follow_movers=follow_movers,
         )
         self._reports = reports_for(tracker, self.limits.intruder_s, planner.speed_mps, address)
-        self._plan = Plan()
+        self._plan = Plan(planner.automaton)
         self._news = ""
         self._unchecked = False  # Whether the plan has not been held against the news.
         self._kept_m = np.inf  # The margin that it was last held against, at its widest.
@@ -182,12 +184,6 @@ class AvoidanceSystem:
 
     # --- decisions ------------------------------------------------------------------------
 
-    @property
-    def buffer(self) -> MovementBuffer:
-        """The movements decided last, with their times; what is past of them is flown (6.2)."""
-        buffer = self._plan.buffer
-        return buffer.shifted(self._clock.told) if self._clock.shifted else buffer
-
     def due(self, now_s: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on.
 
@@ -219,10 +215,8 @@ class AvoidanceSystem:
 
     def _endangered_at(self, now: float) -> str | None:
         """By what the plan being flown lacks the margin, as far as is known now."""
-        path = self._plan.path
-        if path is None:
-            return None
-        return path.endangered(self.planner, self._known(self._own_states.at(now), now), now)
+        state = self._own_states.at(now)
+        return endangered(self._plan, self.planner, self._known(state, now), now)
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -246,7 +240,7 @@ class AvoidanceSystem:
         trial._known_way(start.position_m, self.mission.goals_m[0])
 
     def decide(self, now_s: float) -> FlightDecision:
-        """Decide for the present moment; the buffer returned is to be flown from `now_s` on.
+        """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.
 
         Raises ClearwayError if no own state has come yet.
         """
@@ -260,7 +254,7 @@ class AvoidanceSystem:
         self, decision: Decision, now: float, told_s: float, scan_age: float
     ) -> FlightDecision:
         goal = self.progress.goal
-        self._plan = self._plan.after(decision, now, goal, self.planner.automaton)
+        self._plan = self._plan.after(decision, now, goal)
         self._flown.then(self._plan.buffer)
         self._news, self._unchecked = "", False
         mode = mode_of(decision, landing=self.progress.landing(self.mission))
@@ -280,6 +274,35 @@ class AvoidanceSystem:
             scan_age,
             dict(fresh),
         )
+
+    # --- what to fly ----------------------------------------------------------------------
+
+    @property
+    def buffer(self) -> MovementBuffer:
+        """The movements decided last, with their times; what is past of them is flown (6.2)."""
+        buffer = self._plan.buffer
+        return buffer.shifted(self._clock.told) if self._clock.shifted else buffer
+
+    @property
+    def holds_until_s(self) -> float:
+        """Until when the plan may be flown without a new decision; -inf before the first one."""
+        return self._clock.told(self._plan.holds_until_s)
+
+    def movement_at(self, time_s: float) -> Movement | None:
+        """What to fly at a time: of the plan decided last, from that decision to the plan's end.
+
+        Where one movement ends, the next is flown. None before the first decision, at times before
+        the last one, and past the plan's end, where `due` has long asked for the next one.
+        """
+        return self._plan.movement_at(self._clock.own(time_s))
+
+    def state_at(self, time_s: float) -> State | None:
+        """Where the plan has the vehicle at a time, world frame; None when `movement_at` is.
+
+        Flown from the state that was decided for: a set-point, not an estimate of the own state.
+        """
+        state = self._plan.state_at(self._clock.own(time_s))
+        return replace(state, time_s=time_s) if state and self._clock.shifted else state
 
     # --- what is known now ----------------------------------------------------------------
 

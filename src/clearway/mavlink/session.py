@@ -23,7 +23,7 @@ from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mode import AutopilotMode
 from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
 from clearway.mavlink.own_state import OwnMotion, OwnPlace
-from clearway.mavlink.plan import FlownPlan
+from clearway.mavlink.plan import turned_onto
 from clearway.mavlink.reasons import PredictedApproach, Sayings, approaches
 from clearway.mavlink.sector_scans import SectorScans
 from clearway.mavlink.setpoints import SetPoint
@@ -104,7 +104,6 @@ class Session:
         self._heartbeat_s = -math.inf
         self._said_s = -math.inf
         self._restarted = False
-        self._plan: FlownPlan | None = None
         self._sayings = Sayings()
 
     @property
@@ -157,8 +156,9 @@ class Session:
         speed = self.system.planner.speed_mps
         state = motion.state(SLOWEST * speed, self.settings.position_std_m)
         follows = self.settings.act and self.mode is not None and self.mode.follows
-        if follows and self._plan is not None:
-            state = self._plan.turned_onto(state, self.counts)
+        planned = self._planned(state.time_s) if follows else None
+        if planned is not None:
+            state = turned_onto(planned, state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self._motion, self._own = motion, state
             self._distances.move(state, motion.heading_rad)
@@ -233,7 +233,6 @@ class Session:
             return None, "", 0.0
         started = time.perf_counter()
         flight = self.system.decide(now)
-        self._plan = FlownPlan.of(self.system.planner.automaton, flight)
         return flight, why, time.perf_counter() - started
 
     def _set_point(self, now: float) -> SetPoint | None:
@@ -242,13 +241,20 @@ class Session:
             return None
         if self.state is LinkState.ARRIVED:
             return self._holding(offset)
-        plan = self._plan
-        if plan is None or (self.state is LinkState.STALE and now > plan.holds_until_s):
+        if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        ahead = plan.at(now + self.settings.lead_s)
-        if ahead is None:
+        ahead = self._planned(now + self.settings.lead_s)
+        movement = None if ahead is None else self.system.movement_at(ahead.time_s)
+        if ahead is None or movement is None:
             return None
-        return SetPoint.following(ahead, plan.speed_at(now + self.settings.lead_s), offset)
+        return SetPoint.following(ahead.vector, movement.speed_mps, offset)
+
+    def _planned(self, time_s: float) -> State | None:
+        """Where the plan has the vehicle; it begins with a decision, which news may be older than.
+
+        None before the first decision and past the plan's end.
+        """
+        return self.system.state_at(max(time_s, self.system.buffer.start_s))
 
     def _holding(self, offset: FloatArray) -> SetPoint:
         """At the last goal, pointing as the plan left it."""

@@ -13,6 +13,7 @@ from typing import Generic
 
 import numpy as np
 
+from clearway.base.errors import ClearwayError
 from clearway.live import Reading
 from clearway.live.mission import Progress, advanced
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -75,15 +76,13 @@ class _Flight(Generic[D]):
         limit = self._time_limit()
         self._move_traffic()
         decisions: list[LoggedDecision[D]] = []
-        queue: list[Movement] = []
         while not self._over and self.motion.now_s < limit:
             entry = self._decided(self._sense())
             if entry is not None:
                 decisions.append(entry)
-                queue = list(self.automaton.chain(entry.flight.movements))
                 if on_decision is not None:
                     on_decision(entry, self.progress)
-            self._fly(queue.pop(0))
+            self._fly(self._movement())
         return self._finished(decisions)
 
     @property
@@ -119,6 +118,14 @@ class _Flight(Generic[D]):
             return None
         flight = self.system.decide(now)
         return LoggedDecision(flight, why, time.perf_counter() - started)
+
+    def _movement(self) -> Movement:
+        """What the pilot flies now."""
+        now = self.motion.now_s
+        movement = self.system.movement_at(now)
+        if movement is None:
+            raise ClearwayError(f"pilot: nothing to fly at {now:g} s, and no decision is due")
+        return movement
 
     def _world_at(self, time_s: float) -> World:
         """What stands still, and visible traffic where it was at a time."""
