@@ -18,19 +18,21 @@ LONGEST_SILENCE_S = 30.0
 STRIDES = 8
 """Times between questions by which a leap is known."""
 FEWEST_STRIDES = 3
+JITTER_S = 0.02
+"""Questions of several callers may cross by so much."""
+LEAP_S = 0.25
 LATE = 2.0
-"""Questions are late, or the clock leapt, where so many of the longest strides pass."""
+"""Questions are late, or the clock leapt, where so many of the longest strides pass, and a bit."""
 
 
 class Clock:
     """Own time from told time, and how far the two may be apart.
 
-    jitter_s: questions may step back by so much, and readings lie ahead of a question. mixed_s:
-    after a jump, readings by the old clock may still come for so long.
+    mixed_s: after a jump, readings by the old clock may still come for so long.
     """
 
-    def __init__(self, jitter_s: float, mixed_s: float) -> None:
-        self._jitter_s, self._mixed_s = jitter_s, mixed_s
+    def __init__(self, mixed_s: float) -> None:
+        self._mixed_s = mixed_s
         self._offset_s = 0.0
         self._asked_s = -np.inf  # Own time of the last question.
         self._strides: deque[float] = deque(maxlen=STRIDES)
@@ -58,12 +60,12 @@ class Clock:
             self._asked_s = now
             return now, None
         step = now - before
-        self._stepped_back_s = max(0.0, -step)
-        if step < -self._jitter_s:
+        self._stepped_back_s = max(self._stepped_back_s, -step)
+        if step < -JITTER_S:
             return self._set_back(-step), SET_BACK
         usual, longest = self._usual_s, max(self._strides, default=np.inf)
         leapt = step > max(LONGEST_SILENCE_S, LATE * longest if self._strides else 0.0)
-        late = len(self._strides) >= FEWEST_STRIDES and step > LATE * longest + self._jitter_s
+        late = len(self._strides) >= FEWEST_STRIDES and step > LATE * longest + LEAP_S
         if leapt:
             self._offset_s -= step - LONGEST_SILENCE_S
             now = before + LONGEST_SILENCE_S
@@ -78,7 +80,6 @@ class Clock:
         """Go on as if the usual time had passed since the last question."""
         before, usual = self._asked_s, self._usual_s
         self._offset_s += back_s + usual
-        self._stepped_back_s = 0.0
         mixed = back_s <= self._mixed_s
         self._doubt(usual + (back_s if mixed else self._mixed_s), before + (usual + back_s) * mixed)
         self._asked_s = before + usual
@@ -95,7 +96,7 @@ class Clock:
     def settle(self, state_s: float) -> None:
         """An own state of an own time ends the doubt if only the new clock can have told it."""
         if state_s > self._doubted_until_s:
-            self._doubt_s, self._doubted_until_s = 0.0, -np.inf
+            self._doubt_s, self._doubted_until_s, self._stepped_back_s = 0.0, -np.inf, 0.0
 
     @property
     def in_doubt(self) -> bool:

@@ -82,7 +82,7 @@ class AvoidanceSystem:
         self._tracker = tracker
         self._address = address
         self._follow_dynamic_objects = follow_movers
-        self._clock = Clock(self.limits.ahead_s, self.limits.state_s)
+        self._clock = Clock(self.limits.state_s)
         self._waiting = Waiting(self.limits.ahead_s)
         self._flown = Flown(planner.automaton, self.limits.history_s)
         self._own_states = OwnStates(self.limits.history_s, self._flown)
@@ -115,7 +115,7 @@ class AvoidanceSystem:
         self._waiting.put(reading)
         overdue = self._waiting.overdue_s
         if overdue is not None:
-            self._take(self._clock.own(overdue))
+            self._take(self._clock.own(overdue), asked=False)
 
     def _flaw_at_any_time(self, reading: Reading) -> str | None:
         if isinstance(reading, State):
@@ -137,9 +137,9 @@ class AvoidanceSystem:
         self._take(now)
         return now
 
-    def _take(self, now: float) -> None:
+    def _take(self, now: float, *, asked: bool = True) -> None:
         unsure_mps = self.planner.speed_mps / max(self.planner.settings.sigmas, 1.0)
-        ready = self._waiting.ready(now, self._clock.own, unsure_mps)
+        ready = self._waiting.ready(now, self._clock.own, unsure_mps, asked=asked)
         self.counts.update(ready.flaws)
         for reading in ready.readings:
             if isinstance(reading, State):

@@ -49,8 +49,13 @@ class Waiting:
             return None
         return median(reading.time_s for reading in self._readings)
 
-    def ready(self, now_s: float, own: Callable[[float], float], unsure_mps: float) -> Ready:
-        """Take out what can be used at an own time; `own` turns told times into own ones."""
+    def ready(
+        self, now_s: float, own: Callable[[float], float], unsure_mps: float, *, asked: bool = True
+    ) -> Ready:
+        """Take out what can be used at an own time; `own` turns told times into own ones.
+
+        asked: whether a question tells the time; if not, what lies ahead of it may well be right.
+        """
         taken: list[tuple[int, float, Reading]] = []
         kept: list[Reading] = []
         early: dict[int, float] = {}
@@ -61,6 +66,8 @@ class Waiting:
             if ahead_s <= TIME_TOLERANCE_S:
                 waited_s = self._early.get(id(reading), 0.0)
                 taken.append((_rank(reading), time_s, _at(reading, time_s, waited_s * unsure_mps)))
+            elif not asked:
+                kept.append(reading)
             elif ahead_s <= self._ahead_s:
                 kept.append(reading)
                 early[id(reading)] = max(ahead_s, self._early.get(id(reading), 0.0))
