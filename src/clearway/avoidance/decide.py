@@ -87,7 +87,7 @@ def decide(
     reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
     clear = untouched(prepared.reach_set, seen.evidence.coated)  # def. 6
 
-    goal = goal_of(situation)
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, reach, clear, goal, commitment, seen.hazards)
 
     def choose_among(candidates: Candidates) -> Choice:

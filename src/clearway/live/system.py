@@ -155,7 +155,13 @@ class AvoidanceSystem:
             self.counts[flaw] += 1
             return
         self._clock.settle(state.time_s)
-        self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
+        self.progress = advanced(
+            self.mission,
+            self.progress,
+            state.position_m,
+            state.time_s,
+            stays_level=self.planner.automaton.stays_level,
+        )
 
     def _take_scan(self, scan: Scan) -> None:
         flaw = self._sensing.flaw_of(scan)
