@@ -25,6 +25,7 @@ from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.faults import Faults
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
