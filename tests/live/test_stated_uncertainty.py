@@ -35,17 +35,15 @@ def test_with_an_attitude_off_by_what_is_stated_the_margin_is_kept(seed):
 
 def test_a_mapped_ball_far_away_is_kept_from_by_more_than_one_nearby():
     """Whatever way the attitude is off within three deviations, the plan keeps the margin."""
-    for x in (4.0, 8.0):
-        ball = ObstacleMap([Obstacle.ball([x, 0.8, 0.0], 1.0)])
+    for x in (6.0, 9.0):
+        ball = ObstacleMap([Obstacle.ball([x, 1.5, 0.0], 1.0)])
         state = State([0.0, 0.0, 0.0], attitude_std_rad=FIVE_DEG)
         decision = decide(PLANNER, Situation(state, np.array([30.0, 0.0, 0.0]), obstacle_map=ball))
         assert decision.choice.clearance_m >= decision.margin_m - 1e-9
         for turn in np.linspace(-3.0, 3.0, 13) * FIVE_DEG:
             cos, sin = np.cos(turn), np.sin(turn)
-            turned = decision.path_m @ np.array(
-                [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]
-            )
-            kept = np.linalg.norm(turned - [x, 0.8, 0.0], axis=1).min() - 1.0
+            turned = decision.path_m @ [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]
+            kept = np.linalg.norm(turned - [x, 1.5, 0.0], axis=1).min() - 1.0
             assert kept >= PLANNER.settings.safety_margin_m - 1e-6
 
 
