@@ -33,7 +33,14 @@ from clearway.avoidance.fusion import (
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of, grid_frame, margin_m
+from clearway.avoidance.situation import (
+    Situation,
+    goal_of,
+    grid_frame,
+    margin_m,
+    margin_slope,
+)
+from clearway.avoidance.verify import sloping
 from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -97,6 +104,7 @@ def decide(
     )  # (4.17), (5.54)
 
     prepared = planner.prepared(float(situation.state.attitude_rad[1]))
+    prepared = with_slope(prepared, margin_slope(settings, situation))
     reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
     clear = untouched(prepared.reach_set, seen.evidence.coated)  # def. 6
 
@@ -224,6 +232,13 @@ def _rule_view(planner: Planner, situation: Situation, goal: Goal, seen: _Seen) 
         seen.hazards.moving,
         seen.intruders,
     )
+
+
+def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
+    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
+    if slope <= 0.0:
+        return prepared
+    return replace(prepared, paths=sloping(prepared.paths, slope))
 
 
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
