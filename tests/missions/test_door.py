@@ -82,7 +82,7 @@ def test_recorded_scans_go_straight_into_the_live_system() -> None:
         (lambda _: cw.assess([np.zeros((3, 3))]), "a scan is needed, got ndarray; valid"),
         (lambda _: cw.assess(SCENES / "empty.toml", cw.AvoidanceGrid.uniform()), "states grid"),
         (lambda _: cw.fly("no-such-mission"), "missions by name: .*static-obstacles"),
-        (lambda _: cw.fly("forest:1", "no-such-planner"), "there are clearway, straight"),
+        (lambda _: cw.fly("forest:1", "no-such-planner"), "valid planners are clearway, straight"),
         (lambda _: cw.fly("forest:x"), "a whole number is needed"),
         (lambda f: cw.read_traffic(f / "absent.csv"), "cannot be read"),
         (lambda f: cw.read_map(f / "absent.csv"), "cannot be read"),
