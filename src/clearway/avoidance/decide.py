@@ -41,7 +41,9 @@ from clearway.avoidance.situation import (
     margin_slope,
 )
 from clearway.avoidance.verify import sloping
+from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.traffic import Intruder, up_seen_from
 from clearway.traffic.models.many import seen_at
@@ -69,6 +71,25 @@ class Decision:
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
+
+    def __repr__(self) -> str:
+        return one_line("Decision", (runs(self.movements), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is flown and why, and the plan and the returns from above."""
+        position, world_from_grid = grid_frame(self.state)
+        seen = self.hazards.points.position_m @ world_from_grid.T + position
+        marks = [Marks(seen, "#c0392b", joined=False), Marks(self.path_m, "#d62728")]
+        return html_table(runs(self.movements), self._facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        choice = self.choice
+        return {
+            "clearance": f"{choice.clearance_m:.2f} m clear of {self.margin_m:.2f} m asked",
+            "rating": f"rating {choice.rating:.3f}",
+            "basis": str(choice.basis),
+        }
 
 
 def decide(
