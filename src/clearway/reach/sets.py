@@ -65,7 +65,7 @@ def reach_set_at(
 
 
 def _full(side_exits: float = 1.0) -> Select:
-    """Every trajectory (4.5); for small grids."""
+    """Every trajectory (section 4.5); for small grids."""
     return expanded(keep.everything, side_exits)
 
 
