@@ -45,15 +45,13 @@ class Measure:
         """Whether there is no difference but that of rounding."""
         if self.expected is None or self.difference is None:
             return None
-        return abs(self.difference) <= ROUNDING * max(1.0, abs(self.expected))
+        return bool(abs(self.difference) <= ROUNDING * max(1.0, abs(self.expected)))
 
     @property
     def agrees(self) -> bool | None:
-        return (
-            None
-            if self.difference is None
-            else self.equal or abs(self.difference) <= self.tolerance
-        )
+        if self.difference is None:
+            return None
+        return bool(self.equal) or bool(abs(self.difference) <= self.tolerance)
 
 
 @dataclass(frozen=True, slots=True)
