@@ -18,6 +18,7 @@ from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
 from clearway.missions.mission_world import mission_world
 from clearway.missions.rule_sections import mission_rules
+from clearway.missions.sections import values_for
 from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
@@ -168,8 +169,10 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         sensors=mission_sensors(file.lidar, file.sensor, grid, file.mission.name),
         world=world.there,
         obstacle_map=world.charted,
-        simulation=SimulationSettings(**file.simulation.model_dump(), faults=faults),
-        limits=DataLimits(patience_turns=file.safety.patience_turns),
+        simulation=SimulationSettings(
+            **values_for(SimulationSettings, file.simulation), faults=faults
+        ),
+        limits=DataLimits(**values_for(DataLimits, file.safety)),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground_m is None else ground_m,
         script=tuple(part.to_scripted(file.traffic.spawn) for part in file.intruder),
