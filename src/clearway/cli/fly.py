@@ -25,8 +25,8 @@ def fly(
     mission: Annotated[
         str,
         typer.Argument(
-            help="A mission by name ({missions}), a mission file (TOML), or a made-up world and "
-            "its seed (forest:3)."
+            help="A mission by name ({missions}), a mission file (TOML), a flight plan ({plans}), "
+            "or a made-up world and its seed (forest:3)."
         ),
     ],
     out: Annotated[
