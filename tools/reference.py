@@ -32,6 +32,7 @@ from clearway.reach.sets import METHODS, tuning_of
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
+from clearway.sim.run import METRICS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"
 
@@ -103,6 +104,12 @@ What has a name in files and on the command line. Where a key says so, your own 
 `module:name` or `file.py:name`: a module beside the file that names it, in the current folder, or
 installed. [examples](../examples) has a planner, a rating, a sensor and a rule of one's own.
 """
+METRICS_HEAD = """
+## The summary of a flight
+
+`summary.json`, `clearway fly --json`, `Run.summary()` in Python; with its objects flattened,
+`Run.to_row()`. Null where there is nothing to tell, such as a distance in empty space.
+"""
 REGISTRIES: tuple[Variants[Any], ...] = (
     RATINGS,
     PLANNERS,
@@ -134,6 +141,8 @@ def page() -> str:
         *_tables(SceneFile, "", described),
         NAMES,
         *(_names(registry) for registry in REGISTRIES),
+        METRICS_HEAD,
+        _names(METRICS),
         f"\nSensors by name, for `pattern`: {patterns}.\n",
     ]
     return "".join(parts)

@@ -29,7 +29,9 @@ from clearway.reach.covering import flying
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
+from clearway.sim.run import METRICS, Metric
 from clearway.studies.campaigns.file import CampaignFile
+from flown_missions import flown
 from in_process import clearway
 from repository import REPOSITORY
 
@@ -120,6 +122,17 @@ def test_a_new_planner_needs_no_other_place(
     tables = tomllib.loads('name = "c"\nplanners = ["throw-away"]\n[[family]]\nfamily = "balls"')
     assert parse_model("c", tables, CampaignFile).planners == ("throw-away",)
     assert "| `throw-away` |" in page()
+
+
+def test_a_new_metric_needs_no_other_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = flown().run
+    before, row = run.summary(), run.to_row()
+    metric = Metric("A throw-away.", lambda run: len(run.movements))
+    monkeypatch.setitem(METRICS.built_in, "throw_away", metric)
+    assert run.summary() == before | {"throw_away": len(run.movements)}
+    assert run.to_row() == row | {"throw_away": len(run.movements)}
+    assert "| `throw_away` | A throw-away. |" in page()
+    assert all(f"| `{name}` | {METRICS.about(name)} |" in page() for name in METRICS)
 
 
 def test_every_format_is_told_in_the_help(tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ ELSEWHERE = {
     RatingSection: {"name", "sensors", "detection"},
     SafetySection: {"margin_m", "conservative_turning_radius_m", "ground_height_m"},
     PricesSection: set(),
-    SimulationSection: set(),
+    SimulationSection: {"attitude_sigma_deg"},
     FaultsSection: {"blind_deg", "dead_from_s"},
     LidarSection: {
         "pattern", "beams_per_cell", "azimuth_deg", "elevation_deg", "position_m", "attitude_deg",

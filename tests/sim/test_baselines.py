@@ -8,7 +8,7 @@ import pytest
 
 from clearway.base.errors import ClearwayError
 from clearway.missions.setup import FlightSetup, prepare
-from clearway.missions.world_file import find_mission
+from clearway.missions.world_file import read_mission
 from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY, PLANNERS, BaselinePilot, Manoeuvre, pilot_named
 from clearway.sim.pilot import Steering
@@ -17,7 +17,7 @@ from clearway.sim.worlds import FAMILIES, made_world
 
 @cache
 def setup(mission: str = "static-obstacles") -> FlightSetup:
-    return prepare(find_mission(mission))
+    return prepare(read_mission(mission))
 
 
 @cache

@@ -33,8 +33,17 @@ from clearway.avoidance.fusion import (
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of, grid_frame, margin_m
+from clearway.avoidance.situation import (
+    Situation,
+    goal_of,
+    grid_frame,
+    margin_m,
+    margin_slope,
+)
+from clearway.avoidance.verify import sloping
+from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.traffic import Intruder, up_seen_from
 from clearway.traffic.models.many import seen_at
@@ -63,6 +72,25 @@ class Decision:
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
 
+    def __repr__(self) -> str:
+        return one_line("Decision", (runs(self.movements), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is flown and why, and the plan and the returns from above."""
+        position, world_from_grid = grid_frame(self.state)
+        seen = self.hazards.points.position_m @ world_from_grid.T + position
+        marks = [Marks(seen, "#c0392b", joined=False), Marks(self.path_m, "#d62728")]
+        return html_table(runs(self.movements), self._facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        choice = self.choice
+        return {
+            "clearance": f"{choice.clearance_m:.2f} m clear of {self.margin_m:.2f} m asked",
+            "rating": f"rating {choice.rating:.3f}",
+            "basis": str(choice.basis),
+        }
+
 
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
@@ -76,6 +104,7 @@ def decide(
     )  # (4.17), (5.54)
 
     prepared = planner.prepared(float(situation.state.attitude_rad[1]))
+    prepared = with_slope(prepared, margin_slope(settings, situation))
     reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
     clear = untouched(prepared.reach_set, seen.evidence.coated)  # def. 6
 
@@ -203,6 +232,13 @@ def _rule_view(planner: Planner, situation: Situation, goal: Goal, seen: _Seen) 
         seen.hazards.moving,
         seen.intruders,
     )
+
+
+def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
+    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
+    if slope <= 0.0:
+        return prepared
+    return replace(prepared, paths=sloping(prepared.paths, slope))
 
 
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:

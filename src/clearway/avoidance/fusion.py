@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.errors import OwnCodeError
 from clearway.base.frames import FloatArray
@@ -39,6 +40,8 @@ class Evidence:
     """[cells] true where the safety margin around the evidence reaches into the cell."""
     seen: BoolArray
     """[cells] true where some beam of some sensor looks into the cell's column."""
+
+    __repr__ = brief
 
     @classmethod
     def free(cls, grid: AvoidanceGrid) -> Evidence:
@@ -130,6 +133,8 @@ class CellAssessment:
     rating: FloatArray
     """[cells] how safe a passage is, in [0, 1]."""
 
+    __repr__ = brief
+
 
 def assess_cells(
     evidence: Evidence,
@@ -168,6 +173,8 @@ class ReachAssessment:
     """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
     continuations: FloatArray
     """[nodes] share of continuations rated at or above the threshold."""
+
+    __repr__ = brief
 
 
 def rate_reach_set(

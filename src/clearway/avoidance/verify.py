@@ -16,6 +16,7 @@ import numpy as np
 from clearway.avoidance.clearance import Found, Span, span_clearance, span_of
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IndexArray, IntArray
@@ -36,10 +37,19 @@ class Paths(NamedTuple):
     sagitta_m: FloatArray
     end_time_s: FloatArray
 
+    def __repr__(self) -> str:
+        return brief(self)
+
 
 def paths_of(reach_set: ReachSet) -> Paths:
     """What verification needs of a reach set."""
     return Paths(reach_set.parent, reach_set.samples_m, reach_set.sagitta_m, reach_set.end_time_s)
+
+
+def sloping(paths: Paths, slope: float) -> Paths:
+    """Paths that lack `slope` more clearance for every metre of distance from their start."""
+    farthest = np.sqrt(np.einsum("nsi,nsi->ns", paths.samples_m, paths.samples_m)).max(axis=1)
+    return paths._replace(sagitta_m=paths.sagitta_m + slope * farthest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

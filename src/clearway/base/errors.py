@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
+MOST_SHOWN = 70
+"""Characters of a source or a problem in the one line that stands for an error."""
+
 
 class ClearwayError(ValueError):
     """Base of all errors raised on purpose; the command line prints it and exits 2."""
@@ -19,6 +22,13 @@ class InputError(ClearwayError):
         self.source = source
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+
+    def __repr__(self) -> str:
+        """One line: the source, the first problem and how many more; `str` has all of them."""
+        first = " ".join("".join(self.problems[:1]).split())
+        shown = first if len(first) <= MOST_SHOWN else f"{first[:MOST_SHOWN]} ..."
+        more = f" and {len(self.problems) - 1} more" if len(self.problems) > 1 else ""
+        return f"{type(self).__name__}({self.source[-MOST_SHOWN:]!r}: {shown}{more})"
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, tuple[str, ...]]]:
         """As it was made, so that it comes back whole from a worker process."""

@@ -230,10 +230,10 @@ def _write(
 def _figures(assessment: SceneAssessment) -> Mapping[str, Figure]:
     import numpy as np
 
-    from clearway.view.plot.assessment import draw_assessment
+    from clearway.view.plot.assessment import assessment_figures
 
     points = [np.zeros((0, 3)), *(d.points_m for d in assessment.detections)]
-    return draw_assessment(
+    return assessment_figures(
         assessment.cells,
         assessment.reach,
         assessment.reach_set,

@@ -77,7 +77,7 @@ def _setups(mission: str) -> SetupOf:
     from functools import cache
 
     from clearway.missions.setup import prepare
-    from clearway.missions.world_file import find_mission
+    from clearway.missions.world_file import read_mission
     from clearway.sim.worlds import FAMILIES
 
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
@@ -85,8 +85,8 @@ def _setups(mission: str) -> SetupOf:
     @cache
     def setup(seed: int) -> FlightSetup:
         if mission in FAMILIES:
-            return prepare(find_mission(f"{mission}:{seed}"), say)
-        return prepare(find_mission(mission).changed("simulation", seed=seed), say)
+            return prepare(read_mission(f"{mission}:{seed}"), say)
+        return prepare(read_mission(mission).changed("simulation", seed=seed), say)
 
     return setup
 
@@ -120,7 +120,6 @@ def _result(
 
     from clearway.base.provenance import provenance
     from clearway.io.json_values import rounded
-    from clearway.missions.run_files import summary
 
     rows: list[dict[str, Any]] = []
     for row in standings:
@@ -129,7 +128,7 @@ def _result(
             for key, value in asdict(row).items()
         }
         runs = [flight.run for flight in flown if flight.planner == row.planner]
-        rows.append({**values, "runs": [summary(run, row.planner) for run in runs]})
+        rows.append({**values, "runs": [run.summary() for run in runs]})
     seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
     made = provenance([mission])
     return {"mission": mission, "seeds": seeds, "planners": rows, "provenance": made}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from clearway.avoidance.planner import Planner
+from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
@@ -27,6 +29,7 @@ from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import Craft, pilot_named
+from clearway.sim.faults import Faults
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
@@ -67,6 +70,8 @@ class FlightSetup:
     """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
+
+    __repr__ = brief
 
     @property
     def lidars(self) -> tuple[Lidar, ...]:
@@ -116,10 +121,18 @@ class FlightSetup:
         return self._flown(self.system(), on_decision)
 
     def fly_with(
-        self, planner: str, on_decision: OnDecision[Steering] | None = None
+        self,
+        planner: str,
+        on_decision: OnDecision[Steering] | None = None,
+        folder: Path | None = None,
     ) -> Run[Steering]:
-        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others."""
-        return self._flown(pilot_named(planner, self.system(), self.craft), on_decision)
+        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others.
+
+        folder: where modules of users are looked for before the current one.
+        """
+        pilot = pilot_named(planner, self.system(), self.craft, folder)
+        run = self._flown(pilot, on_decision)
+        return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
         """As `fly`, but nothing of the recorded traffic is told to the ownship."""
@@ -169,9 +182,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         sensors=mission_sensors(file.lidar, file.sensor, grid, file.mission.name),
         world=world.there,
         obstacle_map=world.charted,
-        simulation=SimulationSettings(
-            **values_for(SimulationSettings, file.simulation), faults=faults
-        ),
+        simulation=_simulation(file, faults),
         limits=DataLimits(**values_for(DataLimits, file.safety)),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground_m is None else ground_m,
@@ -200,3 +211,12 @@ def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: Avoidanc
             f"grid.range_m: {grid.range_m:.3g} m is too short to turn away in time; one movement "
             f"({step:.3g} m), the turning radius and the margin ({needed:.3g} m) must fit in it",
         )
+
+
+def _simulation(file: MissionFile, faults: Faults) -> SimulationSettings:
+    sigma_rad = float(np.radians(file.simulation.attitude_sigma_deg))
+    return SimulationSettings(
+        **values_for(SimulationSettings, file.simulation),
+        attitude_sigma_rad=sigma_rad,
+        faults=faults,
+    )

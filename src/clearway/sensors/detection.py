@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -74,6 +75,8 @@ class Detection:
     """Returns kept, outside the grid, and dropped, by reason."""
     weight: float = 1.0
     """Precision times present trust of the sensor, in (0, 1]; the rule "weighted" uses it."""
+
+    __repr__ = brief
 
     @property
     def seen(self) -> BoolArray:

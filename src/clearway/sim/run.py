@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Generic, TypeGuard
+from typing import Any, Generic, NamedTuple, TypeGuard
 
 import numpy as np
 
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.provenance import provenance
+from clearway.base.variants import Variants
+from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
+from clearway.obstacles.world import World
 from clearway.sim.metrics import FlightMetrics
-from clearway.sim.pilot import D, Steering
+from clearway.sim.pilot import CLEARWAY, D, Steering
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +29,8 @@ class LoggedDecision(Generic[D]):
     why_now: str
     elapsed_s: float
     """From the sensor's arrays in hand to the explained decision."""
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +57,35 @@ class Run(Generic[D]):
     share of the margin (4.2.2)."""
     counts: dict[str, int] = field(default_factory=dict)
     """Data that the system left out, by reason."""
+    world: World | None = field(default=None, repr=False)
+    """What was really there, for pictures."""
+    planner: str = CLEARWAY
+    """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
+
+    def __repr__(self) -> str:
+        metrics = self.metrics
+        ended = "safe" if self.safe else "reached" if self.reached else "not reached"
+        if self.crashed_s is not None:
+            ended = f"crashed at {self.crashed_s:.1f} s"
+        return one_line(
+            "Run",
+            (
+                f"{in_brief(self.mission.name)} by {self.planner}: {ended}",
+                f"{metrics.time_s:.1f} s",
+                f"nearest {metrics.min_obstacle_distance_m:.2f} m of {self.safety_margin_m:g} m",
+                f"{len(self.decisions)} decisions",
+                f"{self.emergencies} emergencies",
+            ),
+        )
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the summary, and the flight from above."""
+        goals = self.mission.goals_m
+        others = self.intruder_tracks.values()
+        marks = [Marks(track[:, 1:], "#d98ad9", size=0.8) for track in others]
+        marks += [Marks(self.states, "#1f5fbf"), Marks(goals, "#2e9e4f", joined=False, size=3.0)]
+        facts = {key: value for key, value in self.to_row().items() if value not in (None, "")}
+        return html_table(f"Run {self.mission.name}", facts, sketch_from_above(marks))
 
     @property
     def reached(self) -> bool:
@@ -79,6 +116,126 @@ class Run(Generic[D]):
     def safe(self) -> bool:
         """Reached, and never nearer than the margin."""
         return self.reached and self.metrics.margin_violations == 0
+
+    @property
+    def decision_ms(self) -> dict[str, float | None]:
+        """p50, p99 and max of the time from the sensor's arrays to the explained decision."""
+        elapsed = np.array([entry.elapsed_s for entry in self.decisions]) * 1e3
+        if not len(elapsed):
+            return {"p50": None, "p99": None, "max": None}
+        return {
+            "p50": round(float(np.percentile(elapsed, 50)), 4),
+            "p99": round(float(np.percentile(elapsed, 99)), 4),
+            "max": round(float(elapsed.max()), 4),
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """The flight as plain values, ready for JSON: the object that `fly --json` prints.
+
+        Units stand in the keys; None where there is nothing to tell, such as a distance in empty
+        space.
+        """
+        return {name: metric.of(self) for name, metric in METRICS.items()}
+
+    def to_row(self) -> dict[str, str | float | int | bool | None]:
+        """The summary as one flat row of a table, and whether the flight was safe.
+
+        Columns as of `summary` without `provenance`, the three decision times apart
+        (`decision_ms_p50` ...), and the number of data left out in place of the reasons. A list of
+        rows makes a DataFrame of pandas.
+        """
+        row = self.summary()
+        row.pop("provenance")
+        times, left_out = row.pop("decision_ms"), row.pop("data_left_out")
+        return {
+            **row,
+            "safe": self.safe,
+            **{f"decision_ms_{name}": value for name, value in times.items()},
+            "data_left_out": sum(left_out.values()),
+        }
+
+
+class Metric(NamedTuple):
+    """One thing that a summary tells of a flight."""
+
+    about: str
+    of: Callable[[Run[Any]], Any]
+    """A plain value, or a flat object of them; None where there is nothing to tell."""
+
+
+def _nearest_intruder(run: Run[Any]) -> float | None:
+    traffic = run.metrics.intruders
+    return rounded(traffic.min_distance_m) if traffic else None
+
+
+def _closest_intruder(run: Run[Any]) -> str | None:
+    return run.metrics.intruders.closest_name if run.metrics.intruders else None
+
+
+def _straight_flight(run: Run[Any]) -> float | None:
+    straight = run.metrics.straight
+    return rounded(straight.min_distance_m) if straight else None
+
+
+METRICS: Variants[Metric] = Variants(
+    "metric",
+    {
+        "mission": Metric("Its name.", lambda run: run.mission.name),
+        "planner": Metric("Who flew.", lambda run: run.planner),
+        "reached": Metric("Whether it came to the last goal.", lambda run: run.reached),
+        "waypoints_reached": Metric(
+            "How many.", lambda run: run.progress.waypoints_reached(run.mission)
+        ),
+        "time_s": Metric("Time flown.", lambda run: round(run.metrics.time_s, 6)),
+        "path_length_m": Metric("Length flown.", lambda run: round(run.metrics.path_length_m, 6)),
+        "min_obstacle_distance_m": Metric(
+            "Smallest distance to an obstacle's surface.",
+            lambda run: rounded(run.metrics.min_obstacle_distance_m),
+        ),
+        "min_intruder_distance_m": Metric(
+            "Smallest distance to an intruder, between centres.", _nearest_intruder
+        ),
+        "closest_intruder": Metric("Which one came nearest.", _closest_intruder),
+        "straight_flight_intruder_distance_m": Metric(
+            "How near straight flight would have come to one.", _straight_flight
+        ),
+        "safety_margin_m": Metric("Margin to keep.", lambda run: run.safety_margin_m),
+        "margin_violations": Metric(
+            "Episodes below it.", lambda run: run.metrics.margin_violations
+        ),
+        "emergencies": Metric(
+            "Decisions in which nothing kept the margin.", lambda run: run.emergencies
+        ),
+        "decisions": Metric("How many.", lambda run: len(run.decisions)),
+        "decision_ms": Metric(
+            "Time from the sensor's arrays to the explained decision: p50, p99, max.",
+            lambda run: run.decision_ms,
+        ),
+        "seed": Metric("Of all noise.", lambda run: run.seed),
+        "crashed_s": Metric("When it crashed.", lambda run: run.crashed_s),
+        "tracking_mean_m": Metric(
+            "Distance to the straight legs (6.13), on average.",
+            lambda run: rounded(float(run.metrics.tracking_m.mean())),
+        ),
+        "tracking_max_m": Metric(
+            "The same at most.", lambda run: rounded(float(run.metrics.tracking_m.max()))
+        ),
+        "climb_m": Metric("Metres climbed.", lambda run: rounded(run.metrics.climb_m)),
+        "effort_m2ps3": Metric(
+            "Time integral of the squared acceleration across the path.",
+            lambda run: rounded(run.metrics.effort_m2ps3),
+        ),
+        "corrections": Metric(
+            "Movements flown with corrected turn rates (4.2.2).", lambda run: run.corrections
+        ),
+        "data_left_out": Metric(
+            "Data that the system left out, by reason.",
+            lambda run: dict(sorted(run.counts.items())),
+        ),
+        "provenance": Metric("What made it: version and surroundings.", lambda _run: provenance()),
+    },
+)
+"""What a summary tells, in this order. Add one here: JSON, tables and the reference follow."""
 
 
 OnDecision = Callable[[LoggedDecision[D], Progress], None]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.state import Trajectory
 from clearway.vehicle.automaton import Movement, MovementAutomaton
@@ -35,6 +36,8 @@ class MovementBuffer:
     """
 
     entries: tuple[BufferedMovement, ...] = ()
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for entry in self.entries:
@@ -110,6 +113,14 @@ class MovementBuffer:
             return self
         kept, _ = self.split(following.start_s)
         return MovementBuffer(kept.entries + following.entries)
+
+    def shifted(self, moved: Callable[[float], float]) -> MovementBuffer:
+        """The same movements by another clock."""
+        entries, at = [], moved(self.start_s)
+        for entry in self.entries:
+            entries.append(replace(entry, start_s=at))
+            at += entry.duration_s
+        return MovementBuffer(tuple(entries))
 
     def rollout(
         self, automaton: MovementAutomaton, state: npt.ArrayLike, step_s: float = 0.05

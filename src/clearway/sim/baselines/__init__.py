@@ -2,7 +2,8 @@
 
 from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
 from clearway.sim.baselines.pilot import BaselineDecision, BaselinePilot
-from clearway.sim.baselines.registry import CLEARWAY, PLANNERS, known_planner, pilot_named
+from clearway.sim.baselines.registry import PLANNERS, known_planner, pilot_named
+from clearway.sim.pilot import CLEARWAY
 
 __all__ = [
     "CLEARWAY",

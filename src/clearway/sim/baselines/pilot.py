@@ -10,11 +10,12 @@ import numpy as np
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Mission, Mode
-from clearway.live.own_states import TIME_TOLERANCE_S
+from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.sim.baselines.manoeuvre import Manoeuvre, Rule
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
@@ -31,6 +32,8 @@ class BaselineDecision:
     movements: tuple[str, ...]
     explanation: str
     counts: dict[str, int]
+
+    __repr__ = brief
 
 
 class BaselinePilot:

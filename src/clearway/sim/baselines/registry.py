@@ -21,10 +21,8 @@ from clearway.sim.baselines.potential_field import potential_field
 from clearway.sim.baselines.straight import straight
 from clearway.sim.baselines.velocity_obstacle import velocity_obstacle
 from clearway.sim.baselines.vfh import vector_field_histogram
-from clearway.sim.pilot import Pilot, Steering
+from clearway.sim.pilot import CLEARWAY, Pilot, Steering
 
-CLEARWAY = "clearway"
-"""The name of clearway's own planner among the others."""
 MakePilot = Callable[[AvoidanceSystem, Craft], Pilot[Steering]]
 """(a system that has not flown, the vehicle) -> who flies; rivals use the system as knowledge."""
 
@@ -107,6 +105,8 @@ def known_planner(name: str, folder: Path | None = None) -> str:
     return name
 
 
-def pilot_named(name: str, system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
+def pilot_named(
+    name: str, system: AvoidanceSystem, craft: Craft, folder: Path | None = None
+) -> Pilot[Steering]:
     """Whoever flies by that name, a user's own as `module:name`. Errors as of `known_planner`."""
-    return PLANNERS.named(name)(system, craft)
+    return PLANNERS.named(name, folder)(system, craft)

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.io.toml import Section, parse_model
-from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission
+from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import mission_of, world_mission
 from clearway.sim.worlds import BALL_COUNTS, ball_world
@@ -103,14 +103,14 @@ def _mission(case: CaseOf) -> MissionFile:
     if name not in built_in_missions():
         known = ", ".join(sorted(built_in_missions()))
         raise InputError("mission", f"{name!r}: there are {known}; family place takes files")
-    return read_mission(name).changed("simulation", seed=case.seed)
+    return read_mission_file(name).changed("simulation", seed=case.seed)
 
 
 def _place(case: CaseOf) -> MissionFile:
     path = case.folder / case.parameters.mission
     if not path.exists():
         raise AbsentDataError(f"no file {case.parameters.mission}")
-    file = read_mission(str(path))
+    file = read_mission_file(str(path))
     clouds = (file.point_cloud.file,) if file.point_cloud else ()
     absent = [
         name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
