@@ -188,6 +188,7 @@ def test_over_the_streets_of_delft(data_dir, tmp_path):
     assert np.mean(beside) > 0.05
 
 
+@pytest.mark.nightly
 def test_past_the_towers_of_cologne(data_dir, tmp_path):
     pytest.importorskip("rasterio")
     result, track, setup = flown("cologne-masts", data_dir, tmp_path)
