@@ -67,7 +67,7 @@ def test_text_and_picture(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--method", "best"], "there are full, chaotic"),
+        (["--method", "best"], "valid reach set methods are full, chaotic"),
         (["--method", "flying", "--spread", "3"], "unknown tuning spread"),
         (["--layers", "0"], "at least 1 is needed"),
         (["--range", "-1"], "range_edges_m"),

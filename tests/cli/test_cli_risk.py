@@ -63,7 +63,7 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
     ("arguments", "said"),
     [
         (("nowhere.txt",), "nowhere.txt: cannot be read"),
-        (("-p", "wish"), "there are clearway, straight"),
+        (("-p", "wish"), "valid planners are clearway, straight"),
         (("--noise", "much"), "--noise"),
         (("--layers", "9"), "--layers: the model has layers 1 to 4"),
         (("--own-kt", "-3"), "own_kt"),
