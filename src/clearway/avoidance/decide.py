@@ -71,7 +71,7 @@ def decide(
     near, margin = known.near, known.near.margin_m
     clear = untouched(prepared.reach_set, known.cells.evidence.coated)  # def. 6
 
-    goal = goal_of(situation)
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
     def choose_among(candidates: Candidates) -> Choice:

@@ -9,7 +9,7 @@ from functools import cached_property
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings
-from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -61,8 +61,8 @@ def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
     )
 
 
-def goal_of(situation: Situation) -> Goal:
-    """The waypoints in the level frame of the vehicle."""
+def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:
+    """The waypoints in the level frame of the vehicle; at its height, if it is to stay there."""
     level_from_world = world_from_body([0.0, 0.0, situation.state.attitude_rad[2]]).T
     origin = situation.state.position_m
     target = level_from_world @ (situation.target_m - origin)
@@ -70,4 +70,6 @@ def goal_of(situation: Situation) -> Goal:
     following = (
         target if situation.next_m is None else level_from_world @ (situation.next_m - origin)
     )
+    if stays_level:
+        target, following = target * LEVEL, following * LEVEL
     return Goal(target, following, PLANNED_REACH * situation.reach_radius_m, final)

@@ -111,7 +111,13 @@ class AvoidanceSystem:
         state = self._own_states.newest
         if state is not None and state is not before:
             self._clock_s = max(self._clock_s, state.time_s)
-            self.progress = advanced(self.mission, self.progress, state.position_m, state.time_s)
+            self.progress = advanced(
+                self.mission,
+                self.progress,
+                state.position_m,
+                state.time_s,
+                stays_level=self.planner.automaton.stays_level,
+            )
 
     def _tell_time(self, now_s: float) -> None:
         """Whoever asks tells the time, and an own state that waited for it may be right."""

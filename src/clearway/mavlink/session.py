@@ -11,6 +11,8 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
@@ -103,6 +105,7 @@ class Session:
         self._distances = SectorScans(sensor, counts)
         self._heartbeat_s = -math.inf
         self._said_s = -math.inf
+        self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._restarted = False
         self._sayings = Sayings()
 
@@ -257,10 +260,16 @@ class Session:
         return self.system.state_at(max(time_s, self.system.buffer.start_s))
 
     def _holding(self, offset: FloatArray) -> SetPoint:
-        """At the last goal, pointing as the plan left it."""
+        """At the last goal, pointing as the plan left it; a vehicle that stays level, above or
+        below it: on the way up or down nothing has been looked at."""
         assert self._own is not None
         yaw = float(self._own.attitude_rad[2])
-        return SetPoint.holding(self.system.mission.goals_m[-1], yaw, offset)
+        goal = self.system.mission.goals_m[-1]
+        if self.system.planner.automaton.stays_level:
+            if self._held_height_m is None:
+                self._held_height_m = float(self._own.position_m[2])
+            goal = np.array([goal[0], goal[1], self._held_height_m])
+        return SetPoint.holding(goal, yaw, offset)
 
     def _heartbeat(self, wall_s: float) -> list[Message]:
         if wall_s - self._said_s < HEARTBEAT_S - 1e-3:

@@ -49,7 +49,8 @@ class VehicleSection(Section):
     movement_s: Positive = 1.0
     """Duration of a movement."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
-    """Steepest pitch, up and down."""
+    """Steepest pitch, up and down. A vehicle that it keeps level goes by level distance: waypoints
+    count as reached from above or below."""
     body_radius_m: NotNegative = 0.3
     """For the margins drawn in the picture of distances only."""
 

@@ -144,7 +144,13 @@ class _Flight(Generic[D]):
             if self.crashed:
                 return
             state = self.motion.states[-1]
-            self.progress = advanced(self.mission, self.progress, state[:3], self.motion.now_s)
+            self.progress = advanced(
+                self.mission,
+                self.progress,
+                state[:3],
+                self.motion.now_s,
+                stays_level=self.automaton.stays_level,
+            )
             if self.progress.done(self.mission):
                 return
 

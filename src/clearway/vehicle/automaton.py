@@ -213,6 +213,30 @@ class MovementAutomaton:
         return min(radii, default=float("inf"))
 
     @cached_property
+    def _level_ends(self) -> FloatArray:
+        """[n, 6] where the movements end that may be flown from level flight."""
+        level = np.zeros(6)
+        ends = [self.predict(level, m) for m in self.movements if self.allowed(level, m)]
+        return np.array(ends).reshape(-1, 6)
+
+    @cached_property
+    def stays_level(self) -> bool:
+        """Whether no movement leads out of level flight: its height is not the vehicle's choice."""
+        return bool(np.all(np.abs(self._level_ends[:, 2:5]) <= PITCH_TOLERANCE_RAD))
+
+    @cached_property
+    def steepest_rad(self) -> float | None:
+        """Steepest way up or down: the pitch limit, or a movement that climbs steeper by itself.
+
+        None without a pitch limit.
+        """
+        if self.pitch_limit_rad is None:
+            return None
+        level_m = np.hypot(self._level_ends[:, 0], self._level_ends[:, 1])
+        climbs = np.arctan2(np.abs(self._level_ends[:, 2]), level_m)
+        return max(self.pitch_limit_rad, float(climbs.max(initial=0.0)))
+
+    @cached_property
     def step_m(self) -> float:
         """Longest way from start to end of a movement in level flight."""
         level = np.zeros(6)

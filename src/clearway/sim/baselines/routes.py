@@ -39,7 +39,7 @@ def routes(
     """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
     prepared = prepared or planner.prepared(float(situation.state.attitude_rad[1]))
     reach_set = prepared.reach_set
-    goal = goal_of(situation)
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     arrived = arrival(reach_set, goal)
 
     def to_go(nodes: IntArray) -> FloatArray:
