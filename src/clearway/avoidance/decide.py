@@ -7,7 +7,7 @@ closed loop.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,7 +28,8 @@ from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of
+from clearway.avoidance.situation import Situation, goal_of, margin_slope
+from clearway.avoidance.verify import sloping
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import BoolArray, IntArray, State
@@ -67,6 +68,7 @@ def decide(
     """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6)."""
     settings = planner.settings
     prepared = planner.prepared(float(situation.state.attitude_rad[1]))
+    prepared = with_slope(prepared, margin_slope(settings, situation))
     known = assess_situation(planner, situation, prepared.reach_set)  # (4.17), (4.22), (4.23)
     near, margin = known.near, known.near.margin_m
     clear = untouched(prepared.reach_set, known.cells.evidence.coated)  # def. 6
@@ -160,6 +162,13 @@ def _rule_view(
         near.hazards.moving,
         names,
     )
+
+
+def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
+    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
+    if slope <= 0.0:
+        return prepared
+    return replace(prepared, paths=sloping(prepared.paths, slope))
 
 
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:

@@ -8,12 +8,13 @@ from functools import cached_property
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import EvidenceSettings
+from clearway.avoidance.planner import EvidenceSettings, Planner
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
+from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
 PLANNED_REACH = 0.9
@@ -42,6 +43,8 @@ class Situation:
     """As reported, each with its own time."""
     state_age_s: float = 0.0
     """Age of the measurement behind `state`."""
+    unsure_m: float = 0.0
+    """How far off `state` may be since its time, or what was flown since, is not known."""
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
@@ -58,7 +61,25 @@ def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
         + settings.own_drift_mps * max(0.0, situation.state_age_s)
+        + situation.unsure_m
     )
+
+
+def margin_slope(settings: EvidenceSettings, situation: Situation) -> float:
+    """Metres that the margin grows by per metre of distance from the vehicle.
+
+    What is known in the world frame, be it map, traffic or an earlier return, is turned into the
+    vehicle's frame by an attitude that may be wrong: it then lies off by that angle times its
+    distance, whatever it is.
+    """
+    return slope_of(settings.sigmas * situation.state.attitude_std_rad)
+
+
+def widest_margin_m(planner: Planner, situation: Situation) -> float:
+    """The margin at the range of the grid."""
+    settings = planner.settings
+    slope = margin_slope(settings, situation)
+    return margin_m(settings, situation) + slope * planner.grid.range_m
 
 
 def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:

@@ -8,11 +8,11 @@ from clearway.avoidance.decide import Decision
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance
+from clearway.avoidance.situation import Situation, margin_slope
+from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray
-from clearway.live.own_states import TIME_TOLERANCE_S
 from clearway.live.plan import Plan
+from clearway.live.readings import TIME_TOLERANCE_S
 
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 
@@ -26,7 +26,8 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
         return None
     near = in_reach(planner, situation)
     margin = near.margin_m
-    found = path_clearance(paths, len(paths.parent) - 1, near.hazards)
+    sloped = sloping(paths, margin_slope(planner.settings, situation))
+    found = path_clearance(sloped, len(paths.parent) - 1, near.hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
         return None
