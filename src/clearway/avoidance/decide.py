@@ -30,8 +30,10 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
+from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import BoolArray, IntArray, State
 
 
@@ -60,6 +62,24 @@ class Decision:
     def frame(self) -> GridFrame:
         """Where the avoidance grid sits."""
         return GridFrame.of(self.state)
+
+    def __repr__(self) -> str:
+        return one_line("Decision", (runs(self.movements), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is flown and why, and the plan and the returns from above."""
+        seen = self.frame.world_points(self.hazards.points.position_m)
+        marks = [Marks(seen, "#c0392b", joined=False), Marks(self.path_m, "#d62728")]
+        return html_table(runs(self.movements), self._facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        choice = self.choice
+        return {
+            "clearance": f"{choice.clearance_m:.2f} m clear of {self.margin_m:.2f} m asked",
+            "rating": f"rating {choice.rating:.3f}",
+            "basis": str(choice.basis),
+        }
 
 
 def decide(

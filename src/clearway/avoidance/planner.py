@@ -18,6 +18,7 @@ from clearway.avoidance.costs import (
 )
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
+from clearway.base.brief import brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.store import ReachLibrary
@@ -51,6 +52,8 @@ class EvidenceSettings:
     accuracy: Accuracy = "fast"
     """How finely volumes, bodies and spreads are looked at; but for "fast", returns at hand are not
     merged either."""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         rating_named(self.rating)
@@ -130,6 +133,17 @@ class Planner:
             terminal_cost,
             tuple(rules),
             rating,
+        )
+
+    def __repr__(self) -> str:
+        return one_line(
+            "Planner",
+            (
+                f"{len(self.automaton.movements)} movements up to {self.speed_mps:g} m/s",
+                f"{len(self.prepared_sets)} reach sets to {self.grid.range_m:g} m",
+                f"margin {self.settings.safety_margin_m:g} m",
+                f"{len(self.rules)} rules",
+            ),
         )
 
     @property

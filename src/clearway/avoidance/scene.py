@@ -18,11 +18,13 @@ from clearway.avoidance.fusion import CellAssessment, Rating, ReachAssessment, r
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.situation import Situation
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
-from clearway.base.state import State
+from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.state import IntArray, State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
@@ -52,6 +54,8 @@ class SceneScan:
     pattern_from: str
     """"stated", "file" (which names the sensor), "estimated" or "simulated"."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneIntruder:
@@ -63,6 +67,8 @@ class SceneIntruder:
     """False, True for the paper's (5.5), or the name of a timed rule."""
     up: FloatArray | None = None
     """[3] world up in the grid's frame; None as the state says."""
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +131,8 @@ class Scene:
     reach: ReachSettings = field(default_factory=ReachSettings)
     rating: RatingSettings = field(default_factory=RatingSettings)
 
+    __repr__ = brief
+
     @property
     def settings(self) -> EvidenceSettings:
         """How its evidence is rated: as a decision does, but more finely."""
@@ -167,6 +175,32 @@ class SceneAssessment:
     reach: ReachAssessment
     space: SpaceCells
     """What each cell is: free, occupied, hidden or mixed (3.5)."""
+
+    def __repr__(self) -> str:
+        return one_line("SceneAssessment", (in_brief(self.scene.name), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what was found, and returns and trajectories above the threshold."""
+        free = self._free[:: max(1, len(self._free) // 40)]
+        samples = self.reach_set.samples_m
+        ways = [samples[self.reach_set.path(int(node))].reshape(-1, 3) for node in free]
+        marks = [Marks(way, "#a6cde3", size=0.8) for way in ways]
+        marks += [Marks(one.points_m, "#c0392b", joined=False) for one in self.detections]
+        return html_table(self.scene.name, self._facts, sketch_from_above(marks))
+
+    @property
+    def _free(self) -> IntArray:
+        """Nodes that end trajectories rated above the threshold."""
+        ends = self.reach_set.trajectories
+        return ends[self.reach.node_rating[ends] >= self.scene.rating.threshold]
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        cells, ends = self.cells.obstacle, self.reach_set.trajectories
+        return {
+            "obstacles": f"{np.count_nonzero(cells)} of {len(cells)} cells with obstacles",
+            "trajectories": f"{len(self._free):,} of {len(ends):,} trajectories free",
+        }
 
 
 def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:

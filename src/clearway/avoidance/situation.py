@@ -9,6 +9,7 @@ from functools import cached_property
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings, Planner
+from clearway.base.brief import brief
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
@@ -48,6 +49,8 @@ class Situation:
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
+
+    __repr__ = brief
 
     @cached_property
     def frame(self) -> GridFrame:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import one_line
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
@@ -80,6 +81,20 @@ class AvoidanceGrid:
                 np.radians(np.linspace(right, left, columns + 1)),
                 np.radians(np.linspace(bottom, top, rows + 1)),
             )
+
+    def __repr__(self) -> str:
+        near, far = self.range_edges_m[[0, -1]]
+        right, left = np.degrees(self.azimuth_edges_rad[[0, -1]])
+        bottom, top = np.degrees(self.elevation_edges_rad[[0, -1]])
+        return one_line(
+            "AvoidanceGrid",
+            (
+                f"{self.layers} x {self.columns} x {self.rows} cells",
+                f"{near:g} to {far:g} m",
+                f"azimuth {right:g} to {left:g} deg",
+                f"elevation {bottom:g} to {top:g} deg",
+            ),
+        )
 
     @property
     def layers(self) -> int:

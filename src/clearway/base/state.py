@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray, world_from_body
 
 IntArray = npt.NDArray[np.int64]
@@ -37,6 +38,8 @@ class State:
     position_std_m: float = 0.0
     attitude_std_rad: float = 0.0
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))
         object.__setattr__(self, "attitude_rad", frozen_array(self.attitude_rad, (3,)))
@@ -62,3 +65,5 @@ class Trajectory:
     """[n, 6] world frame: x, y, z, roll, pitch, yaw."""
     movements: tuple[str, ...] = ()
     """Names of the movements in the buffer, in order."""
+
+    __repr__ = brief

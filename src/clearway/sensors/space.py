@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 
@@ -36,6 +37,8 @@ class SpaceCells:
     """[cells] behind occupied points or where no beam looks, and not on the map."""
     code: npt.NDArray[np.int8]
     """[cells] `SpaceClass`."""
+
+    __repr__ = brief
 
     @property
     def accessible(self) -> BoolArray:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import Trajectory
@@ -40,6 +41,8 @@ class Movement:
     yaw_rate_rps: float = 0.0
     duration_s: float = 1.0
     smooth: bool = False
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not (self.duration_s > 0.0 and np.isfinite(self.duration_s)):
@@ -129,6 +132,19 @@ class MovementAutomaton:
         )
         limit = None if pitch_limit_deg is None else float(np.radians(pitch_limit_deg))
         return cls(movements, limit)
+
+    def __repr__(self) -> str:
+        speeds = [movement.speed_mps for movement in self.movements]
+        limit = self.pitch_limit_rad
+        return one_line(
+            "MovementAutomaton",
+            (
+                f"{len(self.movements)} movements",
+                f"up to {max(speeds):g} m/s",
+                "no pitch limit" if limit is None else f"pitch within {np.degrees(limit):.3g} deg",
+                *([] if self.table is None else ["measured table"]),
+            ),
+        )
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.state import Trajectory
 from clearway.vehicle.automaton import Movement, MovementAutomaton
@@ -35,6 +36,8 @@ class MovementBuffer:
     """
 
     entries: tuple[BufferedMovement, ...] = ()
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for entry in self.entries:
