@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import clearway
 from clearway.avoidance.assess import assess_situation
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import PointHazards
@@ -83,6 +84,28 @@ def scene_at(state, mapped, intruders, scans, remembered=None):
         tuple(SceneIntruder(intruder, MODELS) for intruder in intruders),
         remembered,
     )
+
+
+def test_what_the_door_assesses_is_what_a_decision_with_the_same_settings_goes_by():
+    """Every setting counts, not the usual ones alone."""
+    own = replace(
+        FINE.settings, rating="visible", safety_margin_m=0.4, sigmas=2.0, point_sigmas=5.0,
+        intruder_models=("line",), threshold=0.6, unknown=0.5,
+    )  # fmt: skip
+    careful = Planner.of(LIBRARY, own)
+    here = State([3.0, 0.0, 1.0], [0.3, 0.1, 0.2], NOW_S, position_std_m=0.2)
+    world = ObstacleMap([Obstacle.ball([9.0, 1.0, 1.0], 1.0)])
+    known = ObstacleMap([Obstacle.ball([8.0, 3.0, 1.0], 1.0)])
+    report = Intruder([9.0, -4.0, 1.0], [0.0, 1.0, 0.0], radius_m=0.3, name="a", time_s=NOW_S - 1.5)
+    scan = simulate_scan(WIDE, world, here, 1)
+    scene = clearway.assess(
+        scan, GRID, lidar=WIDE, state=here, obstacle_map=known, intruders=[report], settings=own
+    )
+    ahead = replace(situation_of(scene.scene), target_m=np.array([30.0, 0.0, 0.0]))
+    assert_same(scene, decide(careful, ahead))
+    assert scene.cells.evidence.intruder.max() > 0.0
+    with pytest.raises(ValueError, match="a is of 5"):
+        clearway.assess(scan, GRID, lidar=WIDE, state=replace(here, time_s=1e6), intruders=[report])
 
 
 def scanned(lidars, world, state, seed):

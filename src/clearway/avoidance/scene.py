@@ -8,7 +8,7 @@ it says of cells and trajectories is what a decision goes by. It knows no files:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -39,6 +39,7 @@ from clearway.traffic import (
     radial_vehicle_times,
     reach_set_vehicle_times,
 )
+from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 100
@@ -87,20 +88,18 @@ class ReachSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class RatingSettings:
-    """How evidence becomes ratings."""
+class RatingSettings(EvidenceSettings):
+    """How evidence becomes ratings: as in a decision, but looked at finely."""
 
-    name: str = "total"
-    unknown: float = 0.0
-    """How far hidden space counts as blocked, u in [0, 1]."""
-    unknown_unseen: float = 1.0
-    """The same for columns that no beam looks into."""
+    accuracy: Accuracy = "fine"
     detection: Rule = "ratio"
-    threshold: float = 0.3
-    """Rating from which a trajectory counts as passable."""
-    safety_margin_m: float = 0.6
-    """How far the coating reaches around hit points and map obstacles, where the own position is
-    certain."""
+    """How hits become P_OD."""
+
+    @classmethod
+    def of(cls, settings: EvidenceSettings, detection: Rule = "ratio") -> RatingSettings:
+        """Those of a decision."""
+        same = {one.name: getattr(settings, one.name) for one in fields(EvidenceSettings)}
+        return cls(**same | {"accuracy": "fine", "detection": detection})
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,22 +133,14 @@ class Scene:
     __repr__ = brief
 
     @property
-    def settings(self) -> EvidenceSettings:
-        """How its evidence is rated: as a decision does, but more finely."""
-        rating = self.rating
-        return EvidenceSettings(
-            rating=rating.name,
-            unknown=rating.unknown,
-            unknown_unseen=rating.unknown_unseen,
-            threshold=rating.threshold,
-            safety_margin_m=rating.safety_margin_m,
-            accuracy="fine",
-        )
+    def settings(self) -> RatingSettings:
+        """How its evidence is gathered and rated."""
+        return self.rating
 
     @property
     def cell_rating(self) -> Rating:
         """How evidence becomes a rating."""
-        return rating_named(self.rating.name)
+        return rating_named(self.rating.rating)
 
     @property
     def speed_mps(self) -> float:

@@ -93,7 +93,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         traffic=_traffic(file, state.time_s),
         timing=TimingSettings(file.vehicle_timing.model, file.vehicle_timing.speed_mps),
         reach=_reach_settings(file),
-        rating=RatingSettings(**file.rating.model_dump()),
+        rating=_rating(file),
     )
     return SceneInput(scene, file.effective(folder), (*_notes_of(measured), *_inside(file, state)))
 
@@ -152,6 +152,11 @@ def _traffic(file: SceneFile, now_s: float) -> tuple[SceneIntruder, ...]:
         )
         for section in file.intruder
     )
+
+
+def _rating(file: SceneFile) -> RatingSettings:
+    stated = file.rating.model_dump()
+    return RatingSettings(rating=stated.pop("name"), **stated)
 
 
 def _reach_settings(file: SceneFile) -> ReachSettings:
