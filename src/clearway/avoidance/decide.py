@@ -85,7 +85,7 @@ class Decision:
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
-    """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6)."""
+    """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6)."""
     settings = planner.settings
     prepared = planner.prepared(float(situation.state.attitude_rad[1]))
     prepared = with_slope(prepared, margin_slope(settings, situation))
@@ -200,7 +200,7 @@ def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
 def _decide_within(
     planner: Planner, prepared: PreparedReachSet, choice: Choice, hazards: Hazards, margin: float
 ) -> float:
-    """Time for which the plan may be flown without a new decision (6.4, item 6).
+    """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
     turn away inside it; with evidence in reach, at the end of the movement.

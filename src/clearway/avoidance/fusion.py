@@ -162,9 +162,12 @@ class ReachAssessment:
     """Reachability of nodes, trajectories and cells, and what the next decision will have."""
 
     node_rating: FloatArray
-    """[nodes] product of cell ratings from the start to the end of the node, (4.22)."""
+    """[nodes] product of cell ratings from the start to the end of the node: (4.22), def. 20."""
     reachability: FloatArray
-    """[cells] best rating of any trajectory up to and including the cell (4.23); 0 if none."""
+    """[cells] best rating of any trajectory up to and including the cell; 0 if none.
+
+    (4.23), def. 21.
+    """
     passed: BoolArray
     """[cells] true where some trajectory passes: 0 there means blocked, elsewhere no trajectory."""
     trajectories: IntArray

@@ -165,7 +165,7 @@ class SceneAssessment:
     reach_set: ReachSet
     reach: ReachAssessment
     space: SpaceCells
-    """What each cell is: free, occupied, hidden or mixed (3.5)."""
+    """What each cell is: free, occupied, hidden or mixed (section 3.5)."""
 
     def __repr__(self) -> str:
         return one_line("SceneAssessment", (in_brief(self.scene.name), *self._facts.values()))

@@ -148,7 +148,10 @@ class AvoidanceGrid:
         )
 
     def patch_area_m2(self, radius_m: float) -> FloatArray:
-        """[columns, rows] area of each column's patch at a radius, eqs. (5.43), (5.44)."""
+        """[columns, rows] area of each column's patch at a radius: (5.43), (5.44).
+
+        The integral of the area element (3.54), whose E, F and G are those of (3.53).
+        """
         return (
             radius_m**2
             * np.diff(self.azimuth_edges_rad)[:, None]

@@ -57,12 +57,12 @@ class State:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
-    """A flown or planned path: states at times, and the movements that make it."""
+    """A flown or planned path (3.12): states at times, and the movements that make it."""
 
     time_s: FloatArray
     """[n] ascending."""
     states: FloatArray
-    """[n, 6] world frame: x, y, z, roll, pitch, yaw."""
+    """[n, 6] world frame: x, y, z, roll, pitch, yaw (4.13)."""
     movements: tuple[str, ...] = ()
     """Names of the movements in the buffer, in order."""
 

@@ -86,7 +86,7 @@ class MethodRow:
     """(6.5) with that spread; nodes never exceed it."""
 
     def ratio(self, full: FullFootprints) -> tuple[float, float]:
-        """Literal coverage ratio (4.27) and its standard error."""
+        """Literal coverage ratio (4.27), def. 24, and its standard error."""
         ratio = self.coverage.footprints / full.number
         return ratio, ratio * full.standard_error / full.number
 

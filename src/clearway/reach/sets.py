@@ -1,4 +1,4 @@
-"""Reach sets by name: one expansion, told apart by which trajectories are kept (4.5)."""
+"""Reach sets by name: one expansion, told apart by which trajectories are kept (section 4.5)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.variants import Variants
 from clearway.reach import covering, keep
 from clearway.reach.buffers import ByteArray
+from clearway.reach.equivalence import each_way_once
 from clearway.reach.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.primitives import primitives
 from clearway.reach.select import Select, expanded, merged, tree_of
@@ -24,7 +25,7 @@ def build_reach_set(
     start_pitch_rad: float = 0.0,
     **tuning: float,
 ) -> ReachSet:
-    """Reach set of an automaton in a grid for one start pitch.
+    """Reach set of an automaton in a grid for one start pitch: (3.4), def. 1.
 
     method: one of `METHODS`; tuning: the parameters of its function there, such as `spread` of
     chaotic and `harmonic` of harmonic (nodes expanded per cell; combined has both), `depth` for
@@ -54,6 +55,7 @@ def reach_set_at(
     rest = dict(tuning)
     deep = int(rest.pop("depth", movements_deep(lattice.automaton, grid)))
     buffers = _selection(method, rest)(lattice, grid, start_pitch_rad, deep)
+    buffers = each_way_once(buffers, lattice, start_pitch_rad)
     if not len(buffers):
         raise ClearwayError(
             f"reach set {method}: no chain of up to {deep} movements leads through a grid of "
@@ -63,7 +65,7 @@ def reach_set_at(
 
 
 def _full(side_exits: float = 1.0) -> Select:
-    """Every trajectory (4.5); for small grids."""
+    """Every trajectory (section 4.5); for small grids."""
     return expanded(keep.everything, side_exits)
 
 

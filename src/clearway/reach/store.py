@@ -41,7 +41,7 @@ Notice = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class ReachLibrary:
-    """One reach set per start pitch of an automaton, ascending by pitch."""
+    """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2."""
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid

@@ -18,7 +18,7 @@ SIDE = 2
 
 @dataclass(frozen=True, eq=False)
 class ReachSet:
-    """Trajectories in one grid for one start pitch (4.5), as a tree without its root.
+    """Trajectories in one grid for one start pitch (section 4.5), as a tree without its root.
 
     A node is one movement that follows its parent's. Positions are in the grid frame: the body
     frame at the start, where the vehicle sits at the origin with nose along x.

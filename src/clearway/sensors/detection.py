@@ -64,7 +64,10 @@ class Detection:
     probability: FloatArray
     """[cells] P_OD of this sensor: (5.41), or the rule that was asked for."""
     hindrance: FloatArray
-    """[cells] share of the column's beams that end in the cell: P_OL, and ground returns too."""
+    """[cells] share of the column's beams that end in the cell: P_OL, and ground returns too.
+
+    (5.42) corrected: as printed, empty cells would hide what is behind them.
+    """
     visibility: FloatArray
     """[cells] P_V (5.47); 0 where no beam looks."""
     points_m: FloatArray

@@ -74,7 +74,10 @@ class Lidar:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """Returns of one sweep. Beams of the pattern without return are evidence of free space."""
+    """Returns of one sweep, a point cloud of scanned points (3.32), def. 14.
+
+    Beams of the pattern without return are evidence of free space.
+    """
 
     points_m: FloatArray
     """[returns, 3] sensor frame; NaN and infinite ones are counted and skipped where used."""

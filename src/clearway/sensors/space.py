@@ -30,7 +30,7 @@ class SpaceCells:
     """Shares of every cell, which add up to one, and the class that follows."""
 
     free: FloatArray
-    """[cells] seen, and nothing there: the part of the accessible space S_A (3.33)."""
+    """[cells] seen, and nothing there: the part of the accessible space S_A (3.33), def. 15."""
     occupied: FloatArray
     """[cells] where beams end, or what the map says of the part that no beam reaches."""
     hidden: FloatArray

@@ -72,7 +72,7 @@ class MovementBuffer:
         return tuple(entry.movement.name for entry in self.entries)
 
     def at(self, time_s: float) -> Movement | None:
-        """The movement held in (start, end] at a time, as (3.15) has it; None outside."""
+        """The movement held in (start, end] at a time, (3.17); None outside."""
         for entry in self.entries:
             if entry.start_s < time_s <= entry.end_s:
                 return entry.movement
