@@ -10,7 +10,7 @@ import typer
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.cli.compile_notice import notice_when_slow
-from clearway.cli.report import print_json, say
+from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -131,6 +131,7 @@ def assess(
             if isinstance(error, InputError):
                 raise
             raise InputError(str(scene or scan), str(error)) from error
+    result = sourced(result, [one for one in (scene, scan) if one is not None])
     kind = "play" if every else "assess"
     folder = out or Path("clearway-out") / f"{kind}-{read.scene.name}"
     written = _write(read, result, draw if plots else None, folder)
