@@ -186,7 +186,7 @@ def test_over_the_streets_of_delft(data_dir, tmp_path):
         for n, one in enumerate(setup.obstacle_map.obstacles[index] for index in nearest)
         if distance[n] < 12.0
     ]
-    assert np.mean(beside) > 0.05
+    assert np.count_nonzero(beside) >= 20, "a second of flight beside walls"
 
 
 @pytest.mark.nightly
