@@ -263,7 +263,7 @@ def test_every_target_says_none_only_where_every_number_is_equal(name: str) -> N
     [
         (1.0, 1.0, 0.0, "None.", "none"),
         (1.0 + 1e-15, 1.0, 0.0, "None.", "none"),
-        (83.7, 82.2, 2.0, "Within tolerance: time, s +2 (tolerance 2).", "+2"),
+        (83.7, 82.2, 2.0, "Within tolerance: time, s +1.5 (tolerance 2).", "+1.5"),
         (83.7, 82.2, 1.0, "Beyond tolerance: time, s +1.5 (tolerance 1).", "+1.5"),
         (
             1.0 + 1e-9,

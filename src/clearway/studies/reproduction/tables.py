@@ -174,7 +174,7 @@ def intruder_table() -> tuple[Exhibit, ...]:
                 "vehicle and fly across its course.",
                 ours=f"They are flown as printed, from the nominal straight flight; it passes all "
                 f"of them at {float(nearest.min()):.2f} to {float(nearest.max()):.2f} m.",
-                difference="None of them is a collision course, whose margin is 1.2 m. The table "
+                difference="Not one is a collision course, whose margin is 1.2 m. The table "
                 "places them in the vehicle's own frame, so that every planner would meet others; "
                 "here they appear ahead of the straight flight.",
                 measures=tuple(measures),

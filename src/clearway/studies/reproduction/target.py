@@ -105,7 +105,7 @@ def difference_words(measure: Measure) -> str:
         return "none"
     if abs(measure.difference) <= 0.01 * measure.tolerance:
         return f"below {0.01 * measure.tolerance:.0e}"
-    return f"{measure.difference:+.{1 if measure.agrees else 4}g}"
+    return f"{measure.difference:+.{2 if measure.agrees else 4}g}"
 
 
 @dataclass(frozen=True, slots=True)
