@@ -48,8 +48,7 @@ def _near_corner(front: Front, look_ahead_m: float) -> FloatArray:
         distance, azimuth, elevation = place.T
         across = distance * np.cos(elevation) * _from_inner_edge(azimuth, azimuths)
         total -= np.hypot(across, distance * _from_inner_edge(elevation, elevations))
-    scaled: FloatArray = total / front.grid.layer_m
-    return scaled
+    return total
 
 
 def _from_inner_edge(angle: FloatArray, edges: FloatArray) -> FloatArray:
