@@ -27,7 +27,12 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 @dataclass(frozen=True, slots=True)
 class AvoidanceSettings:
-    """How decisions are taken; defaults are those of the paper's static mission."""
+    """How decisions are taken; defaults are those of the paper's static mission.
+
+    >>> import clearway as cw
+    >>> cw.AvoidanceSettings(safety_margin_m=3.0, rating="visible")
+    AvoidanceSettings(rating='visible', safety_margin_m=3)
+    """
 
     rating: str = "total"
     unknown: float = 0.0
@@ -68,7 +73,14 @@ class AvoidanceSettings:
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """What stays the same from decision to decision: reach sets, costs, settings."""
+    """What stays the same from decision to decision: reach sets, costs, settings.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> cw.Planner.of(library, cw.AvoidanceSettings(safety_margin_m=1.0))
+    Planner(9 movements up to 1 m/s, 5 reach sets to 10 m, margin 1 m, 0 rules)
+    """
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid

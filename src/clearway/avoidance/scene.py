@@ -149,7 +149,13 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class SceneAssessment:
-    """What a scene means, cell by cell and trajectory by trajectory."""
+    """What a scene means, cell by cell and trajectory by trajectory.
+
+    >>> import clearway as cw
+    >>> rated = cw.assess("two-balls.toml")
+    >>> rated.cells.rating.shape, len(rated.reach_set.trajectories) > 0
+    ((350,), True)
+    """
 
     scene: Scene
     detections: tuple[Detection, ...]
