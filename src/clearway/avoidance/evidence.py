@@ -20,7 +20,7 @@ from clearway.avoidance.hazards import (
     nothing_moving,
 )
 from clearway.avoidance.planner import EvidenceSettings
-from clearway.avoidance.situation import Situation, margin_m
+from clearway.avoidance.situation import Situation, margin_m, margin_slope
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
@@ -91,10 +91,11 @@ def in_reach(terms: Terms, situation: Situation) -> InReach:
     """Bring map, returns and intruders into the grid's frame."""
     settings, frame, range_m = terms.settings, situation.frame, terms.grid.range_m
     margin = margin_m(settings, situation)
+    widest = margin + margin_slope(settings, situation) * range_m
     intruders = seen_at(situation.intruders, situation.state, frame.world_from_grid)
     hazards = Hazards(
-        _points(situation, settings, range_m + margin),
-        _shapes_near(situation, terms.grid),
+        _points(situation, settings, range_m + widest),
+        _shapes_near(situation, terms.grid, widest),
         _moving(intruders, situation, settings, range_m / terms.speed_mps),
     )
     return InReach(frame, margin, hazards, intruders)
@@ -151,11 +152,11 @@ def intruder_cells(
     )
 
 
-def _shapes_near(situation: Situation, grid: AvoidanceGrid) -> Shapes:
+def _shapes_near(situation: Situation, grid: AvoidanceGrid, margin: float) -> Shapes:
     if situation.obstacle_map is None or not len(situation.obstacle_map):
         return NO_SHAPES
     frame = situation.frame
-    return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid)
+    return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid, margin)
 
 
 def _points(situation: Situation, settings: EvidenceSettings, reach_m: float) -> PointHazards:
@@ -200,4 +201,6 @@ def _moving(
         spread_tangents(intruders) * speeds_mps(intruders)
         + settings.sigmas * np.array([i.velocity_std_mps for i in intruders])
         + turning,
+        np.array([i.manoeuvre_mps2 for i in intruders]),
+        np.ones(len(intruders)),
     )
