@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import BoolArray as BoolArray
+from clearway.base.arrays import FloatArray
+from clearway.base.arrays import IndexArray as IndexArray
+from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
-from clearway.base.frames import FloatArray, world_from_body
-
-IntArray = npt.NDArray[np.int64]
-IndexArray = npt.NDArray[np.integer[Any]]
-"""Indices of any width, as the stored trees keep them."""
-BoolArray = npt.NDArray[np.bool_]
+from clearway.base.frames import world_from_body
 
 
 def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
