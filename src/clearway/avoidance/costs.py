@@ -42,7 +42,12 @@ class Goal(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """Small prices beside the length flown, in metres of flight."""
+    """Small prices beside the length flown, in metres of flight.
+
+    >>> import clearway as cw
+    >>> cw.Prices(risk=1.0)
+    Prices(risk=1)
+    """
 
     turn: float = 0.2
     """Per movement that is not smooth, as a share of its length."""

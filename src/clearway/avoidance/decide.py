@@ -44,7 +44,17 @@ MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What to fly and why, with everything that it was derived from."""
+    """What to fly and why, with everything that it was derived from.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> ahead = cw.Situation(cw.State(np.zeros(3)), target_m=np.array([20.0, 0.0, 0.0]))
+    >>> decision = cw.decide(cw.Planner.of(library), ahead)
+    >>> decision.movements[0], decision.path_m.shape[1], decision.margin_m
+    ('Straight', 3, 0.6)
+    """
 
     state: State
     choice: Choice
@@ -90,7 +100,18 @@ class Decision:
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
-    """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6)."""
+    """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6).
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> tree = cw.ObstacleMap([cw.Obstacle.ball([6.0, 0.5, 0.0], 1.5)])
+    >>> here, there = cw.State(np.zeros(3)), np.array([20.0, 0.0, 0.0])
+    >>> decision = cw.decide(cw.Planner.of(library), cw.Situation(here, there, obstacle_map=tree))
+    >>> bool(decision.choice.clearance_m >= decision.margin_m)
+    True
+    """
     settings = planner.settings
     prepared = planner.prepared(float(situation.state.attitude_rad[1]))
     prepared = with_slope(prepared, margin_slope(settings, situation))

@@ -24,7 +24,14 @@ PLANNED_REACH = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """All that is known at the decision time, in the world frame unless said otherwise."""
+    """All that is known at the decision time, in the world frame unless said otherwise.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> here = cw.State(np.zeros(3))
+    >>> cw.Situation(here, target_m=np.array([20.0, 0.0, 0.0]))
+    Situation(state=State, target_m=[20, 0, 0])
+    """
 
     state: State
     """Expected own state at the decision time."""

@@ -26,7 +26,13 @@ def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Own state of the vehicle (4.1), world frame, with what is known of its accuracy."""
+    """Own state of the vehicle (4.1), world frame, with what is known of its accuracy.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> cw.State(np.array([1.0, 2.0, 30.0]), [0.0, 0.0, np.pi / 2]).world_from_body.shape
+    (3, 3)
+    """
 
     position_m: FloatArray
     """[3] world frame."""
