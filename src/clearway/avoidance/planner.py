@@ -45,6 +45,8 @@ class AvoidanceSettings:
     """Growth of the margin with the age of the own state."""
     point_sigmas: float = 2.0
     """Standard deviations of the range by which a hit point grows."""
+    smallest_object_m: float | None = None
+    """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
     intruder_models: tuple[str, ...] = ("line", "spread")
     sensor_fusion: str = "conjunction"
     """How several sensors become one: (5.38), or weighted by precision and trust."""
@@ -59,6 +61,9 @@ class AvoidanceSettings:
         for name in ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not a number >= 0")
+        smallest = self.smallest_object_m
+        if smallest is not None and not 0.0 < smallest < np.inf:
+            raise ClearwayError(f"smallest_object_m: {smallest} is not a number > 0")
         if self.safety_margin_m == 0.0:
             raise ClearwayError("safety_margin_m: must be above 0")
 

@@ -27,6 +27,6 @@ class DataLimits:
     history_s: float = 10.0
     """Own states kept, to place late scans."""
     memory_s: float = 120.0
-    """Points remembered after they were last seen."""
+    """Points out of reach are remembered so long after they were last seen; in reach, for ever."""
     patience_turns: float = 1.5
     """Full circles' worth of time without progress before a detour."""

@@ -130,6 +130,7 @@ class MissionFile(Section):
             own_drift_mps=safety.own_drift_mps,
             intruder_models=self.traffic.models,
             point_sigmas=safety.point_sigmas,
+            smallest_object_m=safety.smallest_object_m,
             prices=Prices(**self.prices.model_dump()),
             sensor_fusion=rating.sensors,
         )
