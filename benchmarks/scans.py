@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
-from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 
 POINTS = 100_000

@@ -181,7 +181,7 @@ def _table(detected_at_m: float, count: int, lines: Sequence[Line]) -> str:
     """Markdown; the ratio is that of losses with and without avoidance."""
     flown = lines[0].flown
     rows = [
-        f"\nDetected at {detected_at_m:g}: {flown} of {count} level encounters can be won\n",
+        f"\nDetected at {detected_at_m:g}: {flown} of {count} level encounters can be avoided\n",
         "| planner | kept 1.2 | 95 % (Wilson) | lost, of straight flight's | nearest | median "
         "| aside |",
         "| --- | --- | --- | --- | --- | --- | --- |",

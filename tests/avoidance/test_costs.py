@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from clearway.avoidance.choice import Repertoire
+from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
     Goal,
     Prices,
@@ -88,14 +88,14 @@ def test_the_next_goal_counts_once_the_first_is_passed():
 
 
 def test_default_stage_cost_is_length_with_small_prices():
-    free = Repertoire.of(REACH_SET, Prices(turn=0, change=0, vertical=0))
+    free = PreparedReachSet.of(REACH_SET, Prices(turn=0, change=0, vertical=0))
     np.testing.assert_allclose(free.path_cost_m, REACH_SET.length_m)
-    priced = Repertoire.of(REACH_SET, Prices())
+    priced = PreparedReachSet.of(REACH_SET, Prices())
     assert np.all(priced.path_cost_m >= free.path_cost_m - 1e-12)
     straight = [n for n in REACH_SET.trajectories if set(REACH_SET.movements_to(n)) == {"Straight"}]
     np.testing.assert_allclose(priced.path_cost_m[straight], REACH_SET.length_m[straight])
 
 
 def test_a_user_can_replace_the_stage_cost():
-    hops = Repertoire.of(REACH_SET, Prices(), lambda reach_set, _: np.ones(reach_set.nodes))
+    hops = PreparedReachSet.of(REACH_SET, Prices(), lambda reach_set, _: np.ones(reach_set.nodes))
     np.testing.assert_array_equal(hops.path_cost_m, REACH_SET.depth)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.avoidance.hazards import Cause, Hazards, PointHazards
-from clearway.avoidance.loiter import EARLY_MOVEMENTS, NO_REFUGE, refuge_of, room_to_circle
+from clearway.avoidance.loiter import EARLY_MOVEMENTS, NO_LOITER, loiter_circles, room_to_circle
 from clearway.avoidance.verify import RoomPrice, first_clear, path_clearance, paths_of
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
@@ -20,7 +20,7 @@ RADIUS_M = AUTOMATON.turning_radius_m
 PITCH = float(np.radians(15.0))
 REACH_SET = build_reach_set(AUTOMATON, AvoidanceGrid.uniform(), "primitives", PITCH)
 PATHS = paths_of(REACH_SET)
-REFUGE = refuge_of(REACH_SET, RADIUS_M)
+REFUGE = loiter_circles(REACH_SET, RADIUS_M)
 MARGIN_M = 0.6
 FRONT = REACH_SET.trajectories[REACH_SET.exit_kind[REACH_SET.trajectories] != SIDE]
 
@@ -97,4 +97,4 @@ def test_a_street_is_entered_where_nothing_else_is_to_be_had():
 
 def test_a_vehicle_that_need_not_circle_has_no_circles():
     for radius in (0.0, np.inf, np.nan):
-        assert refuge_of(REACH_SET, radius) is NO_REFUGE
+        assert loiter_circles(REACH_SET, radius) is NO_LOITER

@@ -188,7 +188,7 @@ def test_who_has_the_other_on_the_right_passes_behind_it():
     given = ruled(right_of_way(), intruders=[intruder])
     assert "converging from the right" in note(given, "right of way").reason
     assert given.choice.clearance_m >= given.margin_m
-    ahead = crossings_ahead(given.repertoire.reach_set, given.hazards.movers)
+    ahead = crossings_ahead(given.prepared.reach_set, given.hazards.moving)
     assert ahead[given.choice.node] == 0
 
 

@@ -38,13 +38,13 @@ def random_hazards(seed):
             Obstacle.line(rng.uniform([3, -5, -4], [9, 5, 4]), 4.0, 0.05, rng.normal(size=3)),
         ]
     )
-    movers = MovingHazards(
+    moving = MovingHazards(
         rng.uniform([4, -6, -2], [9, 6, 2], (3, 3)),
         rng.normal(size=(3, 3)),
         rng.uniform(0.1, 0.6, 3),
         rng.uniform(0.0, 0.2, 3),
     )
-    return Hazards(points, shapes, movers)
+    return Hazards(points, shapes, moving)
 
 
 def sampled_clearance(node, hazards):
@@ -55,7 +55,7 @@ def sampled_clearance(node, hazards):
         local = np.abs((curve - center) @ rotation) - half
         outside = np.linalg.norm(np.maximum(local, 0), axis=1)
         best = min(best, float(np.min(outside + np.minimum(local.max(axis=1), 0) - radius)))
-    for start, velocity, radius, growth in zip(*hazards.movers, strict=True):
+    for start, velocity, radius, growth in zip(*hazards.moving, strict=True):
         gap = np.linalg.norm(curve - start - velocity * time_s[:, None], axis=1)
         best = min(best, float(np.min(gap - radius - growth * time_s)))
     return best
@@ -111,8 +111,8 @@ def test_an_intruder_is_met_at_equal_times_only():
     crossing = MovingHazards(
         np.array([[6.0, 6.0, 0.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([0.6]), np.zeros(1)
     )
-    meets = path_clearance(PATHS, straight, Hazards(movers=crossing))
+    meets = path_clearance(PATHS, straight, Hazards(moving=crossing))
     assert meets.distance_m == pytest.approx(-0.6, abs=1e-6)
     assert meets.cause is Cause.INTRUDER
     early = crossing._replace(position_m=np.array([[6.0, 2.0, 0.0]]))
-    assert path_clearance(PATHS, straight, Hazards(movers=early)).distance_m > 1.5
+    assert path_clearance(PATHS, straight, Hazards(moving=early)).distance_m > 1.5

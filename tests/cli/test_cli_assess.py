@@ -111,7 +111,7 @@ def test_a_real_scan_says_where_its_beams_are_from(data_dir: Path, tmp_path: Pat
 
 
 def _points(path: Path) -> Any:
-    from clearway.io.scans.pointcloud import read_points
+    from clearway.io.scans.scan_formats import read_points
 
     return read_points(path).points_m
 

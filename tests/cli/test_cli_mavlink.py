@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from typer.testing import CliRunner
 
 from clearway.base.errors import InputError
@@ -27,7 +27,7 @@ from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import Address, open_link
 from clearway.mavlink.loop import Loop
 from clearway.mavlink.outbox import Outbox, Packer
-from clearway.mavlink.session import Outcome
+from clearway.mavlink.session import TickOutcome
 from mavlink_for_tests import (
     KEY,
     OTHER_KEY,
@@ -251,9 +251,9 @@ def test_ticks_that_come_late_are_counted_and_left_out() -> None:
     counts: Counter[str] = Counter()
     bench, link = Bench(), open_link("udpin:127.0.0.1:0", counts)
     loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.01)
-    outcomes: list[Outcome] = []
+    outcomes: list[TickOutcome] = []
 
-    def slow(outcome: Outcome) -> None:
+    def slow(outcome: TickOutcome) -> None:
         outcomes.append(outcome)
         time.sleep(0.035)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from absent_packages import without
 from clearway.base.errors import InputError, MissingExtraError
 from clearway.base.frames import world_from_body
-from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from recordings_for_tests import (
     MAKERS,

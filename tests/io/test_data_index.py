@@ -23,7 +23,7 @@ from clearway.io.maps.terrain_file import read_terrain
 from clearway.io.plans.qgc_plan import read_plan
 from clearway.io.plans.waypoint_file import read_waypoints
 from clearway.io.poses.ulog import read_ulog
-from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.traffic.traffic import read_traffic
 from in_process import clearway

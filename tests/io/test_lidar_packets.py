@@ -10,7 +10,7 @@ import pytest
 
 from absent_packages import without
 from clearway.base.errors import InputError, MissingExtraError
-from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.velodyne import CALIBRATIONS, NAMED, model_pattern
 from clearway.sensors import named_pattern
@@ -39,7 +39,7 @@ def test_velodyne_packets_against_their_truth(data_dir: Path) -> None:
 def test_lost_packets_are_no_evidence_of_free_space(data_dir: Path) -> None:
     """Of a real scan, packets 40 to 70 are lost: 31 of 151 parts of the turn."""
     pytest.importorskip("velodyne_decoder")
-    from clearway.io.scans.bag import open_bag
+    from clearway.io.scans.open_bag import open_bag
     from clearway.io.scans.velodyne import VelodyneDecoder
 
     path = data_dir / "lidar/bag/vlp16_rosbag2"

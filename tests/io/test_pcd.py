@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.scan_formats import read_points
 from clouds_for_tests import PCD_HEAD, POINTS, write_pcd
 
 

@@ -12,7 +12,7 @@ import pytest
 from absent_packages import without
 from clearway.base.errors import InputError, MissingExtraError
 from clearway.base.units import FOOT_M, US_SURVEY_FOOT_M
-from clearway.io.scans.pointcloud import read_points
+from clearway.io.scans.scan_formats import read_points
 from clouds_for_tests import PCD_HEAD, POINTS, write_pcd
 
 

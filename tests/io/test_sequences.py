@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,8 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.io.poses.pose_file import read_poses
 from clearway.io.poses.pose_track import pose_track, quaternions_of, rotation_of, slerp
-from clearway.io.scans.pointcloud import PointCloud, read_points
+from clearway.io.scans.pointcloud import PointCloud
+from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
 from clearway.live import AvoidanceSystem
@@ -118,7 +120,7 @@ def test_names_that_are_nanoseconds(data_dir: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, r"needs files of one kind, found none; valid: \.bin"),
+        ({}, r"needs files of one kind, found none; valid: \.pcd"),
         ({"1.bin": b"", "2.npy": b""}, r"found 1 \.bin, 1 \.npy"),
         ({"first.bin": b""}, "no number in the name of first.bin"),
         ({"1.bin": b"", "2.bin": b"", "times.txt": b"1\n"}, "1 times for 2 scans"),
@@ -363,3 +365,8 @@ def test_playing_sees_and_decides_at_every_moment() -> None:
     assert [str(one.decision.mode) for one in played[:2]] == ["navigation", "avoidance"]
     assert all(one.decision.decision.choice.clearance_m >= 0.6 for one in played[:2])
     assert [one.decision.time_s for one in played] == [10.0, 11.0, 12.0, 13.0]
+    assert played[0].planned is None
+    for before, one in pairwise(played):
+        flown = before.decision.decision.path_m
+        off = np.linalg.norm(flown - one.planned.position_m, axis=1)
+        assert off.min() < 0.05, "on the path decided a second before"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.live.distance_field import VoxelField, segment_is_clear
-from clearway.live.no_way_out import enclosure_of
+from clearway.live.infeasibility import prove_infeasible
 from clearway.live.route import NoRoute, Route, check_mission, find_route
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -138,7 +138,7 @@ def test_a_gap_twice_the_margin_wide_is_never_taken_for_a_wall(
         for part in room(np.zeros(3), 4.0, gap_m)
     ]
     world = ObstacleMap(obstacles)
-    assert enclosure_of(world.distance_m, np.zeros(3), 0.3, MARGIN_M, AHEAD) is None
+    assert prove_infeasible(world.distance_m, np.zeros(3), 0.3, MARGIN_M, AHEAD) is None
 
 
 def test_waypoints_inside_and_too_near_are_refused_by_name() -> None:

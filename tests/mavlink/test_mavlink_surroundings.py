@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from clearway.base.state import State
 from clearway.mavlink.adsb import MOST_AIRCRAFT, AdsbPicture, AdsbSettings
 from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
-from clearway.mavlink.own_state import Motion
+from clearway.mavlink.own_state import OwnMotion
 from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, enu
 
 # --- distances ----------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ def test_messages_without_use_are_counted() -> None:
 
 # --- traffic ------------------------------------------------------------------------------------
 
-OWN = Motion(10.0, np.zeros(3), enu(1.0, 0.0, 0.0), 0.0)
+OWN = OwnMotion(10.0, np.zeros(3), enu(1.0, 0.0, 0.0), 0.0)
 
 
 def picture(**settings: Any) -> tuple[AdsbPicture, Counter[str]]:

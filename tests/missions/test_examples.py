@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from clearway.io.scans.pointcloud import PointCloud, read_points
+from clearway.io.scans.pointcloud import PointCloud
+from clearway.io.scans.scan_formats import read_points
 from clearway.missions.mission_file import read_mission
 from own_process import flown_in
 from repository import REPOSITORY

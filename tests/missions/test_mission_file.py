@@ -111,5 +111,5 @@ def test_movers_are_followed_where_an_intruder_is_silent(
         "intruder": [{"name": "a", "transponder": transponder, **place}],
     }
     mission = parse_model("silent.toml", tables, MissionFile)
-    assert mission.follows_movers is follows
-    assert parse_model("again", mission.effective(), MissionFile).follows_movers is follows
+    assert mission.follows_dynamic_objects is follows
+    assert parse_model("again", mission.effective(), MissionFile).follows_dynamic_objects is follows

@@ -21,9 +21,9 @@ from clearway.cli.app import app
 from clearway.io.toml import parse_model
 from clearway.io.traffic.traffic import read_traffic
 from clearway.live.mission import Mission, Progress, advanced
+from clearway.missions.in_place import fly_in_place
 from clearway.missions.mission_file import MissionFile, read_mission
 from clearway.missions.setup import prepare
-from clearway.missions.substitute import fly_in_place
 from clearway.traffic.recorded import (
     TrafficRecording,
     TrafficReport,

@@ -22,7 +22,8 @@ def test_a_circle_has_its_length_distance_and_effort():
     world = ObstacleMap([Obstacle.ball([0, 0, 0], 1.0)])
     metrics = measure(time_s, states, world, np.array([[4.0, 0, 0], [4.0, 1.0, 0]]), 0.6)
     assert metrics.path_length_m == pytest.approx(2 * np.pi * 4.0, rel=5e-3)
-    np.testing.assert_allclose(metrics.obstacle_distance_m, 3.0)
+    # Between samples the track is taken for straight: chords of 0.05 m cut 8e-5 m off the circle.
+    np.testing.assert_allclose(metrics.obstacle_distance_m, 3.0, atol=1e-4)
     assert metrics.margin_violations == 0
     # Centripetal acceleration 1/r for the time of one turn.
     assert metrics.effort_m2ps3 == pytest.approx(2 * np.pi / 4.0, rel=0.01)

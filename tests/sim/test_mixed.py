@@ -74,7 +74,7 @@ def test_some_escapes_from_traffic_would_hit_a_tree() -> None:
     assert squeezed
     for entry in squeezed:
         decision = entry.flight.decision
-        path = path_clearance(decision.repertoire.paths, decision.choice.node, decision.hazards)
+        path = path_clearance(decision.prepared.paths, decision.choice.node, decision.hazards)
         assert path.distance_m >= decision.margin_m
 
 
@@ -105,7 +105,7 @@ def test_a_hidden_intruder_counts_though_nothing_sees_it() -> None:
         origin, world_from_grid = grid_frame(decision.state)
         there = (place_of("hidden", entry) - origin) @ world_from_grid
         number = decision.intruders.index("hidden")
-        np.testing.assert_allclose(decision.hazards.movers.position_m[number], there, atol=1e-6)
+        np.testing.assert_allclose(decision.hazards.moving.position_m[number], there, atol=1e-6)
         evidence = decision.cells.evidence
         by_name += "of intruder hidden" in entry.flight.explanation
         cell = int(evidence.grid.cell_of(there[None])[0])
@@ -123,7 +123,7 @@ def test_what_the_lidar_adds_is_the_silent_one_alone() -> None:
     for entry in flown(0).decisions:
         decision = entry.flight.decision
         origin, world_from_grid = grid_frame(decision.state)
-        for name, place in zip(decision.intruders, decision.hazards.movers.position_m, strict=True):
+        for name, place in zip(decision.intruders, decision.hazards.moving.position_m, strict=True):
             if name.startswith("lidar"):
                 added += 1
                 found = origin + world_from_grid @ place

@@ -13,7 +13,7 @@ from clearway.studies.encounters.encounter import (
     EncounterSettings,
     random_encounter,
 )
-from clearway.studies.encounters.flights import Outcome, Tally, fly_encounters
+from clearway.studies.encounters.flights import EncounterOutcome, EncounterTally, fly_encounters
 
 KEEP = 1.2
 
@@ -105,18 +105,18 @@ def test_workers_do_not_change_results():
 
 def test_encounters_that_cannot_be_won_do_not_count():
     outcomes = (
-        Outcome(0, 1.3, True, True, 0),
-        Outcome(1, 0.9, False, True, 1),
-        Outcome(2, 0.2, False, False, 3),
+        EncounterOutcome(0, 1.3, True, True, 0),
+        EncounterOutcome(1, 0.9, False, True, 1),
+        EncounterOutcome(2, 0.2, False, False, 3),
     )
-    tally = Tally(EncounterSettings(4.0), outcomes)
+    tally = EncounterTally(EncounterSettings(4.0), outcomes)
     assert (tally.avoidable, tally.kept, tally.share) == (2, 1, 0.5)
     assert [each.seed for each in tally.failures] == [1]
     assert tally.min_distance_m == 0.9
 
 
 def test_less_is_asked_of_late_and_noisy_encounters():
-    kinds = {kind.in_words: Tally(kind, ()).required for kind in STANDARD_KINDS[:6]}
+    kinds = {kind.in_words: EncounterTally(kind, ()).required for kind in STANDARD_KINDS[:6]}
     assert list(kinds.values()) == [0.999, 0.999, 0.99, 0.99, 0.99, 0.99]
 
 

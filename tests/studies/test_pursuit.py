@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import InputError
+from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.pursuit import CHOSEN_MOVEMENTS, MOST_MOVEMENTS, win_map
-from clearway.studies.encounters.winnable import Opponent, search
 from clearway.vehicle.automaton import MovementAutomaton
 from own_process import run_clearway
 

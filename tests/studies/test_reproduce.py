@@ -17,7 +17,12 @@ from matplotlib.contour import ContourSet
 from typer.testing import CliRunner
 
 from clearway.cli.app import app
-from clearway.studies.reproduction.intruder_cases import CASES, Case, assess, model_cells
+from clearway.studies.reproduction.intruder_cases import (
+    CASES,
+    IntersectionCase,
+    assess,
+    model_cells,
+)
 from clearway.studies.reproduction.intruder_figures import draw_obstacle_space, draw_reach_space
 from clearway.studies.reproduction.registry import TARGETS, targets_named
 from clearway.studies.reproduction.report import as_page
@@ -72,7 +77,7 @@ def measured(exhibit: dict[str, Any]) -> dict[str, float]:
     return {measure["name"]: measure["ours"] for measure in exhibit["measures"]}
 
 
-def reference(case: Case, known_answers: dict[str, Any]) -> Any:
+def reference(case: IntersectionCase, known_answers: dict[str, Any]) -> Any:
     part, key, _ = REFERENCE[case.obstacle_figure]
     return np.array(known_answers["intruder"][part][key], dtype=np.float64)
 
@@ -87,7 +92,7 @@ def test_all_twelve_figures_in_order(exhibits: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.obstacle_figure)
 def test_numbers_of_the_obstacle_spaces(
-    exhibits: dict[str, Any], known_answers: dict[str, Any], case: Case
+    exhibits: dict[str, Any], known_answers: dict[str, Any], case: IntersectionCase
 ) -> None:
     expected = reference(case, known_answers)
     ours = measured(exhibits[f"Figure {case.obstacle_figure}"])
@@ -123,7 +128,7 @@ def test_future_movement_prefers_the_way_behind(exhibits: dict[str, Any]) -> Non
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.obstacle_figure)
 def test_pictures_show_the_cells_of_the_reference(
-    known_answers: dict[str, Any], case: Case
+    known_answers: dict[str, Any], case: IntersectionCase
 ) -> None:
     expected = reference(case, known_answers)
     tolerance = REFERENCE[case.obstacle_figure][2]

@@ -23,7 +23,7 @@ from clearway.studies.risk.flight import (
 )
 from clearway.studies.risk.ratios import mean_aside_m, risk
 from clearway.studies.risk.settings import NEAR_COLLISION, WELL_CLEAR, RiskSettings
-from clearway.studies.risk.study import Outcome, Study, study
+from clearway.studies.risk.study import RiskOutcome, RiskStudy, study
 
 OUTER, INNER = Cylinder(3000.0, 400.0), Cylinder(400.0, 60.0)
 TIMES = np.arange(0.0, 200.0, 0.25)
@@ -154,7 +154,7 @@ def made_up_study(flags):
     """Outcomes from (weight, bad without, bad with)."""
     clear = Separation(False, False, False, False, 1e3, 0.0)
     outcomes = tuple(
-        Outcome(
+        RiskOutcome(
             number,
             weight,
             0,
@@ -164,7 +164,7 @@ def made_up_study(flags):
         )
         for number, (weight, without, bad) in enumerate(flags)
     )
-    return Study(RiskSettings(), ("clearway",), 0, outcomes)
+    return RiskStudy(RiskSettings(), ("clearway",), 0, outcomes)
 
 
 def test_ratios_split_into_unresolved_and_induced():
@@ -191,7 +191,8 @@ def test_nothing_seen_is_not_nothing_possible():
     flags = [(1.0, True, False)] * 50
     found = risk(made_up_study(flags), "clearway", "near_collision")
     assert found.ratio.value == 0.0
-    assert found.ratio.high == pytest.approx(1.0 - 0.025 ** (1 / 50))
+    assert found.unresolved.high == pytest.approx(1.0 - 0.025 ** (1 / 50))
+    assert found.ratio.high > found.unresolved.high, "induced ones may be unseen too"
     never = risk(made_up_study([(1.0, False, False)] * 5), "clearway", "near_collision")
     assert np.isnan(never.ratio.value)
 

@@ -7,13 +7,13 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
-from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.live import AvoidanceSystem
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.outbox import Packer
-from clearway.mavlink.session import Outcome, Session, SessionSettings
+from clearway.mavlink.session import Session, SessionSettings, TickOutcome
 from clearway.mavlink.signing import SignatureCheck
 
 KEY = bytes(range(32))
@@ -129,13 +129,13 @@ class Bench:
     def tell(self, wall_s: float, *messages: Any, **more: Any) -> None:
         self.hear(wall_s, framed(*messages, **more))
 
-    def tick(self, time_s: float, *messages: Any) -> Outcome:
+    def tick(self, time_s: float, *messages: Any) -> TickOutcome:
         """Hear messages and tick, our clock 1000 s ahead of the vehicle's."""
         if messages:
             self.tell(1000.0 + time_s, *messages)
         return self.session.tick(1000.0 + time_s)
 
-    def all_well(self, time_s: float, **more: Any) -> Outcome:
+    def all_well(self, time_s: float, **more: Any) -> TickOutcome:
         """A tick with everything fresh."""
         place = more.get("ned", (0.0, 0.0, 0.0))
         return self.tick(
@@ -148,7 +148,7 @@ class Bench:
         )
 
 
-def sent(outcome: Outcome, kind: str) -> list[Any]:
+def sent(outcome: TickOutcome, kind: str) -> list[Any]:
     """Messages of a type that an outcome sends."""
     return [message for message in outcome.messages if message.get_type() == kind]
 

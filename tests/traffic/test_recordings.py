@@ -26,8 +26,8 @@ from clearway.traffic.recorded import (
 )
 from clearway.traffic.recorded.geodesy import planar_offset_m
 from clearway.traffic.recorded.ghosts import ghosts_of, without_ghosts
-from clearway.traffic.recorded.meetings import meetings
 from clearway.traffic.recorded.picture import air_picture
+from clearway.traffic.recorded.proximity import proximity_pairs
 from clearway.traffic.recorded.samples import sample
 
 ORIGIN = (46.0, 14.0, 0.0)
@@ -224,7 +224,7 @@ def test_meetings_are_those_of_brute_force(seed: int, flights: int, within_m: fl
             times,  # type: ignore[misc]
         )
     samples = sample(aircraft_of(recording(*reports)), slowest_mps=0.0)
-    met = meetings(samples, within_m)
+    met = proximity_pairs(samples, within_m)
     found = set(zip(met.first.tolist(), met.second.tolist(), strict=True))
     wanted = set()
     for a in range(len(samples)):
@@ -298,7 +298,7 @@ def test_the_real_encounters_over_monterey(data_dir: Path) -> None:
     assert together.together_s > 60
     both = [together.first, together.second]
     samples = sample(both)
-    met = meetings(samples, 1000.0)
+    met = proximity_pairs(samples, 1000.0)
     (at,) = np.flatnonzero(samples.second[met.first] == 1748817994)
     assert met.horizontal_m[at] == pytest.approx(77.0, abs=1.0)
     assert met.height_m[at] / FOOT_M == pytest.approx(46.0, abs=0.5)

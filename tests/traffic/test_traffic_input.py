@@ -61,7 +61,7 @@ def test_a_thousand_intruders_give_a_decision_without_nan():
         system.update(intruder(place, velocity, name=str(number)))
     flight = system.decide(0.0)
     assert no_nan(flight)
-    assert len(flight.decision.hazards.movers.radius_m) == 1000
+    assert len(flight.decision.hazards.moving.radius_m) == 1000
 
 
 @pytest.mark.parametrize("bad", [{"position": (np.nan, 0, 0)}, {"velocity": (np.inf, 0, 0)}])
@@ -76,7 +76,7 @@ def test_reports_out_of_order_are_counted_and_the_latest_is_kept():
     system.update(replace(intruder((9, 0, 0)), time_s=0.5))
     flight = system.decide(1.0)
     assert flight.counts["intruder: late report"] == 1
-    assert flight.decision.hazards.movers.position_m[0, 0] == pytest.approx(6.0)
+    assert flight.decision.hazards.moving.position_m[0, 0] == pytest.approx(6.0)
 
 
 def test_own_and_repeated_reports_are_counted_and_left_out():
@@ -88,7 +88,7 @@ def test_own_and_repeated_reports_are_counted_and_left_out():
     system.update(intruder((6.1, 0, 0)))
     flight = system.decide(0.0)
     assert flight.counts == {"intruder: ownship": 2, "intruder: duplicate": 2}
-    assert flight.decision.hazards.movers.position_m[:, 0] == pytest.approx([6.1])
+    assert flight.decision.hazards.moving.position_m[:, 0] == pytest.approx([6.1])
 
 
 def test_stale_reports_are_counted_and_left_out():
@@ -107,7 +107,7 @@ def test_reports_without_a_name_do_not_replace_each_other():
         system.update(intruder(place, name="", address=address))
     flight = system.decide(0.0)
     assert flight.decision.intruders == ("anonymous 1", "anonymous 2", "3c6dd2")
-    assert len(flight.decision.hazards.movers.radius_m) == 3
+    assert len(flight.decision.hazards.moving.radius_m) == 3
 
 
 def test_a_tracker_does_not_go_back_in_time():

@@ -38,7 +38,7 @@ def test_the_five_movements():
 
 
 def test_table_measured_equals_table_given():
-    measured = MovementTable.measure(PLANE)
+    measured = PLANE.measured()
     for name, expected in LEVEL.items():
         assert measured.row(name) == pytest.approx(expected, abs=6e-7)
     given_rows = MovementTable.from_rows(LEVEL)
@@ -47,7 +47,7 @@ def test_table_measured_equals_table_given():
 
 @pytest.mark.parametrize(("pitch_deg", "error_m"), [(0, 0.0), (30, 0.029), (60, 0.084)])
 def test_table_predictor_is_exact_only_at_level_pitch(pitch_deg, error_m):
-    table = MovementTable.measure(PLANE)
+    table = PLANE.measured()
     state = np.array([1.0, 2.0, 3.0, 0.0, np.radians(pitch_deg), 0.7])
     gaps = [
         np.linalg.norm(table.predict(state, m.name)[:3] - PLANE.predict(state, m)[:3])
@@ -70,7 +70,7 @@ def test_an_automaton_can_fly_by_its_table():
 
 
 def test_table_in_steps_follows_the_arc():
-    table = MovementTable.measure(PLANE, steps=8)
+    table = PLANE.measured(steps=8)
     for share in (0.125, 0.5, 1.0):
         assert table.predict(np.zeros(6), "Left", share) == pytest.approx(
             PLANE.predict(np.zeros(6), PLANE["Left"], share)

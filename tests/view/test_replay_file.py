@@ -115,7 +115,7 @@ def test_decisions_are_those_of_the_log_with_plan_and_movers(path):
         extra = {name: told[name] for name in ("path_m", "movers")}
         assert told == json.loads(json.dumps(decision_record(entry))) | extra
         np.testing.assert_allclose(told["path_m"], decision.path_m, atol=1e-3)
-        assert [mover["name"] for mover in told["movers"]] == list(decision.intruders)
+        assert [moving["name"] for moving in told["movers"]] == list(decision.intruders)
     known = next(one["movers"][0] for one in recording.decisions if one["movers"])
     assert known["position_m"] == pytest.approx([12, 7, 0], abs=1.0)
     assert known["velocity_mps"] == pytest.approx([0, -0.8, 0.1], abs=1e-3)
@@ -159,9 +159,9 @@ def test_reach_sets_are_kept_with_their_geometry(path):
     for told in recording.reach_sets:
         entry = next(
             e for e in run.decisions
-            if e.flight.decision.repertoire.reach_set.start_pitch_rad == told["start_pitch_rad"]
+            if e.flight.decision.prepared.reach_set.start_pitch_rad == told["start_pitch_rad"]
         )  # fmt: skip
-        reach_set = entry.flight.decision.repertoire.reach_set
+        reach_set = entry.flight.decision.prepared.reach_set
         assert told["parent"] == reach_set.parent.tolist()
         samples = np.array(told["samples_mm"]).reshape(reach_set.samples_m.shape) / 1e3
         np.testing.assert_allclose(samples, reach_set.samples_m, atol=5.1e-4)

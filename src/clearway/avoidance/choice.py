@@ -17,7 +17,7 @@ from clearway.avoidance.costs import Arrival, Goal, Prices, StageCost, length_an
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards
-from clearway.avoidance.loiter import NO_REFUGE, Refuge, refuge_of
+from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.rules.rule import RuleNote, Ruling
 from clearway.avoidance.verify import (
     Paths,
@@ -47,7 +47,7 @@ class Basis(StrEnum):
     RATED_ONLY = "rated above the threshold, not verified"
     VERIFIED = "verified, though cell ratings are below the threshold"
     AGAINST_RULES = "verified, but against a rule, since nothing that obeys keeps the margin"
-    NO_REFUGE = "verified, but without room to circle at its end"
+    NO_LOITER = "verified, but without room to circle at its end"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 
 
@@ -117,12 +117,12 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Repertoire:
+class PreparedReachSet:
     """A reach set with what every decision needs of it, worked out once."""
 
     reach_set: ReachSet
     paths: Paths
-    refuge: Refuge
+    loiter: LoiterCircles
     path_cost_m: FloatArray
     """[nodes] stage costs from the start to each node."""
     first_movement: IntArray
@@ -139,7 +139,7 @@ class Repertoire:
         prices: Prices,
         stage_cost: StageCost = length_and_prices,
         turning_radius_m: float = 0.0,
-    ) -> Repertoire:
+    ) -> PreparedReachSet:
         """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles."""
         cost = stage_cost(reach_set, prices).copy()
         first = reach_set.movement.astype(np.int64)
@@ -149,8 +149,8 @@ class Repertoire:
                 cost[node] += cost[parent]
                 first[node], first_node[node] = first[parent], first_node[parent]
         step_m = float(np.max(reach_set.length_m[reach_set.parent < 0]))
-        refuge = refuge_of(reach_set, turning_radius_m)
-        return cls(reach_set, paths_of(reach_set), refuge, cost, first, first_node, step_m)
+        loiter = loiter_circles(reach_set, turning_radius_m)
+        return cls(reach_set, paths_of(reach_set), loiter, cost, first, first_node, step_m)
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -191,7 +191,7 @@ class Candidates:
 
 
 def price_candidates(
-    repertoire: Repertoire,
+    prepared: PreparedReachSet,
     assessment: ReachAssessment,
     untouched: BoolArray,
     goal: Goal,
@@ -199,14 +199,14 @@ def price_candidates(
     to_go: Callable[[IntArray], FloatArray],
     prices: Prices,
     commitment: Commitment,
-    movers: MovingHazards | None = None,
+    moving: MovingHazards | None = None,
 ) -> Candidates:
     """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
 
     untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
-    of given nodes. movers: intruders that it may cost something to cross ahead of.
+    of given nodes. moving: intruders that it may cost something to cross ahead of.
     """
-    reach_set, step_m = repertoire.reach_set, repertoire.step_m
+    reach_set, step_m = prepared.reach_set, prepared.step_m
     complete = reach_set.complete
     if goal.final:
         complete = (complete & ~arrived.reached) | arrived.first
@@ -216,7 +216,7 @@ def price_candidates(
         to_go_m = np.where(arrived.reached[nodes], 0.0, to_go_m)
     grazing = np.where(arrived.reached, arrived.miss_m / goal.reach_radius_m, 0.0)[nodes] ** 4
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
-    cost = repertoire.path_cost_m[nodes] + to_go_m
+    cost = prepared.path_cost_m[nodes] + to_go_m
     cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
     cost += step_m * prices.coated * ~untouched[nodes]
     sides = sides_of(reach_set, nodes, goal)
@@ -225,9 +225,9 @@ def price_candidates(
         cost += prices.other_side * step_m * (sides == -committed)
     if commitment.first_movement:
         planned = reach_set.movement_names.index(commitment.first_movement)
-        cost += prices.other_plan * step_m * (repertoire.first_movement[nodes] != planned)
-    if prices.ahead > 0.0 and movers is not None and len(movers.radius_m):
-        cost += prices.ahead * step_m * crossings_ahead(reach_set, movers)[nodes]
+        cost += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
+    if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
+        cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
     ends_here = arrived.reached[nodes] & goal.final
     room_price = np.where(ends_here, 0.0, prices.no_room * step_m)
     obeys_all = np.zeros(len(nodes), dtype=np.int64)
@@ -254,7 +254,7 @@ def choose_by_rules(
 
 
 def choose(
-    repertoire: Repertoire,
+    prepared: PreparedReachSet,
     assessment: ReachAssessment,
     candidates: Candidates,
     hazards: Hazards,
@@ -268,15 +268,15 @@ def choose(
     Without verification a candidate must keep out of coated cells besides. Candidates that break
     rules come last, those that break the less important ones first.
     """
-    paths = repertoire.paths
+    paths = prepared.paths
     order = np.lexsort((candidates.cost_m, candidates.broken))
     ends = candidates.nodes[order]
     # A plan whose first movement leaves nothing feasible, P_D = 0, is no plan (2.3).
-    feasible = assessment.feasibility[repertoire.first_node[ends]] > 0.0
+    feasible = assessment.feasibility[prepared.first_node[ends]] > 0.0
     rated = (assessment.node_rating[ends] >= threshold) & feasible
     if not verify:
         rated &= candidates.untouched[order]
-    report = _Report(repertoire, assessment, candidates, hazards, int((~rated).sum()))
+    report = _Report(prepared, assessment, candidates, hazards, int((~rated).sum()))
     if not verify:
         if rated.any():
             return report.chosen(int(order[rated][0]), Basis.RATED_ONLY, margin_m, ())
@@ -285,13 +285,13 @@ def choose(
     tried: list[tuple[IntArray, Verification]] = []
     obeys = candidates.broken[order] == 0
     tiers = (
-        (Basis.RATED, order[rated & obeys], repertoire.refuge),
-        (Basis.VERIFIED, order[~rated & obeys], repertoire.refuge),
-        (Basis.AGAINST_RULES, order[~obeys], repertoire.refuge),
-        (Basis.NO_REFUGE, order, NO_REFUGE),
+        (Basis.RATED, order[rated & obeys], prepared.loiter),
+        (Basis.VERIFIED, order[~rated & obeys], prepared.loiter),
+        (Basis.AGAINST_RULES, order[~obeys], prepared.loiter),
+        (Basis.NO_LOITER, order, NO_LOITER),
     )
-    for basis, tier, refuge in tiers:
-        if basis is Basis.NO_REFUGE:
+    for basis, tier, loiter in tiers:
+        if basis is Basis.NO_LOITER:
             tried.clear()  # The last round looks at all candidates once more.
         if not len(tier):
             continue
@@ -299,7 +299,7 @@ def choose(
         price = None
         if basis in (Basis.RATED, Basis.VERIFIED):
             price = RoomPrice(candidates.cost_m[tier], candidates.room_price_m[tier])
-        verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m, refuge, price)
+        verification = first_clear(paths, candidates.nodes[tier], hazards, margin_m, loiter, price)
         tried.append((tier, verification))
         if verification.chosen >= 0:
             return report.chosen(int(tier[verification.chosen]), basis, margin_m, tried)
@@ -325,7 +325,7 @@ def _emergency(
 class _Report:
     """Gathers what a choice has to tell."""
 
-    repertoire: Repertoire
+    prepared: PreparedReachSet
     assessment: ReachAssessment
     candidates: Candidates
     hazards: Hazards
@@ -340,8 +340,8 @@ class _Report:
     ) -> Choice:
         candidates, assessment = self.candidates, self.assessment
         node = int(candidates.nodes[best])
-        first = self.repertoire.reach_set.path(node)[0]
-        clearance = path_clearance(self.repertoire.paths, node, self.hazards)
+        first = self.prepared.reach_set.path(node)[0]
+        clearance = path_clearance(self.prepared.paths, node, self.hazards)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))
         counts = sum((np.bincount(v.causes, minlength=len(Cause)) for _, v in tried), start=0)

@@ -156,16 +156,16 @@ def shapes_clearance(span: Span, shapes: Shapes, enough: float) -> Found:
 
 
 @compiled
-def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
-    """Clearance of a movement from movers at equal times: from relative chords to the origin."""
+def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
+    """Clearance of a movement from moving at equal times: from relative chords to the origin."""
     best, index = enough, -1
     corners = span.corners_m
     step = (span.end_s - span.start_s) / (len(corners) - 1)
-    for k in range(len(movers.radius_m)):
-        if _is_far(span, movers, k, best):
+    for k in range(len(moving.radius_m)):
+        if _is_far(span, moving, k, best):
             continue
-        px, py, pz = movers.position_m[k, 0], movers.position_m[k, 1], movers.position_m[k, 2]
-        vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
+        px, py, pz = moving.position_m[k, 0], moving.position_m[k, 1], moving.position_m[k, 2]
+        vx, vy, vz = moving.velocity_mps[k, 0], moving.velocity_mps[k, 1], moving.velocity_mps[k, 2]
         for q in range(len(corners) - 1):
             before, after = span.start_s + q * step, span.start_s + (q + 1) * step
             gap = chord_distance(
@@ -179,39 +179,39 @@ def movers_clearance(span: Span, movers: MovingHazards, enough: float) -> Found:
                 corners[q + 1, 1] - py - vy * after,
                 corners[q + 1, 2] - pz - vz * after,
             )
-            distance = gap - movers.radius_m[k] - movers.growth_mps[k] * after
+            distance = gap - moving.radius_m[k] - moving.growth_mps[k] * after
             if distance < best:
                 best, index = distance, k
     return best, 3 if index >= 0 else 0, index
 
 
 @compiled
-def _is_far(span: Span, movers: MovingHazards, k: int, best: float) -> bool:
-    """Whether a mover cannot come nearer than `best`: both stay in balls about their middles."""
+def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
+    """Whether it cannot come nearer than `best`: both stay in balls about their middles."""
     half_s = 0.5 * (span.end_s - span.start_s)
     middle_s = span.start_s + half_s
-    vx, vy, vz = movers.velocity_mps[k, 0], movers.velocity_mps[k, 1], movers.velocity_mps[k, 2]
-    dx = span.middle_m[0] - movers.position_m[k, 0] - vx * middle_s
-    dy = span.middle_m[1] - movers.position_m[k, 1] - vy * middle_s
-    dz = span.middle_m[2] - movers.position_m[k, 2] - vz * middle_s
+    vx, vy, vz = moving.velocity_mps[k, 0], moving.velocity_mps[k, 1], moving.velocity_mps[k, 2]
+    dx = span.middle_m[0] - moving.position_m[k, 0] - vx * middle_s
+    dy = span.middle_m[1] - moving.position_m[k, 1] - vy * middle_s
+    dz = span.middle_m[2] - moving.position_m[k, 2] - vz * middle_s
     moved = half_s * np.sqrt(vx * vx + vy * vy + vz * vz)
-    grown = movers.radius_m[k] + movers.growth_mps[k] * span.end_s
+    grown = moving.radius_m[k] + moving.growth_mps[k] * span.end_s
     near = max(0.0, span.reach_m + moved + grown + best)
     return bool(dx * dx + dy * dy + dz * dz >= near * near)
 
 
 @compiled
 def span_clearance(
-    span: Span, bins: PointBins, shapes: Shapes, movers: MovingHazards, enough: float
+    span: Span, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:
     """Clearance of a movement from everything."""
     found = points_clearance(span, bins, enough)
     by_shape = shapes_clearance(span, shapes, found[0])
     if by_shape[2] >= 0:
         found = by_shape
-    by_mover = movers_clearance(span, movers, found[0])
-    if by_mover[2] >= 0:
-        found = by_mover
+    by_moving = moving_clearance(span, moving, found[0])
+    if by_moving[2] >= 0:
+        found = by_moving
     return found
 
 

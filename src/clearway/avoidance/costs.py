@@ -20,6 +20,8 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 STEEPEST_PITCH_RAD = np.radians(60.0)
 """Climb assumed by the cost to go of an automaton without a pitch limit."""
+SLIGHTEST_PITCH_RAD = 1e-6
+"""Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
 
 
 class Goal(NamedTuple):
@@ -126,9 +128,10 @@ def curved_distance_to_go(
     """Shortest turn-then-straight length to the goal and on to the next; the default terminal cost.
 
     Turning circles count, so a waypoint behind or inside the turning circle is flown away from
-    first; a waypoint steeper than the pitch limit costs the spiral up to it.
+    first; a waypoint steeper than the pitch limit costs the spiral up to it. A vehicle that stays
+    level goes by level distance.
     """
-    limit = automaton.pitch_limit_rad
+    steepest = automaton.steepest_rad
     return _to_go(
         reach_set.states,
         nodes,
@@ -138,7 +141,8 @@ def curved_distance_to_go(
         goal.next_m,
         goal.reach_radius_m,
         automaton.turning_radius_m,
-        STEEPEST_PITCH_RAD if limit is None else limit,
+        automaton.stays_level,
+        STEEPEST_PITCH_RAD if steepest is None else max(steepest, SLIGHTEST_PITCH_RAD),
     )
 
 
@@ -221,6 +225,7 @@ def _to_go(
     following: FloatArray,
     reach_radius: float,
     radius: float,
+    stays_level: bool,
     steepest: float,
 ) -> FloatArray:
     result = np.empty(len(nodes))
@@ -230,7 +235,8 @@ def _to_go(
         x = cos_start * states[n, 0] + sin_start * states[n, 2]
         z = -sin_start * states[n, 0] + cos_start * states[n, 2]
         goal = following if reached[n] else target
-        dx, dy, dz = goal[0] - x, goal[1] - states[n, 1], goal[2] - z
+        dx, dy = goal[0] - x, goal[1] - states[n, 1]
+        dz = 0.0 if stays_level else goal[2] - z
         cos_yaw, sin_yaw = np.cos(states[n, 5]), np.sin(states[n, 5])
         ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
         turn = radius * np.cos(states[n, 4])

@@ -16,15 +16,15 @@ from clearway.base.state import IndexArray, IntArray
 from clearway.reach.tree import ReachSet
 
 
-def crossings_ahead(reach_set: ReachSet, movers: MovingHazards) -> IntArray:
+def crossings_ahead(reach_set: ReachSet, moving: MovingHazards) -> IntArray:
     """[nodes] number of intruders that the path to each node crosses ahead of.
 
-    Those count that come to the crossing within the time that the reach set looks ahead. movers: in
+    Those count that come to the crossing within the time that the reach set looks ahead. moving: in
     the grid frame. One that hovers, or moves straight up or down, has no way to cross.
     """
     pitch = reach_set.start_pitch_rad
     up = np.array([-np.sin(pitch), 0.0, np.cos(pitch)])
-    return _crossings(reach_set.parent, reach_set.samples_m, reach_set.end_time_s, movers, up)
+    return _crossings(reach_set.parent, reach_set.samples_m, reach_set.end_time_s, moving, up)
 
 
 @compiled
@@ -32,15 +32,15 @@ def _crossings(
     parent: IndexArray,
     samples: FloatArray,
     end_time_s: FloatArray,
-    movers: MovingHazards,
+    moving: MovingHazards,
     up: FloatArray,
 ) -> IntArray:
     nodes, count = samples.shape[0], samples.shape[1]
     horizon_s = np.max(end_time_s)
     crossed = np.zeros(nodes, dtype=np.int64)
     ahead = np.zeros(nodes, dtype=np.bool_)
-    for k in range(len(movers.radius_m)):
-        p, u = movers.position_m[k], movers.velocity_mps[k]
+    for k in range(len(moving.radius_m)):
+        p, u = moving.position_m[k], moving.velocity_mps[k]
         nx, ny = up[1] * u[2] - up[2] * u[1], up[2] * u[0] - up[0] * u[2]
         nz = up[0] * u[1] - up[1] * u[0]
         speed2 = u[0] ** 2 + u[1] ** 2 + u[2] ** 2

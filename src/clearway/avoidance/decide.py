@@ -15,7 +15,7 @@ from clearway.avoidance.choice import (
     Candidates,
     Choice,
     Commitment,
-    Repertoire,
+    PreparedReachSet,
     choose,
     choose_by_rules,
     price_candidates,
@@ -33,7 +33,14 @@ from clearway.avoidance.fusion import (
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of, grid_frame, margin_m
+from clearway.avoidance.situation import (
+    Situation,
+    goal_of,
+    grid_frame,
+    margin_m,
+    margin_slope,
+)
+from clearway.avoidance.verify import sloping
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.traffic import Intruder, up_seen_from
@@ -56,12 +63,12 @@ class Decision:
     margin_m: float
     cells: CellAssessment
     reach: ReachAssessment
-    repertoire: Repertoire
+    prepared: PreparedReachSet
     hazards: Hazards
     decide_within_s: float
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
     intruders: tuple[str, ...] = ()
-    """Names of the movers in `hazards`."""
+    """Names of the moving in `hazards`."""
 
 
 def decide(
@@ -75,16 +82,17 @@ def decide(
         seen.evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
     )  # (4.17), (5.54)
 
-    repertoire = planner.repertoire(float(situation.state.attitude_rad[1]))
-    reach = rate_reach_set(repertoire.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
-    clear = untouched(repertoire.reach_set, seen.evidence.coated)  # def. 6
+    prepared = planner.prepared(float(situation.state.attitude_rad[1]))
+    prepared = with_slope(prepared, margin_slope(settings, situation))
+    reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
+    clear = untouched(prepared.reach_set, seen.evidence.coated)  # def. 6
 
-    goal = goal_of(situation)
-    candidates = _candidates(planner, repertoire, reach, clear, goal, commitment, seen.hazards)
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
+    candidates = _candidates(planner, prepared, reach, clear, goal, commitment, seen.hazards)
 
     def choose_among(candidates: Candidates) -> Choice:
         return choose(
-            repertoire,
+            prepared,
             reach,
             candidates,
             seen.hazards,
@@ -104,15 +112,15 @@ def decide(
     return Decision(
         state=situation.state,
         choice=choice,
-        movements=repertoire.reach_set.movements_to(choice.node),
-        path_m=_path(repertoire, choice.node) @ world_from_grid.T + position,
+        movements=prepared.reach_set.movements_to(choice.node),
+        path_m=_path(prepared, choice.node) @ world_from_grid.T + position,
         goal=goal,
         margin_m=margin,
         cells=cells,
         reach=reach,
-        repertoire=repertoire,
+        prepared=prepared,
         hazards=seen.hazards,
-        decide_within_s=_decide_within(planner, repertoire, choice, seen.hazards, margin),
+        decide_within_s=_decide_within(planner, prepared, choice, seen.hazards, margin),
         intruders=seen.intruders,
     )
 
@@ -123,7 +131,7 @@ class _Seen(NamedTuple):
     hazards: Hazards
     evidence: Evidence
     intruders: tuple[str, ...]
-    """Names of the movers in `hazards`."""
+    """Names of the moving in `hazards`."""
 
 
 class InReach(NamedTuple):
@@ -161,7 +169,7 @@ def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
 
 def _candidates(
     planner: Planner,
-    repertoire: Repertoire,
+    prepared: PreparedReachSet,
     reach: ReachAssessment,
     clear: BoolArray,
     goal: Goal,
@@ -169,13 +177,13 @@ def _candidates(
     hazards: Hazards,
 ) -> Candidates:
     """The complete trajectories with their costs, (4.6)."""
-    arrived = arrival(repertoire.reach_set, goal)
+    arrived = arrival(prepared.reach_set, goal)
 
     def to_go(nodes: IntArray) -> FloatArray:
-        return planner.terminal_cost(repertoire.reach_set, nodes, goal, arrived, planner.automaton)
+        return planner.terminal_cost(prepared.reach_set, nodes, goal, arrived, planner.automaton)
 
     return price_candidates(
-        repertoire,
+        prepared,
         reach,
         clear,
         goal,
@@ -183,7 +191,7 @@ def _candidates(
         to_go,
         planner.settings.prices,
         commitment or Commitment(),
-        hazards.movers,
+        hazards.moving,
     )
 
 
@@ -194,39 +202,46 @@ def _rule_view(planner: Planner, situation: Situation, goal: Goal, seen: _Seen) 
     if situation.next_m is not None:
         route.append(situation.next_m)
     return RuleView(
-        planner.repertoire(float(situation.state.attitude_rad[1])).reach_set,
+        planner.prepared(float(situation.state.attitude_rad[1])).reach_set,
         situation.state,
         goal,
         np.array(route),
         margin_m(planner.settings, situation),
         planner.speed_mps,
-        seen.hazards.movers,
+        seen.hazards.moving,
         seen.intruders,
     )
 
 
-def _path(repertoire: Repertoire, node: int) -> FloatArray:
+def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
+    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
+    if slope <= 0.0:
+        return prepared
+    return replace(prepared, paths=sloping(prepared.paths, slope))
+
+
+def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
     """[points, 3] samples of a path in the grid frame, from the origin."""
-    reach_set = repertoire.reach_set
+    reach_set = prepared.reach_set
     return np.concatenate([np.zeros((1, 3)), *reach_set.samples_m[reach_set.path(node)]])
 
 
 def _decide_within(
-    planner: Planner, repertoire: Repertoire, choice: Choice, hazards: Hazards, margin: float
+    planner: Planner, prepared: PreparedReachSet, choice: Choice, hazards: Hazards, margin: float
 ) -> float:
     """Time for which the plan may be flown without a new decision (6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
     turn away inside it; with evidence in reach, at the end of the movement.
     """
-    reach_set = repertoire.reach_set
+    reach_set = prepared.reach_set
     first = reach_set.path(choice.node)[0]
     one_movement = float(reach_set.end_time_s[first])
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
-    if in_reach or len(hazards.movers.radius_m):
+    if in_reach or len(hazards.moving.radius_m):
         return one_movement
     reaction_m = min(planner.automaton.turning_radius_m, planner.grid.range_m) + margin
-    speed = repertoire.step_m / one_movement
+    speed = prepared.step_m / one_movement
     free = (planner.grid.range_m - reaction_m) / max(speed, 1e-9)
     plan = float(reach_set.end_time_s[choice.node])
     return max(one_movement, min(plan, free))

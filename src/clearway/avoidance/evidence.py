@@ -8,7 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from clearway.avoidance.fusion import Evidence
-from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards, no_movers, no_shapes
+from clearway.avoidance.hazards import (
+    Hazards,
+    MovingHazards,
+    PointHazards,
+    no_shapes,
+    nothing_moving,
+)
 from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.avoidance.situation import Situation, grid_frame
 from clearway.base.frames import FloatArray
@@ -110,7 +116,7 @@ def _movers(
     start; an acceleration bound counts as growth to what it allows at the horizon.
     """
     if not intruders:
-        return no_movers()
+        return nothing_moving()
     reports = situation.intruders
     ages = situation.state.time_s - np.array([report.time_s for report in reports])
     start = np.array([i.radius_m for i in intruders])

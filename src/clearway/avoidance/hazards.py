@@ -1,4 +1,4 @@
-"""What trajectories must keep clear of, in the grid frame: points, map shapes, movers."""
+"""What trajectories must keep clear of, in the grid frame: points, map shapes, moving."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def no_shapes() -> Shapes:
     return shapes_of(())
 
 
-def no_movers() -> MovingHazards:
+def nothing_moving() -> MovingHazards:
     return MovingHazards(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 
 
@@ -86,7 +86,7 @@ class Hazards:
 
     points: PointHazards = field(default_factory=no_points)
     shapes: Shapes = field(default_factory=no_shapes)
-    movers: MovingHazards = field(default_factory=no_movers)
+    moving: MovingHazards = field(default_factory=nothing_moving)
     bins: PointBins = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

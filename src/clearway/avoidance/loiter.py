@@ -23,7 +23,7 @@ EARLY_MOVEMENTS = 3
 """Movements within which a way should have room to circle: later, much of the circle is unseen."""
 
 
-class Refuge(NamedTuple):
+class LoiterCircles(NamedTuple):
     """Circles that a vehicle can hold at the ends of the movements of a reach set."""
 
     needed: BoolArray
@@ -39,21 +39,21 @@ class Refuge(NamedTuple):
     """Turning radius; 0 where nothing needs to circle."""
 
 
-NO_REFUGE = Refuge(
+NO_LOITER = LoiterCircles(
     np.zeros(0, dtype=np.bool_), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(3), 0.0
 )
 """Asks for no room."""
 
 
-def refuge_of(reach_set: ReachSet, turning_radius_m: float) -> Refuge:
+def loiter_circles(reach_set: ReachSet, turning_radius_m: float) -> LoiterCircles:
     """Circles at the ends of a reach set's movements; none for a vehicle that need not circle."""
     if not (np.isfinite(turning_radius_m) and turning_radius_m > 0.0):
-        return NO_REFUGE
+        return NO_LOITER
     pitch = reach_set.start_pitch_rad
     yaw = reach_set.states[:, 5]
     across = -np.sin(yaw)
     left = np.stack([np.cos(pitch) * across, np.cos(yaw), np.sin(pitch) * across], axis=1)
-    return Refuge(
+    return LoiterCircles(
         np.equal(reach_set.exit_kind, SIDE),
         np.ascontiguousarray(reach_set.states[:, :3]),
         left,
@@ -63,12 +63,14 @@ def refuge_of(reach_set: ReachSet, turning_radius_m: float) -> Refuge:
 
 
 @compiled
-def room_to_circle(refuge: Refuge, n: int, bins: PointBins, shapes: Shapes, enough: float) -> Found:
+def room_to_circle(
+    loiter: LoiterCircles, n: int, bins: PointBins, shapes: Shapes, enough: float
+) -> Found:
     """Clearance of the better of the two circles at the end of a node."""
     best = (-np.inf, 0, -1)
     for side in (1.0, -1.0):
-        center = refuge.end_m[n] + side * refuge.radius_m * refuge.left[n]
-        found = circle_clearance(center, refuge.up, refuge.radius_m, bins, shapes, enough)
+        center = loiter.end_m[n] + side * loiter.radius_m * loiter.left[n]
+        found = circle_clearance(center, loiter.up, loiter.radius_m, bins, shapes, enough)
         if found[0] > best[0]:
             best = found
         if best[0] >= enough:
@@ -78,7 +80,7 @@ def room_to_circle(refuge: Refuge, n: int, bins: PointBins, shapes: Shapes, enou
 
 @compiled
 def early_room(
-    refuge: Refuge,
+    loiter: LoiterCircles,
     path: IndexArray,
     bins: PointBins,
     shapes: Shapes,
@@ -94,7 +96,7 @@ def early_room(
     for at in range(len(path) - 1, max(-1, len(path) - 1 - EARLY_MOVEMENTS), -1):
         n = path[at]
         if np.isnan(known[n, 0]):
-            found = room_to_circle(refuge, n, bins, shapes, enough)
+            found = room_to_circle(loiter, n, bins, shapes, enough)
             known[n, 0], known[n, 1], known[n, 2] = found
         if known[n, 0] > best[0]:
             best = (known[n, 0], int(known[n, 1]), int(known[n, 2]))

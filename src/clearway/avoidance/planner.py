@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from clearway.avoidance.choice import Repertoire
+from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
     Prices,
     StageCost,
@@ -74,7 +74,7 @@ class Planner:
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid
-    repertoires: tuple[tuple[float, Repertoire], ...]
+    prepared_sets: tuple[tuple[float, PreparedReachSet], ...]
     """(start pitch, reach set with its costs), ascending."""
     settings: AvoidanceSettings
     terminal_cost: TerminalCost = curved_distance_to_go
@@ -102,10 +102,10 @@ class Planner:
         settings = settings or AvoidanceSettings()
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
-        repertoires = tuple(
+        prepared_sets = tuple(
             (
                 reach_set.start_pitch_rad,
-                Repertoire.of(
+                PreparedReachSet.of(
                     reach_set, settings.prices, stage_cost, library.automaton.turning_radius_m
                 ),
             )
@@ -114,7 +114,7 @@ class Planner:
         return cls(
             library.automaton,
             library.grid,
-            repertoires,
+            prepared_sets,
             settings,
             terminal_cost,
             tuple(rules),
@@ -131,6 +131,6 @@ class Planner:
         """Fastest speed of the automaton."""
         return max(movement.speed_mps for movement in self.automaton.movements)
 
-    def repertoire(self, pitch_rad: float) -> Repertoire:
+    def prepared(self, pitch_rad: float) -> PreparedReachSet:
         """The reach set whose start pitch is nearest."""
-        return min(self.repertoires, key=lambda entry: abs(entry[0] - pitch_rad))[1]
+        return min(self.prepared_sets, key=lambda entry: abs(entry[0] - pitch_rad))[1]

@@ -50,7 +50,7 @@ MOST_MOVEMENTS = 100
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sighting:
+class SceneScan:
     """One scan of one LiDAR, and where its beam pattern is from."""
 
     lidar: Lidar
@@ -60,7 +60,7 @@ class Sighting:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Traffic:
+class SceneIntruder:
     """One intruder in the world frame, and how it is to be counted."""
 
     intruder: Intruder
@@ -121,9 +121,9 @@ class Scene:
     state: State = field(default_factory=lambda: State(np.zeros(3)))
     obstacle_map: ObstacleMap = field(default_factory=ObstacleMap)
     """World frame."""
-    sightings: tuple[Sighting, ...] = ()
+    sightings: tuple[SceneScan, ...] = ()
     """None at all leaves everything visible (4.19)."""
-    traffic: tuple[Traffic, ...] = ()
+    traffic: tuple[SceneIntruder, ...] = ()
     timing: TimingSettings = field(default_factory=TimingSettings)
     reach: ReachSettings = field(default_factory=ReachSettings)
     rating: RatingSettings = field(default_factory=RatingSettings)

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings
-from clearway.base.frames import FloatArray, world_from_body
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
+from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
 PLANNED_REACH = 0.9
@@ -40,6 +41,8 @@ class Situation:
     """As reported, each with its own time."""
     state_age_s: float = 0.0
     """Age of the measurement behind `state`."""
+    unsure_m: float = 0.0
+    """How far off `state` may be since its time, or what was flown since, is not known."""
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
@@ -57,11 +60,29 @@ def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
         + settings.own_drift_mps * max(0.0, situation.state_age_s)
+        + situation.unsure_m
     )
 
 
-def goal_of(situation: Situation) -> Goal:
-    """The waypoints in the level frame of the vehicle."""
+def margin_slope(settings: AvoidanceSettings, situation: Situation) -> float:
+    """Metres that the margin grows by per metre of distance from the vehicle.
+
+    What is known in the world frame, be it map, traffic or an earlier return, is turned into the
+    vehicle's frame by an attitude that may be wrong: it then lies off by that angle times its
+    distance, whatever it is.
+    """
+    return slope_of(settings.sigmas * situation.state.attitude_std_rad)
+
+
+def widest_margin_m(planner: Planner, situation: Situation) -> float:
+    """The margin at the range of the grid."""
+    settings = planner.settings
+    slope = margin_slope(settings, situation)
+    return margin_m(settings, situation) + slope * planner.grid.range_m
+
+
+def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:
+    """The waypoints in the level frame of the vehicle; at its height, if it is to stay there."""
     level_from_world = world_from_body([0.0, 0.0, situation.state.attitude_rad[2]]).T
     origin = situation.state.position_m
     target = level_from_world @ (situation.target_m - origin)
@@ -69,4 +90,6 @@ def goal_of(situation: Situation) -> Goal:
     following = (
         target if situation.next_m is None else level_from_world @ (situation.next_m - origin)
     )
+    if stays_level:
+        target, following = target * LEVEL, following * LEVEL
     return Goal(target, following, PLANNED_REACH * situation.reach_radius_m, final)

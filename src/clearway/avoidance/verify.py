@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.avoidance.clearance import Found, Span, span_clearance, span_of
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
-from clearway.avoidance.loiter import NO_REFUGE, Refuge, early_room, room_to_circle
+from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IndexArray, IntArray
@@ -40,6 +40,12 @@ class Paths(NamedTuple):
 def paths_of(reach_set: ReachSet) -> Paths:
     """What verification needs of a reach set."""
     return Paths(reach_set.parent, reach_set.samples_m, reach_set.sagitta_m, reach_set.end_time_s)
+
+
+def sloping(paths: Paths, slope: float) -> Paths:
+    """Paths that lack `slope` more clearance for every metre of distance from their start."""
+    farthest = np.sqrt(np.einsum("nsi,nsi->ns", paths.samples_m, paths.samples_m)).max(axis=1)
+    return paths._replace(sagitta_m=paths.sagitta_m + slope * farthest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,12 +83,12 @@ def first_clear(
     candidates: IntArray,
     hazards: Hazards,
     margin_m: float,
-    refuge: Refuge = NO_REFUGE,
+    loiter: LoiterCircles = NO_LOITER,
     room_price: RoomPrice | None = None,
 ) -> Verification:
     """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
 
-    With a refuge, a trajectory out through the side must also leave room to circle at its end. With
+    With a loiter, a trajectory out through the side must also leave room to circle at its end. With
     a price, one that has no room to circle early is taken only where all that have it cost as much
     more: what is entered without room to turn round may be a dead end.
     """
@@ -93,9 +99,9 @@ def first_clear(
             candidates,
             hazards.bins,
             hazards.shapes,
-            hazards.movers,
+            hazards.moving,
             margin_m,
-            refuge,
+            loiter,
             price.cost_m,
             price.price_m,
         )
@@ -114,11 +120,11 @@ class Clearance:
 def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
     """Clearance of the whole path from the start to the end of `node`; inf without evidence."""
     distance, cause, index = _path_clearance(
-        paths, node, hazards.bins, hazards.shapes, hazards.movers, NEAR_M
+        paths, node, hazards.bins, hazards.shapes, hazards.moving, NEAR_M
     )
     if cause == Cause.NOTHING:
         distance, cause, index = _path_clearance(
-            paths, node, hazards.bins, hazards.shapes, hazards.movers, np.inf
+            paths, node, hazards.bins, hazards.shapes, hazards.moving, np.inf
         )
     return Clearance(distance, Cause(cause), index)
 
@@ -126,7 +132,7 @@ def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
 def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
     """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
     summed over its movements: the measure of how bad a path is where none is good."""
-    return _clearances(paths, hazards.bins, hazards.shapes, hazards.movers, cap_m)
+    return _clearances(paths, hazards.bins, hazards.shapes, hazards.moving, cap_m)
 
 
 @compiled
@@ -145,11 +151,11 @@ def _span(paths: Paths, n: int) -> Span:
 
 @compiled
 def _node_clearance(
-    paths: Paths, n: int, bins: PointBins, shapes: Shapes, movers: MovingHazards, enough: float
+    paths: Paths, n: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:
     """Clearance of one movement, exact where it is below `enough`."""
     sagitta = paths.sagitta_m[n]
-    distance, cause, index = span_clearance(_span(paths, n), bins, shapes, movers, enough + sagitta)
+    distance, cause, index = span_clearance(_span(paths, n), bins, shapes, moving, enough + sagitta)
     return distance - sagitta, cause, index
 
 
@@ -159,7 +165,7 @@ def _keeps(
     path: IndexArray,
     bins: PointBins,
     shapes: Shapes,
-    movers: MovingHazards,
+    moving: MovingHazards,
     margin: float,
     known: FloatArray,
 ) -> tuple[int, int, int, float]:
@@ -171,7 +177,7 @@ def _keeps(
     for at in range(len(path) - 1, -1, -1):
         n = path[at]
         if np.isnan(known[n, 0]):
-            found = _node_clearance(paths, n, bins, shapes, movers, margin)
+            found = _node_clearance(paths, n, bins, shapes, moving, margin)
             known[n, 0], known[n, 1], known[n, 2] = found
         if known[n, 0] < margin - ROUNDING_M:
             return n, int(known[n, 1]), int(known[n, 2]), known[n, 0]
@@ -195,9 +201,9 @@ def _first_clear(
     candidates: IntArray,
     bins: PointBins,
     shapes: Shapes,
-    movers: MovingHazards,
+    moving: MovingHazards,
     margin: float,
-    refuge: Refuge,
+    loiter: LoiterCircles,
     cost: FloatArray,
     price: FloatArray,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
@@ -214,13 +220,13 @@ def _first_clear(
             break
         end = candidates[c]
         path = _way_to(paths, end, steps)
-        at, cause, index, found = _keeps(paths, path, bins, shapes, movers, margin, clearance)
-        if at < 0 and refuge.radius_m > 0.0:
-            if refuge.needed[end]:
-                found, cause, index = room_to_circle(refuge, end, bins, shapes, margin)
+        at, cause, index, found = _keeps(paths, path, bins, shapes, moving, margin, clearance)
+        if at < 0 and loiter.radius_m > 0.0:
+            if loiter.needed[end]:
+                found, cause, index = room_to_circle(loiter, end, bins, shapes, margin)
                 at = end if found < margin - ROUNDING_M else -1
             if at < 0 and price[c] > 0.0:
-                found, cause, index = early_room(refuge, path, bins, shapes, margin, room)
+                found, cause, index = early_room(loiter, path, bins, shapes, margin, room)
                 if found < margin - ROUNDING_M:
                     at = path[-1]
                     chosen = c if chosen < 0 else chosen
@@ -234,12 +240,12 @@ def _first_clear(
 
 @compiled
 def _path_clearance(
-    paths: Paths, node: int, bins: PointBins, shapes: Shapes, movers: MovingHazards, enough: float
+    paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:
     best = (enough, 0, -1)
     n = node
     while n >= 0:
-        found = _node_clearance(paths, n, bins, shapes, movers, best[0])
+        found = _node_clearance(paths, n, bins, shapes, moving, best[0])
         if found[1] != 0 and found[0] < best[0]:
             best = found
         n = paths.parent[n]
@@ -248,11 +254,11 @@ def _path_clearance(
 
 @compiled
 def _clearances(
-    paths: Paths, bins: PointBins, shapes: Shapes, movers: MovingHazards, cap: float
+    paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
 ) -> FloatArray:
     result = np.empty((len(paths.parent), 2))
     for n in range(len(paths.parent)):
-        distance = min(_node_clearance(paths, n, bins, shapes, movers, cap)[0], cap)
+        distance = min(_node_clearance(paths, n, bins, shapes, moving, cap)[0], cap)
         before, lacking = cap, 0.0
         if paths.parent[n] >= 0:
             before, lacking = result[paths.parent[n], 0], result[paths.parent[n], 1]

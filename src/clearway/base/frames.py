@@ -14,6 +14,9 @@ from clearway.base.compiled import compiled
 
 FloatArray = npt.NDArray[np.float64]
 
+LEVEL = np.array([1.0, 1.0, 0.0])
+"""What the axes count in level distances."""
+
 
 def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
     """Rotation [..., 3, 3] from body to world, Rz(yaw) Ry(pitch) Rx(roll), eq. (3.37).

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from clearway.base.errors import ClearwayError, InputError
-from clearway.cli.patience import asking_for_patience
+from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def assess(
     }
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
-    with asking_for_patience():
+    with notice_when_slow():
         read = _read(scene, scan, _given(overrides))
         if not every:
             for note in read.notes:

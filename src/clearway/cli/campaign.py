@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.cli.progress import Beside, progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, NOT_SHOWN, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.studies.campaigns.engines import Engine
     from clearway.studies.campaigns.file import Campaign
-    from clearway.studies.campaigns.run import Flown
+    from clearway.studies.campaigns.run import CampaignProgress
 
 ENGINES = ("processes", "dask")
 RUN, OUTPUT = "Run", "Output"
@@ -74,7 +74,11 @@ def campaign(
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
-    """Fly a campaign, or go on with it: exit status 0 if its first planner was safe throughout."""
+    """Fly a campaign, or go on with it.
+
+    Exit status 0 if its first planner was safe throughout, 1 if not, 3 if families were skipped for
+    want of their data.
+    """
     if list_families:
         _list(as_json)
         return
@@ -134,7 +138,7 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     return on_cluster(scheduler)
 
 
-def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
+def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> CampaignProgress:
     """All flights, with a progress bar on standard error that counts what was flown before."""
     from clearway.studies.campaigns.row import FlightRow
     from clearway.studies.campaigns.run import run_campaign
@@ -150,7 +154,9 @@ def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Flown:
         return run_campaign(asked, folder, engine, only, watch)
 
 
-def _finish(flown: Flown, asked: Campaign, folder: Path, docs: list[Path], as_json: bool) -> None:
+def _finish(
+    flown: CampaignProgress, asked: Campaign, folder: Path, docs: list[Path], as_json: bool
+) -> None:
     """Tables where they are wanted, and the exit status."""
     from clearway.studies.campaigns.run import RESULTS
 
@@ -162,6 +168,8 @@ def _finish(flown: Flown, asked: Campaign, folder: Path, docs: list[Path], as_js
     first = asked.file.planners[0]
     if any(not row.safe for row in flown.rows if row.planner == first):
         leave(NOT_REACHED)
+    if flown.skipped:
+        leave(NOT_SHOWN)
 
 
 def _print_again(results: Path, docs: list[Path], as_json: bool) -> None:

@@ -11,9 +11,9 @@ from clearway.io.json_values import finite
 from clearway.studies.campaigns.pages import mean_in_words
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
+    FamilyStanding,
     Mean,
     Rate,
-    Standing,
     failures,
     in_words,
     seconds,
@@ -42,7 +42,7 @@ def as_values(
     }
 
 
-def _values(standing: Standing) -> dict[str, Any]:
+def _values(standing: FamilyStanding) -> dict[str, Any]:
     rates = ("safe", "reached", "crashed", "lost_margin")
     means = ("path_ratio", "time_s")
     plain = ("nearest_min_m", "nearest_median_m", "decision_ms")
@@ -97,7 +97,7 @@ def print_tables(
     _print_failures(rows)
 
 
-def _cells(standing: Standing) -> tuple[str, ...]:
+def _cells(standing: FamilyStanding) -> tuple[str, ...]:
     return (
         standing.planner,
         _rate(standing.safe),

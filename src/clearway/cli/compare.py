@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from clearway.missions.setup import FlightSetup
     from clearway.sim import Run
-    from clearway.studies.comparison import Flown, SetupOf, Standing
+    from clearway.studies.comparison import ComparedFlight, PlannerStanding, SetupOf
 
 
 def compare(
@@ -92,12 +92,12 @@ def _setups(mission: str) -> SetupOf:
 
 def _flown(
     mission: str, setup_of: SetupOf, names: Sequence[str], seeds: Sequence[int]
-) -> list[Flown]:
+) -> list[ComparedFlight]:
     """All flights, with a progress bar."""
     from clearway.studies.comparison import fly_all
 
     setup_of(seeds[0]).refuse_impossible()
-    flown: list[Flown] = []
+    flown: list[ComparedFlight] = []
     with progress_bar(
         mission, len(names) * len(seeds), beside=("count", "status"), status=names[0]
     ) as bar:
@@ -107,10 +107,13 @@ def _flown(
     return flown
 
 
-def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown]) -> dict[str, Any]:
+def _result(
+    mission: str, standings: Sequence[PlannerStanding], flown: Sequence[ComparedFlight]
+) -> dict[str, Any]:
     """The object that `--json` prints: planners in order, each with its flights."""
     from dataclasses import asdict
 
+    from clearway.base.provenance import provenance
     from clearway.io.json_values import rounded
     from clearway.missions.run_files import summary
 
@@ -123,12 +126,13 @@ def _result(mission: str, standings: Sequence[Standing], flown: Sequence[Flown])
         runs = [flight.run for flight in flown if flight.planner == row.planner]
         rows.append({**values, "runs": [summary(run, row.planner) for run in runs]})
     seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
-    return {"mission": mission, "seeds": seeds, "planners": rows}
+    made = provenance([mission])
+    return {"mission": mission, "seeds": seeds, "planners": rows, "provenance": made}
 
 
 def _write(
     result: dict[str, Any],
-    flown: Sequence[Flown],
+    flown: Sequence[ComparedFlight],
     setup: FlightSetup,
     folder: Path,
     plots: bool,
@@ -149,7 +153,7 @@ def _write(
         return sorted(path.name for path in scratch.iterdir())
 
 
-def _print_table(mission: str, standings: Sequence[Standing]) -> None:
+def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,9 +15,11 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.missions.encounter_mission import FlownAs
-    from clearway.missions.substitute import Substitution
+    from clearway.missions.in_place import InPlaceFlight
     from clearway.traffic.recorded.picture import AirPicture
 
+WELL_CLEAR_BALL_M = math.ceil(math.hypot(2000.0, 250.0) * FOOT_M)
+"""About the cylinder of 2,000 ft and 250 ft."""
 WAYS = (
     ("as recorded", "recorded"),
     ("without avoidance", "without_avoidance"),
@@ -37,8 +40,8 @@ def fly_recorded(
     Raises InputError for a number, or an aircraft, that is not there.
     """
     from clearway.io.staging import folder_of
-    from clearway.missions.substitute import fly_in_place
-    from clearway.missions.substitution_result import substitution_result
+    from clearway.missions.in_place import fly_in_place
+    from clearway.missions.in_place_result import in_place_result
     from clearway.traffic.recorded.own_part import take_part
 
     recording = picture.recording
@@ -55,7 +58,7 @@ def fly_recorded(
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
         say(note)
-    result = substitution_result(found, recording.clock)
+    result = in_place_result(found, recording.clock)
     folder = out or folder_of(found.file.mission.name)
     written = _write(found, result, folder)
     if as_json:
@@ -67,12 +70,12 @@ def fly_recorded(
         leave(NOT_REACHED)
 
 
-def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list[str]:
+def _write(found: InPlaceFlight, result: Mapping[str, Any], folder: Path) -> list[str]:
     """Everything that the flights leave behind; all of it or nothing."""
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
-    from clearway.studies.figures.substitution import draw_substitution
+    from clearway.studies.figures.in_place import draw_in_place
 
     with staged(folder) as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")
@@ -83,7 +86,7 @@ def _write(found: Substitution, result: Mapping[str, Any], folder: Path) -> list
         write_decisions(found.run, scratch / "decisions.jsonl")
         record_run(found.run, found.setup, found.file, scratch)
         (scratch / "encounter.json").write_text(json.dumps(result, indent=2) + "\n")
-        draw_substitution(found).savefig(scratch / "encounter.png", dpi=110)
+        draw_in_place(found).savefig(scratch / "encounter.png", dpi=110)
         return sorted(path.name for path in scratch.iterdir())
 
 
@@ -102,6 +105,7 @@ def _in_words(result: Mapping[str, Any]) -> str:
         f"{result['turning_radius_m']:.0f} m",
         f"to keep            {result['keep_m']:.0f} m: margin {result['margin_m']:.0f} m, and "
         f"{off:.0f} m that the height may be off",
+        _judged_by(result["margin_m"]),
         "",
         _row(("", "horizontal", "vertical", "(ft)", "time", "well clear", "near mid-air", "path")),
         *(_way_in_words(label, result[key]) for label, key in WAYS),
@@ -119,6 +123,16 @@ def _in_words(result: Mapping[str, Any]) -> str:
             f"{result['recorded']['unheard_s']:.0f} s, which count in no distance"
         )
     return "\n".join(lines)
+
+
+def _judged_by(margin_m: float) -> str:
+    """What the exit status is about, and what it is not."""
+    if margin_m >= WELL_CLEAR_BALL_M:
+        return "judged by          that distance, which covers well clear"
+    return (
+        f"judged by          that distance; well clear, shown beside it, is wider: ask for it with "
+        f"--margin {WELL_CLEAR_BALL_M:.0f}"
+    )
 
 
 def _way_in_words(label: str, way: Mapping[str, Any]) -> str:

@@ -19,7 +19,7 @@ from clearway.cli.report import NOT_REACHED, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.mavlink.loop import Loop, Stop
-    from clearway.mavlink.session import Outcome, Session
+    from clearway.mavlink.session import Session, TickOutcome
     from clearway.missions.mission_file import MissionFile
 
 
@@ -120,7 +120,7 @@ def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
     def note(number: int, _frame: object) -> None:
         told.append(number)
 
-    def stop(elapsed_s: float, outcome: Outcome | None) -> bool:
+    def stop(elapsed_s: float, outcome: TickOutcome | None) -> bool:
         arrived = end_on_arrival and outcome is not None and outcome.state == "arrived"
         return bool(told) or arrived or (duration is not None and elapsed_s >= duration)
 
@@ -148,7 +148,7 @@ def _run(
     record = SessionRecord(loop.session, log)
     commentary = _Commentary(loop.session)
 
-    def take(outcome: Outcome) -> None:
+    def take(outcome: TickOutcome) -> None:
         record.take(outcome)
         commentary.show(outcome)
 
@@ -172,7 +172,7 @@ class _Commentary:
         self._told = ("", "")
         self._told_s = self._shown_s = -math.inf
 
-    def show(self, outcome: Outcome) -> None:
+    def show(self, outcome: TickOutcome) -> None:
         """A line where the state of the link changed, or the mode has, once a second at most."""
         if outcome.flight is not None:
             self._mode, self._doing = outcome.flight.mode, outcome.flight.explanation
@@ -186,7 +186,7 @@ class _Commentary:
             self._shown_s = now
             self._print(outcome, "")
 
-    def _print(self, outcome: Outcome, end: str) -> None:
+    def _print(self, outcome: TickOutcome, end: str) -> None:
         autopilot = self._session.mode or "no autopilot heard"
         doing = f"; {self._doing}" if self._doing else ""
         text = f"{outcome.time_s:.1f} s  {outcome.state}; {autopilot}{doing}"

@@ -1,4 +1,4 @@
-"""`clearway pursuit`: encounters with an intruder that wants to hit, and which can be won."""
+"""`clearway pursuit`: encounters with an intruder that wants to hit, and which can be avoided."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def pursuit(
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw the picture.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Map which collision courses can be won against an intruder that wants to hit (def. 3)."""
+    """Map which collision courses can be avoided against an intruder that wants to hit (def. 3)."""
     import numpy as np
 
     from clearway.studies.encounters.pursuit import win_map

@@ -11,7 +11,7 @@ from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
-    from clearway.reach.comparison import Comparison, Row
+    from clearway.reach.comparison import Comparison, MethodRow
 
 ESTIMATE = "Full reach set"
 
@@ -94,7 +94,7 @@ def _as_json(result: Comparison) -> dict[str, Any]:
     }
 
 
-def _row_as_json(row: Row, result: Comparison) -> dict[str, Any]:
+def _row_as_json(row: MethodRow, result: Comparison) -> dict[str, Any]:
     ratio, error = row.ratio(result.full)
     paper = row.contender.paper
     return {
@@ -175,7 +175,7 @@ def _reachable(result: Comparison) -> str:
     return cells if result.reachable.proven else f"at least {cells}"
 
 
-def _row_as_text(row: Row, result: Comparison) -> str:
+def _row_as_text(row: MethodRow, result: Comparison) -> str:
     ratio, error = row.ratio(result.full)
     coverage, paper = row.coverage, row.contender.paper
     printed = "" if paper is None else f"   {paper[0]}, {paper[1]}, {paper[2]:.2f}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from clearway.cli.patience import asking_for_patience
+from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def reproduce(
     from clearway.studies.reproduction.report import as_text, as_values
 
     made = {}
-    with asking_for_patience():
+    with notice_when_slow():
         for target in targets_named(targets or []):
             say(f"{target.name}: {target.title}")
             made[target] = target.make()

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from clearway.cli.report import table_console
 
 if TYPE_CHECKING:
-    from clearway.studies.risk.study import Study
+    from clearway.studies.risk.study import RiskStudy
 
 CASES_SHOWN = 8
 
 
-def print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> None:
+def print_tables(result: RiskStudy, summary: dict[str, Any], model: Path | None) -> None:
     """summary: of the result, as `--json` prints it; model: its file, None for the made-up one."""
     from rich.table import Table
 
@@ -21,7 +21,7 @@ def print_tables(result: Study, summary: dict[str, Any], model: Path | None) -> 
 
     console = table_console()
     console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
-    table = Table(title="risk ratios, 95 % bootstrap; of it unresolved + induced")
+    table = Table(title="risk ratios with 95 % intervals; of it unresolved + induced")
     table.add_column("planner")
     for name in MEASURES.values():
         table.add_column(name, justify="right")
@@ -42,10 +42,14 @@ def _cell(measure: dict[str, Any]) -> str:
         return "no case"
     low, high = measure["ratio_95"]
     split = f"{measure['unresolved']:.3f} + {measure['induced']:.3f}"
-    return f"{measure['ratio']:.3f} [{low:.3f}, {high:.3f}]\n{split}"
+    ends = f"[{low:.3f}, {'no bound' if high is None else f'{high:.3f}'}]"
+    said = f"\n<= {measure['limit']:g}: {measure['verdict']}" if "verdict" in measure else ""
+    return f"{measure['ratio']:.3f} {ends}\n{split}{said}"
 
 
-def _print_cases(measures: dict[str, Any], planner: str, result: Study, model: Path | None) -> None:
+def _print_cases(
+    measures: dict[str, Any], planner: str, result: RiskStudy, model: Path | None
+) -> None:
     cases = measures["near_collision"]["cases"]
     if not cases:
         return
@@ -56,7 +60,7 @@ def _print_cases(measures: dict[str, Any], planner: str, result: Study, model: P
           f"clearway risk {given}{_options(result)}-p {planner} --only NUMBER")  # fmt: skip
 
 
-def _options(result: Study) -> str:
+def _options(result: RiskStudy) -> str:
     """The options that make these encounters."""
     settings = result.settings
     words = []

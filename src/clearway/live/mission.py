@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.base.errors import InputError
-from clearway.base.frames import FloatArray
+from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 
 Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
@@ -133,14 +133,28 @@ class Progress:
 
 
 def advanced(
-    mission: Mission, progress: Progress, position_m: FloatArray, time_s: float
+    mission: Mission,
+    progress: Progress,
+    position_m: FloatArray,
+    time_s: float,
+    *,
+    stays_level: bool = False,
 ) -> Progress:
-    """Progress after the vehicle has come to a position [3]."""
-    while progress.detour and _within(position_m, progress.detour[0], 2.0 * mission.reach_radius_m):
+    """Progress after the vehicle has come to a position [3].
+
+    stays_level: of a vehicle that cannot climb, whose goals count as reached by level distance.
+    """
+    counts = LEVEL if stays_level else np.ones(3)
+
+    def distance_m(goal: FloatArray) -> float:
+        return float(np.linalg.norm((position_m - goal) * counts))
+
+    while progress.detour and distance_m(progress.detour[0]) <= 2.0 * mission.reach_radius_m:
         progress = replace(progress, detour=progress.detour[1:])
     while not progress.done(mission):
-        distance = float(np.linalg.norm(position_m - mission.goals_m[progress.goal]))
-        if distance > mission.reach_radius_m and not _passed(mission, progress.goal, position_m):
+        distance = distance_m(mission.goals_m[progress.goal])
+        passed = _passed(mission, progress.goal, position_m, counts)
+        if distance > mission.reach_radius_m and not passed:
             if distance < progress.nearest_m - 0.1 * mission.reach_radius_m:
                 return replace(progress, nearest_m=distance, nearest_s=time_s)
             return progress
@@ -155,26 +169,29 @@ def advanced(
     return progress
 
 
-def _passed(mission: Mission, goal: int, position_m: FloatArray) -> bool:
-    """Whether a goal lies abeam or behind, seen along the middle of the courses to and from it."""
+def _passed(mission: Mission, goal: int, position_m: FloatArray, counts: FloatArray) -> bool:
+    """Whether a goal lies abeam or behind, seen along the middle of the courses to and from it.
+
+    counts: [3] 1 along the axes that count, else 0.
+    """
     goals = mission.goals_m
     if mission.pass_within_m is None or goal + 1 >= len(goals):
         return False
     before = goals[goal - 1] if goal else mission.start.position_m
-    beyond = position_m - goals[goal]
+    beyond = (position_m - goals[goal]) * counts
     if float(np.linalg.norm(beyond)) > mission.pass_within_m:
         return False
-    inbound, outbound = goals[goal] - before, goals[goal + 1] - goals[goal]
+    inbound, outbound = (goals[goal] - before) * counts, (goals[goal + 1] - goals[goal]) * counts
     course = inbound * float(np.linalg.norm(outbound)) + outbound * float(np.linalg.norm(inbound))
     return bool(beyond @ course > 0.0)
 
 
-def stuck(progress: Progress, time_s: float, patience_s: float) -> bool:
+def stuck(progress: Progress, time_s: float, no_progress_s: float) -> bool:
     """Whether the goal has not come nearer for the time that patience lasts.
 
     Every detour doubles the patience with the next.
     """
-    return time_s - progress.nearest_s > patience_s * 2.0 ** min(progress.detours, 6)
+    return time_s - progress.nearest_s > no_progress_s * 2.0 ** min(progress.detours, 6)
 
 
 def detoured(
@@ -202,7 +219,3 @@ def detoured(
         nearest_m=np.inf,
         nearest_s=time_s,
     )
-
-
-def _within(position_m: FloatArray, point_m: FloatArray, radius_m: float) -> bool:
-    return bool(np.linalg.norm(position_m - point_m) <= radius_m)

@@ -1,32 +1,72 @@
-"""The plan being flown, and for how long it may be flown on without a new decision."""
+"""The plan being flown: what is held when, where it has the vehicle, and for how long it holds."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from clearway.avoidance.choice import Commitment, Side
 from clearway.avoidance.decide import Decision
-from clearway.live.own_states import TIME_TOLERANCE_S
-from clearway.live.planned_path import PlannedPath
-from clearway.vehicle.automaton import MovementAutomaton
+from clearway.base.state import State
+from clearway.live.readings import TIME_TOLERANCE_S
+from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """What was decided last; before the first decision, nothing."""
+    """What was decided last, flown from then on; before the first decision, nothing.
 
+    Nobody else keeps a copy: whoever flies asks `movement_at` and `state_at`.
+    """
+
+    automaton: MovementAutomaton
     buffer: MovementBuffer = field(default_factory=MovementBuffer)
+    decision: Decision | None = None
+    """That made it."""
     goal: int = -1
     """Index of the goal flown to."""
     decide_by_s: float = -np.inf
     """Later, the vehicle could no longer turn away inside what it has seen."""
     side: Side = Side.STRAIGHT
     """On which something is being passed."""
-    decision: Decision | None = None
-    """That made it."""
+
+    def after(self, decision: Decision, now_s: float, goal: int) -> Plan:
+        """The plan that a decision makes, flown from `now_s` on."""
+        return Plan(
+            self.automaton,
+            MovementBuffer.of(self.automaton.chain(decision.movements), now_s),
+            decision,
+            goal,
+            now_s + decision.decide_within_s,
+            self._side_after(decision),
+        )
+
+    # --- what is flown --------------------------------------------------------------------
+
+    def movement_at(self, time_s: float) -> Movement | None:
+        """What to fly at a time, the movement that begins where two meet; None outside the plan."""
+        return self.buffer.held_from(time_s, TIME_TOLERANCE_S)
+
+    def state_at(self, time_s: float) -> State | None:
+        """Where the plan has the vehicle at a time, from the state that was decided for (4.16).
+
+        None outside the plan. World frame; what was measured since is not in it.
+        """
+        if self.decision is None or self.movement_at(time_s) is None:
+            return None
+        start = self.decision.state
+        flown, _ = self.buffer.split(time_s)
+        vector = flown.rollout(self.automaton, start.vector, np.inf).states[-1]
+        return replace(start, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+
+    # --- for how long ---------------------------------------------------------------------
+
+    @property
+    def holds_until_s(self) -> float:
+        """Until when it may be flown without a new decision; -inf before the first one."""
+        return min(self.decide_by_s, self.buffer.end_s)
 
     def due(self, now_s: float, goal: int) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on to the same goal."""
@@ -38,34 +78,17 @@ class Plan:
             return "the plan has to be renewed while the vehicle can still turn away"
         return None
 
-    def commitment(self, now_s: float) -> Commitment:
-        """What the next decision should stay with."""
-        held = self.buffer.at(now_s + TIME_TOLERANCE_S)
-        return Commitment(self.side, held.name if held else "")
-
-    def after(
-        self, decision: Decision, now_s: float, goal: int, automaton: MovementAutomaton
-    ) -> Plan:
-        """The plan that a decision makes, flown from `now_s` on."""
-        return Plan(
-            MovementBuffer.of(automaton.chain(decision.movements), now_s),
-            goal,
-            now_s + decision.decide_within_s,
-            self._side_after(decision),
-            decision,
-        )
-
     def in_first_movement(self, now_s: float) -> bool:
         """Whether the plan's first movement has not come to its end."""
         entries = self.buffer.entries
         return bool(entries) and now_s < entries[0].end_s - TIME_TOLERANCE_S
 
-    @property
-    def path(self) -> PlannedPath | None:
-        """Where it leads; None before the first decision."""
-        if self.decision is None:
-            return None
-        return PlannedPath.of(self.decision, self.buffer.start_s)
+    # --- what the next decision stays with ------------------------------------------------
+
+    def commitment(self, now_s: float) -> Commitment:
+        """What the next decision should stay with."""
+        held = self.buffer.at(now_s + TIME_TOLERANCE_S)
+        return Commitment(self.side, held.name if held else "")
 
     def _side_after(self, decision: Decision) -> Side:
         """A side once forced is kept until the way is clear."""

@@ -34,6 +34,8 @@ class PlayedScan:
     """What was seen and decided at one moment."""
 
     moment: Moment
+    planned: State | None
+    """Where the plan before had the vehicle; None without a plan, and past its end."""
     hits: int
     """Returns within the grid."""
     nearest_m: float
@@ -69,6 +71,7 @@ def play(system: AvoidanceSystem, moments: Iterable[Moment]) -> Iterator[PlayedS
     The system is fed with each state and scan as in flight, and keeps what it remembers.
     """
     for moment in moments:
+        planned = system.state_at(moment.state.time_s)
         system.update(moment.state)
         system.update(moment.scan)
         time_s = moment.state.time_s
@@ -77,6 +80,7 @@ def play(system: AvoidanceSystem, moments: Iterable[Moment]) -> Iterator[PlayedS
         squared = np.einsum("ij,ij->i", points, points)
         yield PlayedScan(
             moment,
+            planned,
             sum(int(detection.hits.sum()) for detection in situation.detections),
             float(np.sqrt(squared.min())) if len(points) else np.inf,
             system.decide(time_s),

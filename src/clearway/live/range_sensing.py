@@ -13,7 +13,12 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.movers import Following, MoverSettings, follow, forget_movers
+from clearway.live.dynamic_objects import (
+    DynamicObjectSettings,
+    Following,
+    follow,
+    forget_dynamic_objects,
+)
 from clearway.live.readings import DataLimits
 from clearway.sensors import (
     Court,
@@ -37,7 +42,7 @@ MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
 
 
-class Sight:
+class RangeSensing:
     """All that scans have shown up to now; the arguments are those of `live.AvoidanceSystem`."""
 
     def __init__(
@@ -57,7 +62,7 @@ class Sight:
         self._ground_m = ground_m
         self._scans: dict[str, Scan] = {}
         margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
-        settings = MoverSettings.of(margin, planner.speed_mps)
+        settings = DynamicObjectSettings.of(margin, planner.speed_mps)
         self._following = Following(settings) if follow_movers else None
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
@@ -75,8 +80,6 @@ class Sight:
 
     def flaw_of(self, scan: Scan) -> str | None:
         """Why a scan cannot be used, or None."""
-        if scan.sensor not in self.sensors:
-            return "scan: unknown sensor"
         if scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
             return "scan: late or repeated"
         return None
@@ -91,6 +94,7 @@ class Sight:
             scan,
             state,
             tolerance_m=sigmas * state.position_std_m,
+            angle_rad=sigmas * state.attitude_std_rad,
             ground_m=self._ground_m,
         )
         if self._court is not None:
@@ -111,7 +115,8 @@ class Sight:
         )
         self._following = following
         self._memories = {
-            name: forget_movers(memory, following) for name, memory in self._memories.items()
+            name: forget_dynamic_objects(memory, following)
+            for name, memory in self._memories.items()
         }
 
     # --- who is believed ------------------------------------------------------------------
@@ -138,7 +143,7 @@ class Sight:
         return min((sensor.sigma_m for sensor in self.sensors.values()), default=0.0)
 
     @property
-    def movers(self) -> list[Intruder]:
+    def dynamic_objects(self) -> list[Intruder]:
         """Bodies that have proved to move."""
         return [] if self._following is None else self._following.intruders()
 
@@ -192,14 +197,14 @@ class Sight:
         level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
         return Ground.at_height(level, self._ground_m, 0.0)
 
-    def remembered_near(self, position_m: FloatArray) -> PointHazards:
+    def remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
         """Points of this and earlier scans that a trajectory from there could come near to.
 
         Those of sensors that measure worse than the best are grown by the difference here, since a
         decision grows all alike.
         """
         settings = self._planner.settings
-        reach = self._planner.grid.range_m + 2.0 * settings.safety_margin_m
+        reach = self._planner.grid.range_m + max(2.0 * settings.safety_margin_m, margin_m)
         best = self.sigma_m
         near = []
         for name, memory in self._believed_memories():

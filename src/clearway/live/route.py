@@ -1,7 +1,7 @@
 """Ways round known obstacles, and the refusal before take-off of what cannot be flown.
 
 A route is found on voxels whose steps surely keep the margin. That none is found proves nothing:
-refused is only what `enclosure` proves to be closed.
+refused is only what `proof` proves to be closed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.live.distance_field import HALF_DIAGONAL, Distance, VoxelField, segment_is_clear
-from clearway.live.no_way_out import Enclosure, enclosure_of
+from clearway.live.infeasibility import InfeasibilityProof, prove_infeasible
 from clearway.obstacles.obstacle_map import ObstacleMap
 
 SIGHT_STEPS = 8.0
@@ -151,22 +151,22 @@ def _leg(start: Stop, goal: Stop, obstacle_map: ObstacleMap, margin_m: float) ->
     ):
         return ""
     for inside, outside in ((goal, start), (start, goal)):
-        enclosure = enclosure_of(
+        proof = prove_infeasible(
             distance, inside.point_m, inside.radius_m, margin_m, outside.place_m
         )
-        if enclosure is not None:
+        if proof is not None:
             return (
                 f"{goal.name} at {_at(goal.point_m)} cannot be reached from {start.name}: "
-                f"{inside.name} is walled in by {_walls(enclosure, obstacle_map)}; "
-                f"no way out stays more than {max(enclosure.clearance_m, 0.0):.2f} m from them, "
+                f"{inside.name} is walled in by {_walls(proof, obstacle_map)}; "
+                f"no way out stays more than {max(proof.clearance_m, 0.0):.2f} m from them, "
                 f"{margin_m:g} m is needed"
             )
     return ""
 
 
-def _walls(enclosure: Enclosure, obstacle_map: ObstacleMap) -> str:
+def _walls(proof: InfeasibilityProof, obstacle_map: ObstacleMap) -> str:
     """The obstacles that close a space, those with most of its walls first."""
-    _, nearest = obstacle_map.nearest(enclosure.walls_m)
+    _, nearest = obstacle_map.nearest(proof.walls_m)
     indices, counts = np.unique(nearest, return_counts=True)
     labels = [obstacle_map.label(int(n)) for n in indices[np.argsort(-counts, kind="stable")]]
     more = len(labels) - NAMED_WALLS

@@ -21,7 +21,7 @@ INTRUDERS_AHEAD = (None, 0.5, 0.0)
 left."""
 
 
-def rehearsal(
+def warm_up_moments(
     planner: Planner, start: State, sensors: Iterable[str]
 ) -> Iterator[tuple[float, list[Reading]]]:
     """Moments at which to decide, and the readings that come before; sensors: their names."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.mavlink.dialect import Message
-from clearway.mavlink.own_state import CENTIMETRE, Motion, geodetic_of
+from clearway.mavlink.own_state import CENTIMETRE, OwnMotion, geodetic_of
 from clearway.traffic import Intruder, Ownship, Report, TrackerSettings
 from clearway.traffic.tracking.screening import flaw_of_report
 
@@ -64,7 +64,7 @@ class AdsbPicture:
         self._heard: dict[int, tuple[float, FloatArray]] = {}
 
     def take(
-        self, message: Message, now_s: float, own: Motion | None, origin: FloatArray | None
+        self, message: Message, now_s: float, own: OwnMotion | None, origin: FloatArray | None
     ) -> Intruder | None:
         """The report as an intruder in the world frame, at the time that it was made."""
         if message.ICAO_address == self._settings.own_address:
@@ -86,7 +86,7 @@ class AdsbPicture:
         return self._followed(message, time_s, place, now_s, own)
 
     def _followed(
-        self, message: Message, time_s: float, place: FloatArray, now_s: float, own: Motion
+        self, message: Message, time_s: float, place: FloatArray, now_s: float, own: OwnMotion
     ) -> Intruder | None:
         address = int(message.ICAO_address)
         self._forget(now_s)
@@ -123,7 +123,7 @@ class AdsbPicture:
             address=f"{message.ICAO_address:06x}",
         )
 
-    def _flaw(self, intruder: Intruder, now_s: float, own: Motion) -> str | None:
+    def _flaw(self, intruder: Intruder, now_s: float, own: OwnMotion) -> str | None:
         settings = self._settings
         address = "" if settings.own_address is None else f"{settings.own_address:06x}"
         ownship = Ownship(own.position_m, own.velocity_mps, address)

@@ -14,13 +14,17 @@ from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.links import Peer
 from clearway.mavlink.signing import SignatureCheck
-from clearway.mavlink.wire import LONGEST, Frame, frames_in
+from clearway.mavlink.wire import LONGEST, MavlinkFrame, frames_in
 
 KEPT = {
     known.HEARTBEAT: 16,
     known.ATTITUDE: 32,
     known.LOCAL_POSITION_NED: 32,
     known.GLOBAL_POSITION_INT: 32,
+    known.LOCAL_POSITION_NED_COV: 4,
+    known.ODOMETRY: 4,
+    known.ESTIMATOR_STATUS: 4,
+    known.EKF_STATUS_REPORT: 4,
     known.GPS_GLOBAL_ORIGIN: 4,
     known.HOME_POSITION: 4,
     known.ADSB_VEHICLE: 128,
@@ -39,7 +43,7 @@ FLOOD = "flood: more than can be used"
 UNREADABLE = "cannot be decoded"
 
 
-class Arrival(NamedTuple):
+class ReceivedMessage(NamedTuple):
     """A message that may be used."""
 
     message: Message
@@ -67,9 +71,9 @@ class Inbox:
         self._extras = {number: int(messages[number].crc_extra) for number in KEPT}
         self._codec = dialect().MAVLink(None)
 
-    def take(self, pieces: Iterable[tuple[bytes, Peer]]) -> list[Arrival]:
+    def take(self, pieces: Iterable[tuple[bytes, Peer]]) -> list[ReceivedMessage]:
         """Messages in the order of their arrival."""
-        newest: dict[int, deque[tuple[int, Frame, Peer]]] = {}
+        newest: dict[int, deque[tuple[int, MavlinkFrame, Peer]]] = {}
         order = 0
         for data, peer in self._bounded(list(pieces)):
             frames, rest = frames_in(
@@ -100,7 +104,7 @@ class Inbox:
             self._rest = b""
         return pieces[first:]
 
-    def _stranger(self, frame: Frame) -> str | None:
+    def _stranger(self, frame: MavlinkFrame) -> str | None:
         if frame.system != self._system:
             return OTHER_SYSTEM
         if frame.component == known.OBSTACLE_AVOIDANCE:
@@ -109,7 +113,7 @@ class Inbox:
             return OTHER_COMPONENT
         return None
 
-    def _opened(self, frame: Frame, peer: Peer) -> Arrival | None:
+    def _opened(self, frame: MavlinkFrame, peer: Peer) -> ReceivedMessage | None:
         """The message in a frame, if its signature is right and it can be decoded."""
         flaw = None if self._signatures is None else self._signatures.flaw(frame)
         if flaw is not None:
@@ -121,4 +125,4 @@ class Inbox:
             self.refused[UNREADABLE] += 1
             return None
         self.received[message.get_type()] += 1
-        return Arrival(message, frame.message, peer)
+        return ReceivedMessage(message, frame.message, peer)

@@ -10,7 +10,7 @@ from clearway.mavlink.health import LinkState
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import Link
 from clearway.mavlink.outbox import Outbox
-from clearway.mavlink.session import Outcome, Session
+from clearway.mavlink.session import Session, TickOutcome
 
 IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
@@ -31,8 +31,8 @@ class LoopReport:
     """Each from reading to the last message sent."""
 
 
-OnOutcome = Callable[[Outcome], None]
-Stop = Callable[[float, Outcome | None], bool]
+OnOutcome = Callable[[TickOutcome], None]
+Stop = Callable[[float, TickOutcome | None], bool]
 """(seconds since the start, last outcome) -> whether to end."""
 
 
@@ -74,7 +74,7 @@ class Loop:
         if self.session.settings.act:
             self.outbox.send(self.session.farewell())
 
-    def _tick(self, report: LoopReport) -> Outcome:
+    def _tick(self, report: LoopReport) -> TickOutcome:
         started = time.perf_counter()
         self._read()
         outcome = self.session.tick(time.monotonic())
@@ -99,7 +99,7 @@ class Loop:
         time.sleep(max(0.0, due - now))
         return due
 
-    def _until_vehicle(self, last: Outcome | None) -> None:
+    def _until_vehicle(self, last: TickOutcome | None) -> None:
         """Read until there is an own position a period later, or nothing comes.
 
         The vehicle's clock alone would not do: attitude tells it too, and comes before the rest.

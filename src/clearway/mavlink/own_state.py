@@ -39,7 +39,7 @@ NO_ORIGIN = "position: no origin of the local frame yet"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class OwnMotion:
     """Own place and motion as told, world frame."""
 
     time_s: float
@@ -59,11 +59,13 @@ class Motion:
         yaw = math.atan2(y, x) if level >= 0.5 * least_mps else self.heading_rad
         return math.atan2(-z, level), yaw
 
-    def state(self, least_mps: float, position_std_m: float) -> State:
+    def state(
+        self, least_mps: float, position_std_m: float, attitude_std_rad: float = 0.0
+    ) -> State:
         """The own state that decisions start from."""
         pitch, yaw = self.direction(least_mps)
         attitude = np.array([0.0, pitch, yaw])
-        return State(self.position_m, attitude, self.time_s, position_std_m)
+        return State(self.position_m, attitude, self.time_s, position_std_m, attitude_std_rad)
 
 
 class OwnPlace:
@@ -116,7 +118,7 @@ class OwnPlace:
             self._heading_rad = float(attitude_enu_from_ned_frd(angles)[2])
             self._heading_s = time_s
 
-    def take_local(self, message: Message, time_s: float, oldest_s: float) -> Motion | None:
+    def take_local(self, message: Message, time_s: float, oldest_s: float) -> OwnMotion | None:
         """LOCAL_POSITION_NED: metres, and metres a second."""
         place = np.array([message.x, message.y, message.z])
         velocity = np.array([message.vx, message.vy, message.vz])
@@ -131,7 +133,7 @@ class OwnPlace:
             return None
         return self._motion(time_s, local + offset, enu_from_ned(velocity), oldest_s)
 
-    def take_global(self, message: Message, time_s: float, oldest_s: float) -> Motion | None:
+    def take_global(self, message: Message, time_s: float, oldest_s: float) -> OwnMotion | None:
         """GLOBAL_POSITION_INT: tells the origin beside local positions, or stands in for them."""
         geodetic = geodetic_of(message.lat, message.lon, message.alt)
         if geodetic is None:
@@ -166,12 +168,12 @@ class OwnPlace:
 
     def _motion(
         self, time_s: float, position_m: FloatArray, velocity: FloatArray, oldest_s: float
-    ) -> Motion | None:
+    ) -> OwnMotion | None:
         heading = self.heading_at(time_s, oldest_s)
         if heading is None:
             self._counts[NO_ATTITUDE] += 1
             return None
-        return Motion(time_s, position_m, velocity, heading)
+        return OwnMotion(time_s, position_m, velocity, heading)
 
 
 def geodetic_of(latitude: int, longitude: int, height_mm: int) -> FloatArray | None:

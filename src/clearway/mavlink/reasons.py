@@ -12,7 +12,7 @@ from clearway.avoidance.hazards import Cause
 from clearway.live import FlightDecision
 from clearway.live.mission import Mode
 from clearway.mavlink.dialect import Message, dialect
-from clearway.mavlink.own_state import Motion
+from clearway.mavlink.own_state import OwnMotion
 from clearway.traffic import Intruder
 
 FROM_ADSB = 0
@@ -33,7 +33,7 @@ PIECE, MOST_PIECES = 50, 4
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class PredictedApproach:
     """The closest approach of an aircraft if both fly straight on."""
 
     address: int
@@ -69,8 +69,8 @@ class Approach:
 
 
 def approaches(
-    flight: FlightDecision, own: Motion, intruders: Iterable[Intruder]
-) -> list[Approach]:
+    flight: FlightDecision, own: OwnMotion, intruders: Iterable[Intruder]
+) -> list[PredictedApproach]:
     """Aircraft that come within WORRY margins, or that the decision avoids; nearest first."""
     avoided = _avoided(flight)
     margin = flight.decision.margin_m
@@ -84,7 +84,7 @@ def approaches(
             threat = HIGH if is_avoided or apart < kept else LOW
             action = _action(flight) if is_avoided else REPORT
             address = int(intruder.address, 16)
-            told.append(Approach(address, time_s, vertical, horizontal, threat, action))
+            told.append(PredictedApproach(address, time_s, vertical, horizontal, threat, action))
     return sorted(told, key=lambda approach: approach.time_s)
 
 
@@ -105,7 +105,7 @@ def _action(flight: FlightDecision) -> int:
     return MOVE_HORIZONTALLY
 
 
-def _closest(own: Motion, intruder: Intruder) -> tuple[float, float, float]:
+def _closest(own: OwnMotion, intruder: Intruder) -> tuple[float, float, float]:
     """Time from now, and vertical and horizontal distance at the closest approach."""
     apart = intruder.position_m - own.position_m
     closing = intruder.velocity_mps - own.velocity_mps
@@ -123,7 +123,9 @@ class Sayings:
     _said_s: dict[object, float] = field(default_factory=dict)
     _texts: int = 0
 
-    def of_decision(self, flight: FlightDecision, close: Iterable[Approach]) -> list[Message]:
+    def of_decision(
+        self, flight: FlightDecision, close: Iterable[PredictedApproach]
+    ) -> list[Message]:
         """COLLISION of every aircraft once a second, STATUSTEXT of a change of mode."""
         messages = [
             approach.message()

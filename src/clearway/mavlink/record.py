@@ -13,21 +13,21 @@ from clearway.mavlink.health import LinkState
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.loop import LoopReport
 from clearway.mavlink.outbox import Outbox
-from clearway.mavlink.session import Outcome, Session
+from clearway.mavlink.session import Session, TickOutcome
 
 
 class SessionRecord:
     """Takes outcomes as they come; `log` gets a JSON line for each that says something new."""
 
     def __init__(self, session: Session, log: TextIO | None) -> None:
-        self.last: Outcome | None = None
+        self.last: TickOutcome | None = None
         self.decisions = 0
         self.emergencies = 0
         self.seconds_in: dict[str, float] = {}
         self._session, self._log = session, log
         self._elapsed_s: list[float] = []
 
-    def take(self, outcome: Outcome) -> None:
+    def take(self, outcome: TickOutcome) -> None:
         last, self.last = self.last, outcome
         if last is not None and last.time_s > 0.0:
             spent = max(0.0, outcome.time_s - last.time_s)
@@ -70,7 +70,7 @@ class SessionRecord:
         }
 
 
-def row_of(outcome: Outcome, session: Session) -> dict[str, Any]:
+def row_of(outcome: TickOutcome, session: Session) -> dict[str, Any]:
     """One line of the log."""
     row: dict[str, Any] = {
         "time_s": round(outcome.time_s, 3),

@@ -11,25 +11,34 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
 from clearway.mavlink import dialect as known
+from clearway.mavlink.accuracy import StatedAccuracy
 from clearway.mavlink.adsb import AdsbPicture, AdsbSettings
 from clearway.mavlink.clock import Tick, VehicleClock
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.health import LinkFacts, LinkLimits, LinkState, link_state
-from clearway.mavlink.inbox import Arrival
+from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mode import AutopilotMode
 from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
-from clearway.mavlink.own_state import Motion, OwnPlace
-from clearway.mavlink.plan import FlownPlan
-from clearway.mavlink.reasons import Approach, Sayings, approaches
+from clearway.mavlink.own_state import OwnMotion, OwnPlace
+from clearway.mavlink.plan import turned_onto
+from clearway.mavlink.reasons import PredictedApproach, Sayings, approaches
 from clearway.mavlink.sector_scans import SectorScans
 from clearway.mavlink.setpoints import SetPoint
 from clearway.sensors import Lidar
 from clearway.traffic import Intruder
 
+ACCURACIES = (
+    known.LOCAL_POSITION_NED_COV,
+    known.ODOMETRY,
+    known.ESTIMATOR_STATUS,
+    known.EKF_STATUS_REPORT,
+)
 HEARTBEAT_S = 1.0
 """Between our heartbeats."""
 SLOWEST = 0.3
@@ -48,6 +57,7 @@ class SessionSettings:
     lead_s: float = 0.05
     """How far ahead on the plan set-points are: half a tick, since each counts for one."""
     position_std_m: float = 0.0
+    """Of the own position at least; the link may tell more."""
     limits: LinkLimits = field(default_factory=LinkLimits)
     speedup: float | None = 1.0
     """Of the vehicle's clock against ours; None for lock-step."""
@@ -56,7 +66,7 @@ class SessionSettings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class TickOutcome:
     """What a tick came to."""
 
     time_s: float
@@ -69,7 +79,7 @@ class Outcome:
     """That the decision took."""
     set_point: SetPoint | None
     """What is sent, or would be."""
-    approaches: tuple[Approach, ...]
+    approaches: tuple[PredictedApproach, ...]
     messages: tuple[Message, ...]
     """To be sent, in this order."""
 
@@ -95,16 +105,17 @@ class Session:
         self._sensor = sensor
         self._clock = VehicleClock(settings.speedup)
         self._place = OwnPlace(settings.mission_origin, counts)
+        self._accuracy = StatedAccuracy(settings.position_std_m, counts)
         self._traffic = AdsbPicture(settings.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
         self._reports: dict[str, Intruder] = {}
-        self._motion: Motion | None = None
+        self._motion: OwnMotion | None = None
         self._own: State | None = None
         self._distances = SectorScans(sensor, counts)
         self._heartbeat_s = -math.inf
         self._said_s = -math.inf
+        self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._restarted = False
-        self._plan: FlownPlan | None = None
         self._sayings = Sayings()
 
     @property
@@ -114,7 +125,7 @@ class Session:
 
     # --- in -------------------------------------------------------------------------------
 
-    def take(self, arrival: Arrival, wall_s: float) -> bool:
+    def take(self, arrival: ReceivedMessage, wall_s: float) -> bool:
         """Use one message; true for a heartbeat of the autopilot."""
         message, number = arrival.message, arrival.number
         if number == known.HEARTBEAT:
@@ -127,6 +138,8 @@ class Session:
             self._place.take_origin(message)
         elif number == known.HOME_POSITION:
             self._place.take_home(message)
+        elif number in ACCURACIES:
+            self._accuracy.take(message, number)
         elif number == known.ADSB_VEHICLE:
             self._take_traffic(message, wall_s)
         elif number == known.OBSTACLE_DISTANCE:
@@ -153,12 +166,15 @@ class Session:
         if motion is not None:
             self._take_motion(motion)
 
-    def _take_motion(self, motion: Motion) -> None:
+    def _take_motion(self, motion: OwnMotion) -> None:
         speed = self.system.planner.speed_mps
-        state = motion.state(SLOWEST * speed, self.settings.position_std_m)
+        state = motion.state(
+            SLOWEST * speed, self._accuracy.position_std_m, self._accuracy.attitude_std_rad
+        )
         follows = self.settings.act and self.mode is not None and self.mode.follows
-        if follows and self._plan is not None:
-            state = self._plan.turned_onto(state, self.counts)
+        planned = self._planned(state.time_s) if follows else None
+        if planned is not None:
+            state = turned_onto(planned, state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self._motion, self._own = motion, state
             self._distances.move(state, motion.heading_rad)
@@ -174,14 +190,15 @@ class Session:
 
     # --- out ------------------------------------------------------------------------------
 
-    def tick(self, wall_s: float) -> Outcome:
+    def tick(self, wall_s: float) -> TickOutcome:
         """Decide if it is due and allowed, and say what is to be sent."""
         now = self._clock.now(wall_s)
         for scan in self._distances.placed():
             self.system.update(scan)
+        self.system.catch_up(now)
         before, self.state = self.state, self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
-        close: list[Approach] = []
+        close: list[PredictedApproach] = []
         if flight is not None and self._motion is not None:
             close = approaches(flight, self._motion, self._intruders.values())
         set_point = self._set_point(now)
@@ -194,7 +211,7 @@ class Session:
                 messages += self._sayings.of_decision(flight, close)
             if self.state is not before:
                 messages += self._sayings.text(f"{self.state}")
-        return Outcome(
+        return TickOutcome(
             now,
             self.state,
             flight,
@@ -233,7 +250,6 @@ class Session:
             return None, "", 0.0
         started = time.perf_counter()
         flight = self.system.decide(now)
-        self._plan = FlownPlan.of(self.system.planner.automaton, flight)
         return flight, why, time.perf_counter() - started
 
     def _set_point(self, now: float) -> SetPoint | None:
@@ -242,19 +258,32 @@ class Session:
             return None
         if self.state is LinkState.ARRIVED:
             return self._holding(offset)
-        plan = self._plan
-        if plan is None or (self.state is LinkState.STALE and now > plan.holds_until_s):
+        if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        ahead = plan.at(now + self.settings.lead_s)
-        if ahead is None:
+        ahead = self._planned(now + self.settings.lead_s)
+        movement = None if ahead is None else self.system.movement_at(ahead.time_s)
+        if ahead is None or movement is None:
             return None
-        return SetPoint.following(ahead, plan.speed_at(now + self.settings.lead_s), offset)
+        return SetPoint.following(ahead.vector, movement.speed_mps, offset)
+
+    def _planned(self, time_s: float) -> State | None:
+        """Where the plan has the vehicle; it begins with a decision, which news may be older than.
+
+        None before the first decision and past the plan's end.
+        """
+        return self.system.state_at(max(time_s, self.system.buffer.start_s))
 
     def _holding(self, offset: FloatArray) -> SetPoint:
-        """At the last goal, pointing as the plan left it."""
+        """At the last goal, pointing as the plan left it; a vehicle that stays level, above or
+        below it: on the way up or down nothing has been looked at."""
         assert self._own is not None
         yaw = float(self._own.attitude_rad[2])
-        return SetPoint.holding(self.system.mission.goals_m[-1], yaw, offset)
+        goal = self.system.mission.goals_m[-1]
+        if self.system.planner.automaton.stays_level:
+            if self._held_height_m is None:
+                self._held_height_m = float(self._own.position_m[2])
+            goal = np.array([goal[0], goal[1], self._held_height_m])
+        return SetPoint.holding(goal, yaw, offset)
 
     def _heartbeat(self, wall_s: float) -> list[Message]:
         if wall_s - self._said_s < HEARTBEAT_S - 1e-3:

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from clearway.base.errors import InputError, naming
-from clearway.mavlink.wire import SIGNATURE, Frame
+from clearway.mavlink.wire import SIGNATURE, MavlinkFrame
 
 KEY_BYTES = 32
 EPOCH_S = 1_420_070_400
@@ -63,7 +63,7 @@ class SignatureCheck:
         """Newest time known, in the unit of signatures."""
         self._streams: dict[tuple[int, int, int], int] = {}
 
-    def flaw(self, frame: Frame) -> str | None:
+    def flaw(self, frame: MavlinkFrame) -> str | None:
         """Why a frame is refused; None if its signature is right and new."""
         if not frame.signed:
             return UNSIGNED

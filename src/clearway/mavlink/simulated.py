@@ -52,7 +52,7 @@ ANSWER_S, SILENT_S = 5.0, 0.05
 """In lock-step, how long a set-point is waited for; and where none has come for a while."""
 UNANSWERED = 3
 """So many moments without any set-point are a while."""
-PATIENCE_S = 30.0
+MOST_SILENCE_S = 30.0
 """Without any set-point for so long by our clock, it ends."""
 
 
@@ -215,7 +215,7 @@ def run(
         autopilot.listen()
         now = time.monotonic()
         answered = now if autopilot.heard[TARGET_NAME] > before else answered
-        if autopilot.target is not None and now - answered > PATIENCE_S:
+        if autopilot.target is not None and now - answered > MOST_SILENCE_S:
             break
         autopilot.fly(autopilot.time_s + period_s)
 
@@ -223,8 +223,8 @@ def run(
 def _await_answer(autopilot: SimulatedAutopilot, link: Link) -> None:
     """Until the set-point of this moment has come, but not for ever."""
     before = autopilot.heard[TARGET_NAME]
-    patience = ANSWER_S if autopilot.unanswered < UNANSWERED else SILENT_S
-    until = time.monotonic() + patience
+    waiting_s = ANSWER_S if autopilot.unanswered < UNANSWERED else SILENT_S
+    until = time.monotonic() + waiting_s
     while autopilot.target_ms != autopilot.boot_ms and time.monotonic() < until:
         link.wait(until - time.monotonic())
         autopilot.listen()

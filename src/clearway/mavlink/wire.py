@@ -27,7 +27,7 @@ UNKNOWN_FLAGS = "unknown flags"
 NOT_NEEDED = "message not needed"
 
 
-class Frame(NamedTuple):
+class MavlinkFrame(NamedTuple):
     """One whole frame, its checksum found right."""
 
     data: bytes
@@ -40,13 +40,13 @@ class Frame(NamedTuple):
 
 def frames_in(
     data: bytes, extras: Mapping[int, int], refused: Counter[str], *, stream: bool
-) -> tuple[list[Frame], bytes]:
+) -> tuple[list[MavlinkFrame], bytes]:
     """Frames of the messages in `extras`, and the bytes left over that may begin another.
 
     extras: number of each wanted message -> its CRC_EXTRA. refused grows by what is left out, by
     reason. stream: frames may continue in the next piece (serial); a datagram is whole.
     """
-    frames: list[Frame] = []
+    frames: list[MavlinkFrame] = []
     at, end = 0, len(data)
     while at < end:
         if data[at] == OLD_MAGIC and _ends_well(data, at, _old_length(data, at)):
@@ -107,6 +107,6 @@ def _flaw(data: bytes, at: int, extras: Mapping[int, int]) -> str | None:
     return None
 
 
-def _frame(data: bytes) -> Frame:
+def _frame(data: bytes) -> MavlinkFrame:
     message = int.from_bytes(data[7:10], "little")
-    return Frame(data, data[5], data[6], message, bool(data[2] & SIGNED))
+    return MavlinkFrame(data, data[5], data[6], message, bool(data[2] & SIGNED))

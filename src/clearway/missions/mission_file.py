@@ -111,7 +111,7 @@ class MissionFile(Section):
         )
 
     @property
-    def follows_movers(self) -> bool:
+    def follows_dynamic_objects(self) -> bool:
         """Whether what LiDAR alone sees move counts as traffic, said or by default."""
         said = self.traffic.follow_movers
         return any(not one.transponder for one in self.intruder) if said is None else said

@@ -49,7 +49,8 @@ class VehicleSection(Section):
     movement_s: Positive = 1.0
     """Duration of a movement."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
-    """Steepest pitch, up and down."""
+    """Steepest pitch, up and down. A vehicle that it keeps level goes by level distance: waypoints
+    count as reached from above or below."""
     body_radius_m: NotNegative = 0.3
     """For the margins drawn in the picture of distances only."""
 
@@ -160,5 +161,7 @@ class SimulationSection(Section):
     """Steady wind that carries the vehicle, world frame; unknown to it."""
     position_sigma_m: NotNegative = 0.0
     """Standard deviation of the own position as measured; stated to the vehicle."""
+    attitude_sigma_deg: NotNegative = 0.0
+    """Standard deviation of the own pitch and yaw as measured; stated to the vehicle."""
     time_limit_s: Positive | None = None
     """End of a flight that does not arrive; default: six straight flights and a minute."""

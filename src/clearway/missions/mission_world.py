@@ -42,7 +42,7 @@ def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
 
 def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
     """A surveyed place as balls at its points, and what was left out of it."""
-    from clearway.io.scans.pointcloud import read_points
+    from clearway.io.scans.scan_formats import read_points
 
     cloud = read_points(section.file)
     points = cloud.points_m

@@ -30,12 +30,13 @@ def played_result(name: str, playback: Playback, scans: list[dict[str, Any]]) ->
 def scan_result(index: int, played: PlayedScan) -> dict[str, Any]:
     """One scan and its decision; None for what is not finite."""
     flight, state = played.decision, played.moment.state
-    choice = flight.decision.choice
+    choice, planned = flight.decision.choice, played.planned
     return {
         "scan": index,
         "time_s": state.time_s,
         "position_m": state.position_m.tolist(),
         "attitude_deg": np.degrees(state.attitude_rad).tolist(),
+        "planned_position_m": None if planned is None else planned.position_m.tolist(),
         "points": len(played.moment.scan.points_m),
         "hits": played.hits,
         "nearest_m": finite(played.nearest_m),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.sim import LoggedDecision, Run
@@ -48,6 +49,7 @@ def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
         "effort_m2ps3": rounded(run.metrics.effort_m2ps3),
         "corrections": run.corrections,
         "data_left_out": dict(sorted(run.counts.items())),
+        "provenance": provenance(),
     }
 
 
@@ -117,7 +119,7 @@ def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
 
 def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
     decision, choice = flight.decision, flight.decision.choice
-    movements_to = decision.repertoire.reach_set.movements_to
+    movements_to = decision.prepared.reach_set.movements_to
     return {
         **_when_and_why(entry),
         "basis": choice.basis.name.lower(),

@@ -18,7 +18,7 @@ Tuning = Annotated[int, Field(ge=1, le=1000)]
 TimedRule = Literal["vehicle", "intruder", "shorter", "future", "future-printed"]
 
 
-class VehicleSection(Section):
+class SceneVehicleSection(Section):
     """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
 
     position_m: Point = (0.0, 0.0, 0.0)
@@ -160,7 +160,7 @@ class TimingSection(Section):
     """Default: the reach set's."""
 
 
-class ReachSetSection(Section):
+class SceneReachSetSection(Section):
     """`[reach_set]`: the trajectories that are rated."""
 
     method: Literal[
@@ -202,7 +202,7 @@ class ReachSetSection(Section):
         return {name: float(value) for name, value in given.items() if value is not None}
 
 
-class RatingSection(Section):
+class SceneRatingSection(Section):
     """`[rating]`: how evidence becomes a rating."""
 
     name: Literal["total", "printed", "visible", "evidence"] = "total"
@@ -224,13 +224,13 @@ class SceneFile(Section):
     """All of a scene file; every table may be left out."""
 
     grid: GridSection = GridSection()
-    vehicle: VehicleSection | None = None
+    vehicle: SceneVehicleSection | None = None
     obstacle: Obstacles = ()
     scan: ScanSection | None = None
     intruder: Annotated[tuple[IntruderSection, ...], Field(strict=False)] = ()
     vehicle_timing: TimingSection = TimingSection()
-    reach_set: ReachSetSection = ReachSetSection()
-    rating: RatingSection = RatingSection()
+    reach_set: SceneReachSetSection = SceneReachSetSection()
+    rating: SceneRatingSection = SceneRatingSection()
 
     @model_validator(mode="after")
     def _indices_exist(self) -> Self:

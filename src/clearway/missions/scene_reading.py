@@ -13,9 +13,9 @@ from clearway.avoidance.scene import (
     RatingSettings,
     ReachSettings,
     Scene,
-    Sighting,
+    SceneIntruder,
+    SceneScan,
     TimingSettings,
-    Traffic,
 )
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
@@ -136,9 +136,9 @@ def _state(file: SceneFile, measured: Measured | None) -> State:
     return State(np.zeros(3))
 
 
-def _traffic(file: SceneFile) -> tuple[Traffic, ...]:
+def _traffic(file: SceneFile) -> tuple[SceneIntruder, ...]:
     return tuple(
-        Traffic(
+        SceneIntruder(
             section.to_intruder(),
             section.chosen_models,
             section.timed,
@@ -163,12 +163,12 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
 
 def _sighting(
     source: str, file: SceneFile, grid: AvoidanceGrid, state: State, measured: Measured | None
-) -> Sighting:
+) -> SceneScan:
     assert file.scan is not None
     if measured is not None:
         lidar, pattern_from = lidar_of(source, file.scan, measured.cloud, measured.sequence)
         scan = Scan(measured.cloud.points_m, measured.scan.time_s, lidar.name)
-        return Sighting(lidar, scan, pattern_from)
+        return SceneScan(lidar, scan, pattern_from)
     assert file.scan.simulate is not None
     return _simulated(source, file, file.scan.simulate, grid, state)
 
@@ -211,7 +211,7 @@ def _mounting(section: ScanSection, sequence: ScanSequence) -> Mounting:
 
 def _simulated(
     source: str, file: SceneFile, section: SimulateSection, grid: AvoidanceGrid, state: State
-) -> Sighting:
+) -> SceneScan:
     """A scan of those obstacles that are really there, cast from the vehicle's position."""
     beams = _beam_count(section, grid)
     if beams > MOST_BEAMS:
@@ -223,7 +223,7 @@ def _simulated(
         dropout=section.dropout,
     )
     scan = simulate_scan(lidar, _truth(file, section), state, section.seed)
-    return Sighting(lidar, scan, "simulated")
+    return SceneScan(lidar, scan, "simulated")
 
 
 def _truth(file: SceneFile, section: SimulateSection) -> ObstacleMap:

@@ -58,7 +58,7 @@ class FullFootprints:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class MethodRow:
     """One method as measured."""
 
     contender: Contender
@@ -86,7 +86,7 @@ class Comparison:
     full: FullFootprints
     reachable: ReachableCells
     """Cells that any trajectory reaches, found apart from the sets compared."""
-    rows: tuple[Row, ...]
+    rows: tuple[MethodRow, ...]
 
 
 def compare(
@@ -140,7 +140,7 @@ def _row(
     grid: AvoidanceGrid,
     contender: Contender,
     sample: ReachableSample,
-) -> Row:
+) -> MethodRow:
     # The first call may compile; the second is the one that is timed.
     build_reach_set(automaton, grid, contender.method, **contender.tuning)
     began = time.perf_counter()
@@ -149,7 +149,7 @@ def _row(
     inner = np.unique(reach_set.parent[reach_set.parent >= 0])
     counts = np.bincount(reach_set.end_cell[inner], minlength=1)
     spread = int(counts.max(initial=1))
-    return Row(
+    return MethodRow(
         contender,
         reach_set,
         measure(reach_set),

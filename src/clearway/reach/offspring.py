@@ -11,7 +11,7 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
 from clearway.base.state import IntArray
-from clearway.reach.lattice import Pieces
+from clearway.reach.lattice import LatticePieces
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
 
 START_CELL = -1
@@ -24,7 +24,7 @@ def offspring_of(
     place: npt.NDArray[np.int32],
     cell: int,
     deep: int,
-    pieces: Pieces,
+    pieces: LatticePieces,
     rotation: FloatArray,
     edges: GridEdges,
     most: int,

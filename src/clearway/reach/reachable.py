@@ -91,7 +91,7 @@ def reachable_cells(
     """Cells that any trajectory of the full reach set reaches, by movement end points."""
     deep = movements_deep(automaton, grid)
     lattice = build_lattice(automaton, grid, (start_pitch_rad,), deep)
-    search = _Search(lattice, grid, start_pitch_rad, deep, held_states)
+    search = _ChainSearch(lattice, grid, start_pitch_rad, deep, held_states)
     levels, steps, held, frontier = search.levels()
     reached = _behind_completed(levels, steps, grid)
     # Chains never lead back to a nearer layer, so these were seen with all their states.
@@ -121,7 +121,7 @@ def _behind_completed(levels: list[_States], steps: list[_Step], grid: Avoidance
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _ChainSearch:
     """Chains of movements through one grid, all at once."""
 
     lattice: Lattice

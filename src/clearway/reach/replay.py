@@ -9,7 +9,7 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.reach.buffers import ByteArray, keys_of, rows_of
-from clearway.reach.lattice import Lattice, Pieces, grid_from_level
+from clearway.reach.lattice import Lattice, LatticePieces, grid_from_level
 from clearway.reach.trace import end_place, exit_of
 
 
@@ -33,7 +33,7 @@ def completed(
 
 @compiled
 def _cut_lengths(
-    buffers: ByteArray, start: int, pieces: Pieces, rotation: FloatArray, edges: GridEdges
+    buffers: ByteArray, start: int, pieces: LatticePieces, rotation: FloatArray, edges: GridEdges
 ) -> npt.NDArray[np.int64]:
     """[n] movements until a buffer's trajectory is complete; 0 if it never is."""
     lengths = np.zeros(len(buffers), dtype=np.int64)
@@ -62,7 +62,7 @@ def _cut_lengths(
 
 @compiled
 def level_states(
-    buffers: ByteArray, start: int, pieces: Pieces
+    buffers: ByteArray, start: int, pieces: LatticePieces
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
     """x, y, z, yaw [n, 4] in the level frame and attitude [n] at the end of buffers [n, deep]."""
     states = np.zeros((len(buffers), 4))

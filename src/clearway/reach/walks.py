@@ -17,7 +17,7 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
 from clearway.base.state import IntArray
-from clearway.reach.lattice import Pieces
+from clearway.reach.lattice import LatticePieces
 from clearway.reach.offspring import START_CELL
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
 
@@ -35,7 +35,7 @@ class Along(NamedTuple):
     way: IntArray
     """[cells] one after the other."""
     deep: int
-    pieces: Pieces
+    pieces: LatticePieces
     rotation: FloatArray
     edges: GridEdges
 

@@ -32,6 +32,7 @@ from clearway.sensors.remembered import (
     together,
 )
 from clearway.sensors.room import make_room
+from clearway.sensors.unsure import radii_unsure, turned_by
 from clearway.sensors.width import returns_with_size
 from clearway.sensors.wires import join_lines
 
@@ -142,11 +143,14 @@ def update_memory(
     state: State,
     *,
     tolerance_m: float = 0.0,
+    angle_rad: float = 0.0,
     ground_m: float = -np.inf,
 ) -> PointMemory:
     """Memory after a scan taken at `state`: forget what it passed through, remember its returns.
 
     tolerance_m: uncertainty of the pose, added to the range by which beams must pass a point.
+    angle_rad: how far the attitude may be off: returns stand for all places where they may be, and
+    a point is passed only if it is whichever way the attitude is off.
     ground_m: returns at or below this height of the world frame are not remembered, nor are
     blind, too far and own-airframe ones. A voxel hit by this scan is never forgotten.
     """
@@ -163,11 +167,17 @@ def update_memory(
         raster,
         float(memory.smallest_m),
     )
-    doubt = doubts(memory.boxes, nearest, sensor, memory.seen_from or sensor, raster, memory.rule)
+    radii = radii_unsure(seen.points_m, seen.radius_m, state, angle_rad)
     pitch = Pitch(memory.voxel_m, memory.fine_m)
-    boxes = boxes_of_returns(*seen[:3], sensor.origin, pitch, scan.time_s)
+    boxes = boxes_of_returns(seen.points_m, radii, seen.size_m, sensor.origin, pitch, scan.time_s)
+    before = memory.seen_from or sensor
+    doubt = [
+        doubts(memory.boxes, nearest, sensor_at(lidar, turned, noise), before, raster, memory.rule)
+        for turned in turned_by(state, angle_rad)
+    ]
     remembering = replace(memory, seen_from=sensor, too_small=seen.too_small)
-    return remember(remembering, boxes, doubt, sensor.origin, scan.time_s, noise)
+    least = doubt[0] if len(doubt) == 1 else np.min(doubt, axis=0)
+    return remember(remembering, boxes, least, sensor.origin, scan.time_s, noise)
 
 
 def remember(

@@ -29,6 +29,7 @@ from clearway.sensors.passing import (
 )
 from clearway.sensors.remembered import Pitch, boxes_of_returns
 from clearway.sensors.standing import Standing
+from clearway.sensors.unsure import radii_unsure, turned_by
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation [3, 3] and translation [3]."""
@@ -169,30 +170,45 @@ def remembered_after(
     state: State,
     *,
     tolerance_m: float = 0.0,
+    angle_rad: float = 0.0,
     ground_m: float = -np.inf,
 ) -> PointMemory:
     """Memory of one sensor after a reading; see `update_memory`, which does it for a `Lidar`."""
     if isinstance(sensor, LidarSensor):
         return update_memory(
-            memory, sensor.lidar, scan, state, tolerance_m=tolerance_m, ground_m=ground_m
+            memory,
+            sensor.lidar,
+            scan,
+            state,
+            tolerance_m=tolerance_m,
+            angle_rad=angle_rad,
+            ground_m=ground_m,
         )
     noise = tolerance_m + 3.0 * sensor.sigma_m
     tolerance = noise + 0.5 * memory.voxel_m
     points, radii = sensor.returns(scan, state, memory.reach_m, ground_m)
-    passed = sensor.passes(scan, state, memory.position_m, memory.radius_m, tolerance)
+    points = read_only(np.reshape(points, (-1, 3)))
+    radii = np.asarray(radii, dtype=np.float64)
+    passed = np.all(
+        [
+            sensor.passes(scan, turned, memory.position_m, memory.radius_m, tolerance)
+            for turned in turned_by(state, angle_rad)
+        ],
+        axis=0,
+    )
     return remember(
         memory,
         boxes_of_returns(
-            read_only(np.reshape(points, (-1, 3))),
-            read_only(radii),
+            points,
+            radii_unsure(points, radii, state, angle_rad),
             # It answers for itself whether it would meet a ball of that size.
-            read_only(2.0 * np.asarray(radii)),
-            read_only(state.position_m),
+            2.0 * radii,
+            state.position_m,
             Pitch(memory.voxel_m, memory.fine_m),
             float(scan.time_s),
         ),
         memory.boxes.doubt + np.asarray(passed, dtype=np.float64) / memory.passes_to_clear,
-        read_only(state.position_m),
+        state.position_m,
         float(scan.time_s),
         noise,
     )

@@ -29,7 +29,7 @@ SHAPELESS = 0.05
 """The same of the centre, in half widths: no body is quite a ball, nor seen from afar."""
 
 
-class Frame(NamedTuple):
+class BeamFrame(NamedTuple):
     """A scan as its beams prove things."""
 
     time_s: float
@@ -42,7 +42,7 @@ class Frame(NamedTuple):
 class Sighting(NamedTuple):
     """A body in one scan, world frame."""
 
-    frame: Frame
+    frame: BeamFrame
     points_m: FloatArray
     """[n, 3] its returns."""
     mean_m: FloatArray
@@ -66,14 +66,14 @@ class Sighting(NamedTuple):
         return self.mean_m + DEPTH_OF_CENTER * radius_m * self.away
 
 
-def frame_of(lidar: Lidar, scan: Scan, state: State, sigmas: float) -> Frame:
+def frame_of(lidar: Lidar, scan: Scan, state: State, sigmas: float) -> BeamFrame:
     """The beams of a scan taken at `state`, which pass what they go on beyond for certain.
 
     sigmas: standard deviations of range and own position that certainty takes.
     """
     tolerance = sigmas * (lidar.sigma_m + state.position_std_m)
     raster = beam_raster(lidar.pattern)
-    return Frame(
+    return BeamFrame(
         scan.time_s,
         sensor_at(lidar, state, tolerance),
         raster,
@@ -82,7 +82,7 @@ def frame_of(lidar: Lidar, scan: Scan, state: State, sigmas: float) -> Frame:
 
 
 def sight_bodies(
-    frame: Frame,
+    frame: BeamFrame,
     lidar: Lidar,
     scan: Scan,
     state: State,
@@ -130,7 +130,7 @@ def sight_bodies(
     ]
 
 
-def share_passed(frame: Frame, sighting: Sighting) -> float:
+def share_passed(frame: BeamFrame, sighting: Sighting) -> float:
     """Share of a sighting's returns where the beams of another scan went on: where it was not."""
     count = len(sighting.points_m)
     passed = passed_through(
@@ -143,7 +143,7 @@ def share_passed(frame: Frame, sighting: Sighting) -> float:
     return float(passed.mean())
 
 
-def is_passed(frame: Frame, place_m: FloatArray, radius_m: float) -> bool:
+def is_passed(frame: BeamFrame, place_m: FloatArray, radius_m: float) -> bool:
     """Whether the beams of a scan go on beyond a ball there: it is gone."""
     sensor = frame.sensor._replace(tolerance=frame.sensor.tolerance + radius_m)
     passed = passed_through(

@@ -44,7 +44,7 @@ LOWERED, RAISED = 0.7, 1.2
 DOUBTED, BELIEVED = 0.3, 0.6
 """Shares of the trust at the start: below the first nobody believes, above the second again."""
 MOST_COMPARED = 10_000
-"""Returns of another sensor that a mover is looked for among."""
+"""Returns of another sensor that a dynamic object is looked for among."""
 SLACK = 0.3
 """Share of the margin by which places may be off, and by which a thing is wide."""
 

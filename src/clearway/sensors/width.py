@@ -36,7 +36,7 @@ def is_wide(nearest: FloatArray, known: Known, c: int, r: int) -> bool:
             known[c, r] = WIDE if known[c, r] == SPARSE else known[c, r]
         else:
             known[c, r] = NARROW
-    return known[c, r] != NARROW
+    return bool(known[c, r] != NARROW)
 
 
 @compiled
@@ -54,7 +54,7 @@ def _in_block(nearest: FloatArray, known: Known, c: int, r: int) -> bool:
                 high = max(max(nearest[c, r], nearest[c, b]), max(nearest[d, r], nearest[d, b]))
                 if high < np.inf and high - low <= ALIKE * low:
                     known[c, r] = BLOCK
-    return known[c, r] == BLOCK
+    return bool(known[c, r] == BLOCK)
 
 
 @compiled

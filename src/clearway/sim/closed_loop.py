@@ -13,6 +13,7 @@ from typing import Generic
 
 import numpy as np
 
+from clearway.base.errors import ClearwayError
 from clearway.live import Reading
 from clearway.live.mission import Progress, advanced
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -25,6 +26,7 @@ from clearway.sim.pilot import D, Pilot
 from clearway.sim.run import LoggedDecision, OnDecision, Run
 from clearway.sim.scripted import AirTraffic
 from clearway.sim.settings import SimulationSettings
+from clearway.sim.swept import swept_distance_m
 from clearway.vehicle.automaton import Movement
 
 
@@ -74,15 +76,13 @@ class _Flight(Generic[D]):
         limit = self._time_limit()
         self._move_traffic()
         decisions: list[LoggedDecision[D]] = []
-        queue: list[Movement] = []
         while not self._over and self.motion.now_s < limit:
             entry = self._decided(self._sense())
             if entry is not None:
                 decisions.append(entry)
-                queue = list(self.automaton.chain(entry.flight.movements))
                 if on_decision is not None:
                     on_decision(entry, self.progress)
-            self._fly(queue.pop(0))
+            self._fly(self._movement())
         return self._finished(decisions)
 
     @property
@@ -97,6 +97,13 @@ class _Flight(Generic[D]):
         state = self.motion.state
         error = self.state_rng.normal(0.0, 1.0, 3) * sigma
         measured = replace(state, position_m=state.position_m + error, position_std_m=sigma)
+        if settings.attitude_sigma_rad > 0.0:
+            turned = self.state_rng.normal(0.0, 1.0, 2) * settings.attitude_sigma_rad
+            measured = replace(
+                measured,
+                attitude_rad=state.attitude_rad + np.concatenate([[0.0], turned]),
+                attitude_std_rad=settings.attitude_sigma_rad,
+            )
         seen_from = self.motion.at(max(self.mission.start.time_s, now - settings.scan_latency_s))
         world = self._world_at(seen_from.time_s)
         scans = [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
@@ -119,6 +126,14 @@ class _Flight(Generic[D]):
         flight = self.system.decide(now)
         return LoggedDecision(flight, why, time.perf_counter() - started)
 
+    def _movement(self) -> Movement:
+        """What the pilot flies now."""
+        now = self.motion.now_s
+        movement = self.system.movement_at(now)
+        if movement is None:
+            raise ClearwayError(f"pilot: nothing to fly at {now:g} s, and no decision is due")
+        return movement
+
     def _world_at(self, time_s: float) -> World:
         """What stands still, and visible traffic where it was at a time."""
         bodies = self.traffic.bodies(time_s) if self.traffic is not None else []
@@ -136,17 +151,26 @@ class _Flight(Generic[D]):
             if self.crashed:
                 return
             state = self.motion.states[-1]
-            self.progress = advanced(self.mission, self.progress, state[:3], self.motion.now_s)
+            self.progress = advanced(
+                self.mission,
+                self.progress,
+                state[:3],
+                self.motion.now_s,
+                stays_level=self.automaton.stays_level,
+            )
             if self.progress.done(self.mission):
                 return
 
     def _hit(self) -> bool:
-        """Whether the vehicle is in an obstacle; looked up only where it can have come to one."""
-        before, now = self.motion.states[-2:]
-        self.free_m -= float(np.linalg.norm(now[:3] - before[:3]))
-        if self.free_m <= 0.0:
-            self.free_m = float(self.world.distance_m(now[None, :3])[0])
-        return self.free_m <= 0.0
+        """Whether the last step went through an obstacle; looked up only where it can have."""
+        step = np.array([state[:3] for state in self.motion.states[-2:]])
+        self.free_m -= float(np.linalg.norm(step[1] - step[0]))
+        if self.free_m > 0.0:
+            return False
+        if swept_distance_m(self.world, step, self.margin_m)[1] <= 0.0:
+            return True
+        self.free_m = float(self.world.distance_m(step[1:])[0])
+        return False
 
     def _time_limit(self) -> float:
         if self.settings.time_limit_s is not None:

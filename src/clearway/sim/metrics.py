@@ -11,6 +11,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.world import World
+from clearway.sim.swept import swept_distance_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,7 +20,8 @@ class IntruderDistances:
 
     names: tuple[str, ...]
     distance_m: FloatArray
-    """[intruders, n] at each time of the track; inf before an intruder appears."""
+    """[intruders, n] least since the time before, both flying straight between two times of the
+    track; inf before an intruder appears."""
     margin_m: FloatArray
     """[intruders] safety margin plus body radius (6.16)."""
 
@@ -56,7 +58,7 @@ class FlightMetrics:
     time_s: float
     path_length_m: float
     obstacle_distance_m: FloatArray
-    """[n] from the vehicle's centre to the nearest true surface, at each time of the track."""
+    """[n] least distance from the vehicle's centre to a true surface since the time before."""
     margin_violations: int
     """Episodes below the safety margin, of obstacles and of intruders."""
     tracking_m: FloatArray
@@ -88,7 +90,7 @@ def measure(
     """Metrics of a track: times [n], states [n, 6], and the nominal polyline [m, 3]."""
     position = np.ascontiguousarray(states[:, :3])
     steps = np.diff(position, axis=0)
-    distance = world.distance_m(position)
+    distance = swept_distance_m(world, position, safety_margin_m)
     return FlightMetrics(
         time_s=float(time_s[-1] - time_s[0]),
         path_length_m=float(np.linalg.norm(steps, axis=1).sum()),
@@ -109,16 +111,29 @@ def intruder_distances(
     tracks: Mapping[str, Sequence[tuple[float, FloatArray]]],
     margins_m: Mapping[str, float],
 ) -> IntruderDistances | None:
-    """Distances of a track, times [n] and positions [n, 3], to intruders at the same times."""
+    """Distances of a track, times [n] and positions [n, 3], to intruders, swept between times."""
     if not tracks:
         return None
     distance = np.full((len(tracks), len(time_s)), np.inf)
     for row, track in enumerate(tracks.values()):
         at = np.searchsorted(time_s, [time - 1e-9 for time, _ in track])
         places = np.array([place for _, place in track])
-        distance[row, at] = np.linalg.norm(places - positions_m[at], axis=1)
+        apart = places - positions_m[at]
+        distance[row, at] = np.linalg.norm(apart, axis=1)
+        distance[row, at[1:]] = np.minimum(distance[row, at[1:]], _least_between(apart))
     margins = np.array([margins_m[name] for name in tracks])
     return IntruderDistances(tuple(tracks), distance, margins)
+
+
+def _least_between(apart_m: FloatArray) -> FloatArray:
+    """[n - 1] least length of offsets [n, 3] that change evenly from one to the next."""
+    first, change = apart_m[:-1], np.diff(apart_m, axis=0)
+    squared = np.einsum("ij,ij->i", change, change)
+    towards = -np.einsum("ij,ij->i", first, change)
+    share = np.clip(
+        np.divide(towards, squared, out=np.zeros(len(squared)), where=squared > 0), 0, 1
+    )
+    return np.asarray(np.linalg.norm(first + share[:, None] * change, axis=1))
 
 
 def straight_distances(

@@ -11,6 +11,7 @@ from clearway.avoidance.planner import Planner
 from clearway.base.state import State
 from clearway.live import FlightDecision, Reading
 from clearway.live.mission import Mission, Mode
+from clearway.vehicle.automaton import Movement
 
 
 class Steering(Protocol):
@@ -76,6 +77,10 @@ class Pilot(Protocol[D]):
 
     def decide(self, now_s: float) -> D:
         """Decide for the present moment."""
+        ...
+
+    def movement_at(self, time_s: float) -> Movement | None:
+        """What to fly at a time, from the last decision on; None where nothing is decided."""
         ...
 
     def warm_up(self) -> None:

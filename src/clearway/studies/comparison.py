@@ -16,7 +16,7 @@ SetupOf = Callable[[int], FlightSetup]
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
+class ComparedFlight:
     """One planner's flight."""
 
     planner: str
@@ -24,7 +24,7 @@ class Flown:
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class PlannerStanding:
     """What one planner did, over all its flights."""
 
     planner: str
@@ -46,20 +46,22 @@ class Standing:
     decision_ms_p99: float
 
 
-def fly_all(setup_of: SetupOf, planners: Sequence[str], seeds: Sequence[int]) -> Iterator[Flown]:
+def fly_all(
+    setup_of: SetupOf, planners: Sequence[str], seeds: Sequence[int]
+) -> Iterator[ComparedFlight]:
     """Every planner with every seed, all planners of a seed before the next seed."""
     for seed in seeds:
         setup = setup_of(seed)
         for planner in planners:
-            yield Flown(planner, setup.fly_with(planner))
+            yield ComparedFlight(planner, setup.fly_with(planner))
 
 
-def standing(planner: str, runs: Sequence[Run[Steering]]) -> Standing:
+def standing(planner: str, runs: Sequence[Run[Steering]]) -> PlannerStanding:
     """Sums and averages of one planner's flights, at least one."""
     arrived = [run for run in runs if run.reached]
     elapsed = [entry.elapsed_s for run in runs for entry in run.decisions]
     decisions_ms = 1e3 * np.array(elapsed) if elapsed else np.full(1, np.nan)
-    return Standing(
+    return PlannerStanding(
         planner,
         flights=len(runs),
         reached=len(arrived),

@@ -157,6 +157,19 @@ class MovementAutomaton:
             return self.table.predict(state, movement.name, duration / movement.duration_s)
         return self.vehicle.advance(state, movement.inputs, duration)
 
+    def measured(self, steps: int = 1) -> MovementTable:
+        """Each movement flown once from level flight, as tables 4.1 and 4.2 were made."""
+        level = np.zeros(6)
+        return MovementTable.from_rows(
+            {
+                movement.name: [
+                    self.predict(level, movement, movement.duration_s * step / steps)
+                    for step in range(1, steps + 1)
+                ]
+                for movement in self.movements
+            }
+        )
+
     def allowed(
         self, state: npt.ArrayLike, movement: Movement, previous: Movement | None = None
     ) -> bool:
@@ -198,6 +211,30 @@ class MovementAutomaton:
             and movement.yaw_rate_rps
         ]
         return min(radii, default=float("inf"))
+
+    @cached_property
+    def _level_ends(self) -> FloatArray:
+        """[n, 6] where the movements end that may be flown from level flight."""
+        level = np.zeros(6)
+        ends = [self.predict(level, m) for m in self.movements if self.allowed(level, m)]
+        return np.array(ends).reshape(-1, 6)
+
+    @cached_property
+    def stays_level(self) -> bool:
+        """Whether no movement leads out of level flight: its height is not the vehicle's choice."""
+        return bool(np.all(np.abs(self._level_ends[:, 2:5]) <= PITCH_TOLERANCE_RAD))
+
+    @cached_property
+    def steepest_rad(self) -> float | None:
+        """Steepest way up or down: the pitch limit, or a movement that climbs steeper by itself.
+
+        None without a pitch limit.
+        """
+        if self.pitch_limit_rad is None:
+            return None
+        level_m = np.hypot(self._level_ends[:, 0], self._level_ends[:, 1])
+        climbs = np.arctan2(np.abs(self._level_ends[:, 2]), level_m)
+        return max(self.pitch_limit_rad, float(climbs.max(initial=0.0)))
 
     @cached_property
     def step_m(self) -> float:

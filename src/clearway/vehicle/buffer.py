@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
@@ -75,6 +75,17 @@ class MovementBuffer:
                 return entry.movement
         return None
 
+    def held_from(self, time_s: float, tolerance_s: float = TIME_TOLERANCE_S) -> Movement | None:
+        """The movement to hold from a time on: where two meet, the one that begins.
+
+        At the buffer's end that is still the last one; None outside the buffer.
+        """
+        for entry in self.entries:
+            if entry.start_s - tolerance_s <= time_s < entry.end_s - tolerance_s:
+                return entry.movement
+        at_end = bool(self.entries) and abs(time_s - self.end_s) <= tolerance_s
+        return self.entries[-1].movement if at_end else None
+
     def split(self, time_s: float) -> tuple[MovementBuffer, MovementBuffer]:
         """What is done by that time, and what is left; a movement under way is cut in two."""
         before: list[BufferedMovement] = []
@@ -99,6 +110,14 @@ class MovementBuffer:
             return self
         kept, _ = self.split(following.start_s)
         return MovementBuffer(kept.entries + following.entries)
+
+    def shifted(self, moved: Callable[[float], float]) -> MovementBuffer:
+        """The same movements by another clock."""
+        entries, at = [], moved(self.start_s)
+        for entry in self.entries:
+            entries.append(replace(entry, start_s=at))
+            at += entry.duration_s
+        return MovementBuffer(tuple(entries))
 
     def rollout(
         self, automaton: MovementAutomaton, state: npt.ArrayLike, step_s: float = 0.05

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
-
-if TYPE_CHECKING:
-    from clearway.vehicle.automaton import MovementAutomaton
 
 
 @dataclass(frozen=True)
@@ -48,20 +44,6 @@ class MovementTable:
                 raise ClearwayError(f"movement table, {name}: rows of six numbers are needed")
             offsets.append(tuple(tuple(float(value) for value in line) for line in array))
         return cls(tuple(rows), tuple(offsets))
-
-    @classmethod
-    def measure(cls, automaton: MovementAutomaton, steps: int = 1) -> MovementTable:
-        """Fly each movement once from level flight, as tables 4.1 and 4.2 were made."""
-        level = np.zeros(6)
-        return cls.from_rows(
-            {
-                movement.name: [
-                    automaton.predict(level, movement, movement.duration_s * step / steps)
-                    for step in range(1, steps + 1)
-                ]
-                for movement in automaton.movements
-            }
-        )
 
     def row(self, name: str) -> FloatArray:
         """[6] change of state by the whole movement."""

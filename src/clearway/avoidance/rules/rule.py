@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.avoidance.costs import Goal
-from clearway.avoidance.hazards import MovingHazards, no_movers
+from clearway.avoidance.hazards import MovingHazards, nothing_moving
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import BoolArray, IndexArray, IntArray, State
@@ -38,9 +38,9 @@ class RuleView:
     """[points, 3] the legs about now: where the last one began, the waypoint, the next one."""
     margin_m: float
     speed_mps: float
-    movers: MovingHazards = field(default_factory=no_movers)
+    moving: MovingHazards = field(default_factory=nothing_moving)
     """Intruders, in the grid frame."""
-    mover_names: tuple[str, ...] = ()
+    dynamic_object_names: tuple[str, ...] = ()
 
     @cached_property
     def world_from_grid(self) -> FloatArray:

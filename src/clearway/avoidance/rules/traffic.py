@@ -20,7 +20,7 @@ from clearway.base.state import BoolArray, IndexArray
 from clearway.reach.tree import ReachSet
 
 HEAD_ON_RAD = np.radians(20.0)
-"""Largest angle between a course and the reverse of the other's for a meeting head on."""
+"""Largest angle between a course and the reverse of the other's for a kind head on."""
 OVERTAKING_RAD = np.radians(70.0)
 """An aircraft overtakes while it comes from within this angle of the other's tail."""
 CONFLICT_MARGINS = 2.0
@@ -28,7 +28,7 @@ CONFLICT_MARGINS = 2.0
 SAME_HEADING_RAD = 1e-6
 
 
-class Meeting(StrEnum):
+class EncounterKind(StrEnum):
     """How two aircraft in conflict meet, seen from the own one."""
 
     HEAD_ON = "head on"
@@ -71,41 +71,47 @@ def right_of_way() -> Rule:
     def verdict(view: RuleView) -> Verdict | None:
         forbidden = np.zeros(view.reach_set.nodes, dtype=np.bool_)
         reasons = []
-        for index, meeting in meetings(view):
-            name = view.mover_names[index] if index < len(view.mover_names) else f"number {index}"
-            reasons.append(f"{name} {meeting}")
-            mover = _one(view.movers, index)
-            if meeting in (Meeting.HEAD_ON, Meeting.OVERTAKING):
-                aside = passed_on(view.reach_set, mover, _left_of(view))
+        for index, kind in encounter_kinds(view):
+            name = (
+                view.dynamic_object_names[index]
+                if index < len(view.dynamic_object_names)
+                else f"number {index}"
+            )
+            reasons.append(f"{name} {kind}")
+            moving = _one(view.moving, index)
+            if kind in (EncounterKind.HEAD_ON, EncounterKind.OVERTAKING):
+                aside = passed_on(view.reach_set, moving, _left_of(view))
                 forbidden |= aside < -0.1 * view.margin_m
-            elif meeting is Meeting.FROM_RIGHT:
-                forbidden |= crossings_ahead(view.reach_set, mover) > 0
+            elif kind is EncounterKind.FROM_RIGHT:
+                forbidden |= crossings_ahead(view.reach_set, moving) > 0
         return Verdict("; ".join(reasons), forbidden) if reasons else None
 
     return Rule("right of way", verdict)
 
 
-def meetings(view: RuleView) -> list[tuple[int, Meeting]]:
+def encounter_kinds(view: RuleView) -> list[tuple[int, EncounterKind]]:
     """Intruders in conflict with straight flight to the waypoint, and how each is met."""
-    movers, own = view.movers, view.speed_mps * view.course
+    moving, own = view.moving, view.speed_mps * view.course
     horizon_s = float(view.reach_set.end_time_s.max())
     found = []
-    for index, place in enumerate(movers.position_m):
-        closing = movers.velocity_mps[index] - own
+    for index, place in enumerate(moving.position_m):
+        closing = moving.velocity_mps[index] - own
         speed2 = float(closing @ closing)
         time_s = -float(place @ closing) / speed2 if speed2 > 0.0 else -1.0
         if not 0.0 < time_s <= horizon_s:
             continue
         miss = float(np.linalg.norm(place + time_s * closing))
-        reach = movers.radius_m[index] + movers.growth_mps[index] * time_s
+        reach = moving.radius_m[index] + moving.growth_mps[index] * time_s
         if miss <= reach + CONFLICT_MARGINS * view.margin_m:
-            meeting = _meeting(view, place, movers.velocity_mps[index])
-            if meeting is not None:
-                found.append((index, meeting))
+            kind = _encounter_kind(view, place, moving.velocity_mps[index])
+            if kind is not None:
+                found.append((index, kind))
     return found
 
 
-def _meeting(view: RuleView, place: FloatArray, velocity: FloatArray) -> Meeting | None:
+def _encounter_kind(
+    view: RuleView, place: FloatArray, velocity: FloatArray
+) -> EncounterKind | None:
     """How an intruder is met; none for one that does not move along."""
     ahead, left, up = view.course, _left_of(view), _up(view)
     level = velocity - (velocity @ up) * up
@@ -115,19 +121,19 @@ def _meeting(view: RuleView, place: FloatArray, velocity: FloatArray) -> Meeting
     along, across = float(level @ ahead) / speed, float(level @ left) / speed
     between = abs(np.arctan2(across, along))
     if between > np.pi - HEAD_ON_RAD and place @ ahead > 0.0:
-        return Meeting.HEAD_ON
+        return EncounterKind.HEAD_ON
     apart = place - (place @ up) * up
     distance = max(float(np.linalg.norm(apart)), 1e-9)
     from_tail = np.arccos(np.clip(apart @ level / (distance * speed), -1.0, 1.0))
     if from_tail < OVERTAKING_RAD and between < OVERTAKING_RAD:
-        return Meeting.OVERTAKING
+        return EncounterKind.OVERTAKING
     to_tail = np.arccos(np.clip(-apart @ ahead / distance, -1.0, 1.0))
     if to_tail < OVERTAKING_RAD and between < OVERTAKING_RAD:
-        return Meeting.OVERTAKEN
-    return Meeting.FROM_RIGHT if place @ left < 0.0 else Meeting.FROM_LEFT
+        return EncounterKind.OVERTAKEN
+    return EncounterKind.FROM_RIGHT if place @ left < 0.0 else EncounterKind.FROM_LEFT
 
 
-def passed_on(reach_set: ReachSet, mover: MovingHazards, left: FloatArray) -> FloatArray:
+def passed_on(reach_set: ReachSet, moving: MovingHazards, left: FloatArray) -> FloatArray:
     """[nodes] how far to the left one intruder is when the way to each node is closest to it.
 
     A way that ends before they meet is flown on straight. left: unit vector, grid frame.
@@ -136,8 +142,8 @@ def passed_on(reach_set: ReachSet, mover: MovingHazards, left: FloatArray) -> Fl
         reach_set.parent,
         reach_set.samples_m,
         reach_set.end_time_s,
-        mover.position_m[0],
-        mover.velocity_mps[0],
+        moving.position_m[0],
+        moving.velocity_mps[0],
         left,
     )
 
@@ -188,9 +194,9 @@ def _passed_on(
 
 def _near(view: RuleView, within_m: float) -> str:
     """Which intruders are near, in words; nothing if none is."""
-    distance = np.linalg.norm(view.movers.position_m, axis=1)
-    near = np.flatnonzero(distance - view.movers.radius_m <= within_m)
-    named = [view.mover_names[i] for i in near if i < len(view.mover_names)]
+    distance = np.linalg.norm(view.moving.position_m, axis=1)
+    near = np.flatnonzero(distance - view.moving.radius_m <= within_m)
+    named = [view.dynamic_object_names[i] for i in near if i < len(view.dynamic_object_names)]
     if not len(near):
         return ""
     return f"{len(near)} intruders near" if len(near) > 3 else f"near: {', '.join(named)}"
@@ -213,5 +219,5 @@ def _left_of(view: RuleView) -> FloatArray:
     return np.cross(_up(view), view.course)
 
 
-def _one(movers: MovingHazards, index: int) -> MovingHazards:
-    return MovingHazards(*(part[index : index + 1] for part in movers))
+def _one(moving: MovingHazards, index: int) -> MovingHazards:
+    return MovingHazards(*(part[index : index + 1] for part in moving))

@@ -55,7 +55,7 @@ class Transform(Foreign):
     translate: tuple[float, float, float]
 
 
-class Geometry(Foreign):
+class CityGeometry(Foreign):
     type: str
     lod: float = 1.0
     boundaries: tuple[Any, ...] = ()
@@ -63,7 +63,7 @@ class Geometry(Foreign):
 
 class CityObject(Foreign):
     type: str
-    geometry: tuple[Geometry, ...] = ()
+    geometry: tuple[CityGeometry, ...] = ()
 
 
 class Metadata(Foreign):

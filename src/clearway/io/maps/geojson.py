@@ -43,13 +43,13 @@ class Feature(Foreign):
     properties: dict[str, Any] | None = None
 
 
-class Named(Foreign):
+class NamedCrs(Foreign):
     properties: dict[str, Any]
 
 
 class Collection(Foreign):
     features: tuple[Feature, ...]
-    crs: Named | None = None
+    crs: NamedCrs | None = None
     """Of files older than RFC 7946; since then all are in WGS 84."""
 
 
@@ -99,7 +99,7 @@ def read_geojson(path: Path, data: Mapping[str, Any], radius_m: float) -> Parsed
     )
 
 
-def _check_crs(path: Path, crs: Named | None) -> None:
+def _check_crs(path: Path, crs: NamedCrs | None) -> None:
     name = "" if crs is None else str(crs.properties.get("name", ""))
     if name and not WGS84.search(name):
         raise InputError(

@@ -47,12 +47,12 @@ class Extent(Foreign):
     radius: float
 
 
-class Geometry(Foreign):
+class Ed318Geometry(Foreign):
     type: str
     coordinates: Any = None
     layer: Layer | None = None
     extent: Extent | None = None
-    geometries: tuple[Geometry, ...] = ()
+    geometries: tuple[Ed318Geometry, ...] = ()
 
 
 class Schedule(Foreign):
@@ -87,13 +87,13 @@ class Properties(Foreign):
     limitedApplicability: tuple[Applicability, ...] | None = None
 
 
-class Feature(Foreign):
-    geometry: Geometry
+class Ed318Feature(Foreign):
+    geometry: Ed318Geometry
     properties: Properties
 
 
 class Ed318(Foreign):
-    features: tuple[Feature, ...]
+    features: tuple[Ed318Feature, ...]
 
 
 def is_ed318(data: Mapping[str, Any]) -> bool:
@@ -164,7 +164,7 @@ def _name(properties: Properties) -> str:
     return next(iter(english + [text.text for text in properties.name]), properties.identifier)
 
 
-def _layers(geometry: Geometry, name: str) -> tuple[MapFeature, ...]:
+def _layers(geometry: Ed318Geometry, name: str) -> tuple[MapFeature, ...]:
     if geometry.type == "GeometryCollection":
         return tuple(one for part in geometry.geometries for one in _layers(part, name))
     layer = geometry.layer or Layer()

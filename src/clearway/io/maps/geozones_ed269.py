@@ -19,7 +19,7 @@ from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap, Polygon, 
 from clearway.io.toml import parse_model
 
 
-class Projection(Foreign):
+class Ed269Projection(Foreign):
     type: str
     coordinates: Any = None
     center: Any = None
@@ -34,7 +34,7 @@ class Volume(Foreign):
     lowerVerticalReference: Reference = "AGL"
     upperLimit: float | None = None
     upperVerticalReference: Reference = "AGL"
-    horizontalProjection: Projection
+    horizontalProjection: Ed269Projection
 
 
 class OldZone(Foreign):

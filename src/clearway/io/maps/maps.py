@@ -24,7 +24,7 @@ from clearway.io.maps.map_features import (
     Period,
     ZoneFeature,
 )
-from clearway.io.maps.placing import Bounds, Place, Tally, place_features, place_floor
+from clearway.io.maps.placing import Bounds, Place, PlacingTally, place_features, place_floor
 from clearway.io.what_file import reader_of, refuse_others
 from clearway.obstacles.obstacle import Obstacle
 
@@ -156,7 +156,7 @@ def _places(feature: MapFeature) -> FloatArray:
 
 
 def _placed(source: str, parsed: ParsedMap, place: Place) -> MapFile:
-    tally = Tally()
+    tally = PlacingTally()
     obstacles = place_features(parsed.features, place, tally)
     zones = []
     for zone in parsed.zones:

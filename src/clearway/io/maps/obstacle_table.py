@@ -47,7 +47,7 @@ class Column(NamedTuple):
     """Whether its name says the unit."""
 
 
-class Row(NamedTuple):
+class ObstacleRow(NamedTuple):
     """The numbers of one row, as far as the table has them."""
 
     values: dict[str, float]
@@ -135,7 +135,7 @@ def _columns(path: Path, line: int, header: list[str]) -> dict[str, Column]:
     return columns
 
 
-def _row(line: int, row: list[str], columns: Mapping[str, Column], width: int) -> Row:
+def _row(line: int, row: list[str], columns: Mapping[str, Column], width: int) -> ObstacleRow:
     if len(row) < width:
         raise ValueError(f"{len(row)} of {width} columns: truncated?")
     values = {}
@@ -159,10 +159,10 @@ def _row(line: int, row: list[str], columns: Mapping[str, Column], width: int) -
     if values.get("radius", 1.0) <= 0.0:
         raise ValueError(f"radius {values['radius']:g} is not above 0")
     names = [row[columns[key].place].strip() for key in ("name", "id") if key in columns]
-    return Row(values, next((name for name in names if name), f"line {line}"))
+    return ObstacleRow(values, next((name for name in names if name), f"line {line}"))
 
 
-def _feature(row: Row, radius_m: float) -> MapFeature:
+def _feature(row: ObstacleRow, radius_m: float) -> MapFeature:
     values = row.values
     outline = Disc(values["latitude"], values["longitude"], values.get("radius", radius_m))
     if "top" not in values:

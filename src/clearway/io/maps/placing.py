@@ -28,7 +28,7 @@ Bounds = tuple[FloatArray, FloatArray]
 
 
 @dataclass(slots=True)
-class Tally:
+class PlacingTally:
     """What placing adds to a file's account."""
 
     left_out: Counter[str] = field(default_factory=Counter)
@@ -89,7 +89,9 @@ class Place:
         return bool(np.all(high_m >= self.bounds_m[0]) and np.all(low_m <= self.bounds_m[1]))
 
 
-def place_features(features: Iterable[MapFeature], place: Place, tally: Tally) -> list[Obstacle]:
+def place_features(
+    features: Iterable[MapFeature], place: Place, tally: PlacingTally
+) -> list[Obstacle]:
     """Cuboids that hold the features, in the frame of the place; the tally counts the rest."""
     obstacles: list[Obstacle] = []
     for feature in features:
@@ -142,7 +144,9 @@ def place_floor(terrain: Terrain, place: Place) -> tuple[list[Obstacle], tuple[s
     )
 
 
-def _boxes(covered: Cover, span_m: tuple[float, float], name: str, tally: Tally) -> list[Obstacle]:
+def _boxes(
+    covered: Cover, span_m: tuple[float, float], name: str, tally: PlacingTally
+) -> list[Obstacle]:
     if not covered.rectangles:
         tally.left_out["outline without an area"] += 1
         return []
@@ -169,7 +173,7 @@ def _box(
 
 
 def _heights(
-    feature: MapFeature, ring: FloatArray, place: Place, tally: Tally
+    feature: MapFeature, ring: FloatArray, place: Place, tally: PlacingTally
 ) -> tuple[float, float]:
     """Lower and upper limit above sea level; over uneven ground, from its lowest to its highest."""
     ground: tuple[float, float] | None = None

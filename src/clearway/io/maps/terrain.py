@@ -20,7 +20,7 @@ FINEST_RELIEF_M = 1.0
 """Blocks in which the ground varies by less are not halved."""
 
 
-class Block(NamedTuple):
+class TerrainBlock(NamedTuple):
     """Samples under one top."""
 
     rows: tuple[int, int]
@@ -62,9 +62,9 @@ class Terrain:
 
     def extent(self) -> FloatArray:
         """[4, 2] latitude, longitude of the whole raster's corners."""
-        return self.corners(Block((0, len(self.y)), (0, len(self.x)), 0.0, 0.0))
+        return self.corners(TerrainBlock((0, len(self.y)), (0, len(self.x)), 0.0, 0.0))
 
-    def corners(self, block: Block) -> FloatArray:
+    def corners(self, block: TerrainBlock) -> FloatArray:
         """[4, 2] latitude, longitude of a block, half a sample wider than its samples."""
         (row, last_row), (column, last_column) = block.rows, block.columns
         half_x, half_y = 0.5 * (self.x[1] - self.x[0]), 0.5 * (self.y[1] - self.y[0])
@@ -73,7 +73,7 @@ class Terrain:
         corners = np.array([[west, south], [east, south], [east, north], [west, north]])
         return self.place.latitude_longitude(corners)
 
-    def floor(self, box: FloatArray | None) -> tuple[list[Block], float]:
+    def floor(self, box: FloatArray | None) -> tuple[list[TerrainBlock], float]:
         """Blocks that hold the ground, and their mean lift above it in metres.
 
         box: places [n, 2] latitude, longitude around which a floor is wanted; None wants it all.
@@ -118,19 +118,19 @@ def _highest_around(heights: FloatArray) -> FloatArray:
 
 def _halved(
     heights: FloatArray, highest: FloatArray, rows: tuple[int, int], columns: tuple[int, int]
-) -> list[Block]:
+) -> list[TerrainBlock]:
     """Blocks of little relief: the one with most is halved along its longer side, again and again.
 
     It ends where the ground varies little in every block, or the blocks are many.
     """
-    heap: list[tuple[float, Block]] = []
+    heap: list[tuple[float, TerrainBlock]] = []
 
     def add(rows: tuple[int, int], columns: tuple[int, int]) -> None:
         inside = np.s_[rows[0] : rows[1], columns[0] : columns[1]]
         known = heights[inside][~np.isnan(heights[inside])]
         if len(known):
             relief = float(known.max() - known.min())
-            block = Block(rows, columns, float(np.nanmax(highest[inside])), relief)
+            block = TerrainBlock(rows, columns, float(np.nanmax(highest[inside])), relief)
             heapq.heappush(heap, (-relief, block))
 
     add(rows, columns)
@@ -148,7 +148,7 @@ def _halved(
     return [block for _, block in heap]
 
 
-def _lift(heights: FloatArray, blocks: list[Block]) -> float:
+def _lift(heights: FloatArray, blocks: list[TerrainBlock]) -> float:
     """Mean of how far block tops lie above their samples."""
     total, count = 0.0, 0
     for block in blocks:

@@ -16,7 +16,7 @@ import numpy as np
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.io.maps.map_features import Disc, Geodetic, Height, MapFeature, Polygon
-from clearway.io.maps.placing import MOST_APART_M, Place, Tally, around_disc, place_features
+from clearway.io.maps.placing import MOST_APART_M, Place, PlacingTally, around_disc, place_features
 from clearway.io.maps.rectangles import shapely_or_refuse
 from clearway.io.plans.plan_items import Item
 from clearway.obstacles.obstacle import Obstacle
@@ -223,7 +223,7 @@ def _fence_volumes(plan: FlightPlan) -> list[Obstacle]:
         for fence in plan.fences
         if not fence.inclusion
     ]
-    volumes = place_features(outside, Place(plan.home), Tally()) if outside else []
+    volumes = place_features(outside, Place(plan.home), PlacingTally()) if outside else []
     for fence in plan.fences:
         if fence.inclusion:
             volumes += _walls(fence.name, _ring(fence.outline, plan.home))

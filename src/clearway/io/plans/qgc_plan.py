@@ -69,8 +69,8 @@ class RallyPoints(Foreign):
     points: tuple[tuple[float, float, float], ...] = ()
 
 
-class Plan(Foreign):
-    fileType: Literal["Plan"]
+class QgcPlan(Foreign):
+    fileType: Literal["QgcPlan"]
     mission: PlanMission
     geoFence: GeoFence = GeoFence()
     rallyPoints: RallyPoints = RallyPoints()
@@ -78,7 +78,7 @@ class Plan(Foreign):
 
 def read_plan(path: Path) -> FlightPlan:
     """The plan in a file; InputError with everything in it that cannot be used."""
-    plan = parse_model(str(path), read_json(path), Plan)
+    plan = parse_model(str(path), read_json(path), QgcPlan)
     mission, items = plan.mission, ItemsRead()
     speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
     for place, entry in _simple("mission.items", mission.items, items.left_out):
@@ -134,7 +134,7 @@ def _frame_and_position(entry: PlanItem) -> tuple[int, Position]:
 
 
 def _places(
-    plan: Plan, problems: list[str]
+    plan: QgcPlan, problems: list[str]
 ) -> tuple[Geodetic, tuple[Geodetic, ...], tuple[Fence, ...]]:
     """Home, rally points and fences; problems are added to the list."""
 

@@ -23,7 +23,7 @@ MOST_RAD = 1e6
 PLACE, QUATERNION, ANGLES = ("x", "y", "z"), ("qw", "qx", "qy", "qz"), ("roll", "pitch", "yaw")
 
 
-class Columns(NamedTuple):
+class PoseColumns(NamedTuple):
     """Where a pose stands in a row."""
 
     time: int
@@ -51,12 +51,12 @@ def _quaternions(angles_rad: FloatArray) -> FloatArray:
     return quaternions
 
 
-TUM = Columns(0, [1, 2, 3], [7, 4, 5, 6], False)
-TABLE = Columns(0, [1, 2, 3], [4, 5, 6], False)
+TUM = PoseColumns(0, [1, 2, 3], [7, 4, 5, 6], False)
+TABLE = PoseColumns(0, [1, 2, 3], [4, 5, 6], False)
 """Where there is no header: time, x, y, z, and x, y, z, w, or roll, pitch, yaw in degrees."""
 
 
-def columns_of(header: str) -> Columns | None:
+def columns_of(header: str) -> PoseColumns | None:
     """The columns that a header names; None where it does not name a whole pose."""
     found: dict[str, int] = {}
     units: dict[str, str] = {}
@@ -71,7 +71,7 @@ def columns_of(header: str) -> Columns | None:
     if turn is None or not {"time", *PLACE} <= found.keys():
         return None
     radians = units[turn[-1]].startswith("rad")
-    return Columns(found["time"], [found[n] for n in PLACE], [found[n] for n in turn], radians)
+    return PoseColumns(found["time"], [found[n] for n in PLACE], [found[n] for n in turn], radians)
 
 
 def words_of(line: str) -> list[str]:

@@ -13,7 +13,7 @@ from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.base.state import State
 from clearway.io.foreign import is_number, read_text, unended
 from clearway.io.moments import second_of
-from clearway.io.poses.pose_columns import TABLE, TUM, Columns, columns_of
+from clearway.io.poses.pose_columns import TABLE, TUM, PoseColumns, columns_of
 from clearway.io.poses.pose_track import PoseTrack, pose_track
 
 PoseAt = Callable[[int, float], State | None]
@@ -32,7 +32,7 @@ class Poses(NamedTuple):
 KITTI = 12
 """Values a line."""
 SHAPE_OF = {KITTI: None, 8: TUM, 7: TABLE}
-"""Columns of files without a header, by the number of values."""
+"""PoseColumns of files without a header, by the number of values."""
 MOST_SKEW = 0.01
 """A rotation times its transpose is one, but for the digits that are written."""
 SHAPES = (
@@ -74,11 +74,11 @@ def _of_track(track: PoseTrack) -> Poses:
     return Poses(lambda _, time_s: track.at(time_s), span, track.notes)
 
 
-def _numbers(path: Path, text: str) -> tuple[Columns | None, FloatArray]:
-    """Columns, None for KITTI's, and [n, values] of all lines but comments and a header."""
+def _numbers(path: Path, text: str) -> tuple[PoseColumns | None, FloatArray]:
+    """PoseColumns, None for KITTI's, and [n, values] of all lines but comments and a header."""
     rows: list[list[float]] = []
     problems = []
-    header: Columns | None = None
+    header: PoseColumns | None = None
     for place, line in enumerate(text.splitlines(), start=1):
         words = line.split("#")[0].replace(",", " ").replace(";", " ").split()
         if not words or (not rows and not is_number(words[0])):
@@ -98,7 +98,7 @@ def _numbers(path: Path, text: str) -> tuple[Columns | None, FloatArray]:
     return header or SHAPE_OF[len(rows[0])], np.array(rows)
 
 
-def _fits(count: int, header: Columns | None) -> bool:
+def _fits(count: int, header: PoseColumns | None) -> bool:
     """Whether a row of so many values can hold a pose."""
     if header is None:
         return count in SHAPE_OF

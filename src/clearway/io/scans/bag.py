@@ -1,20 +1,11 @@
-"""Robot recordings: ROS 1 bags, ROS 2 bags and MCAP files, as topics and serialised messages.
-
-rosbags reads the bags and decodes the messages, mcap the MCAP files. Only what is asked for is
-decoded, and only when it is asked for.
-"""
+"""A robot recording as one value, whichever way it is stored, and the types of its messages."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
-
-from clearway.base.errors import InputError, MissingExtraError
-from clearway.io.foreign_errors import damage_told
 
 METADATA = "metadata.yaml"
 VELODYNE_PACKET = "builtin_interfaces/Time stamp\nuint8[1206] data"
@@ -62,25 +53,6 @@ class Bag:
     decoded: Callable[[RawMessage], Any]
 
 
-@contextmanager
-def open_bag(path: Path) -> Iterator[Bag]:
-    """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap.
-
-    Raises MissingExtraError without the packages of [lidar], InputError where it is damaged.
-    """
-    try:
-        import mcap.reader  # noqa: F401
-        import rosbags.highlevel  # noqa: F401
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {path}", "lidar") from cause
-    from clearway.io.scans.bag_files import open_files, without_metadata
-    from clearway.io.scans.bag_mcap import open_mcap
-
-    opened = open_files if without_metadata(path) else _open_rosbag
-    with (open_mcap if path.suffix.lower() == ".mcap" else opened)(path) as bag:
-        yield bag
-
-
 @cache
 def library_complaints() -> tuple[type[Exception], ...]:
     """What rosbags, mcap and zstandard raise besides Python's own errors."""
@@ -101,52 +73,6 @@ def library_complaints() -> tuple[type[Exception], ...]:
         McapError,
         ZstdError,
     )
-
-
-@contextmanager
-def _open_rosbag(path: Path) -> Iterator[Bag]:
-    from rosbags.highlevel import AnyReader
-
-    is_ros1 = path.suffix.lower() == ".bag" and not path.is_dir()
-    kind = "ROS 1 bag" if is_ros1 else "ROS 2 bag"
-    place = path if is_ros1 or path.is_dir() else path.parent
-    own = library_complaints()
-    with ExitStack() as stack:
-        with damage_told(path, kind, own):
-            reader = AnyReader([place], default_typestore=ros2_types())
-            stack.callback(_close, reader)  # its own way out leaves files open after a failure
-            reader.open()
-            topics = merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
-
-        def messages(names: Sequence[str]) -> Iterator[RawMessage]:
-            wanted = [c for c in reader.connections if c.topic in names]
-            promised, found = sum(c.msgcount for c in wanted), 0
-            with damage_told(path, kind, own):
-                for connection, logged_ns, raw in reader.messages(wanted) if wanted else ():
-                    found += 1
-                    yield RawMessage(
-                        connection.topic,
-                        connection.msgtype,
-                        logged_ns * NANOSECOND_S,
-                        bytes(raw),
-                        not is_ros1,
-                    )
-            if found < promised:
-                raise InputError(
-                    str(path), f"truncated: {promised} messages promised, {found} found"
-                )
-
-        def decoded(message: RawMessage) -> Any:
-            with damage_told(path, f"message of {message.topic} ({message.type})", own):
-                return reader.deserialize(message.raw, message.type)
-
-        yield Bag(kind, topics, messages, decoded)
-
-
-def _close(reader: Any) -> None:
-    for one in reader.readers:
-        with suppress(AssertionError, *library_complaints()):
-            one.close()
 
 
 @cache

@@ -9,7 +9,7 @@ from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.bag_poses import BagPoses, poses_of_bag
-from clearway.io.scans.bag import Bag, RawMessage, Topic, open_bag
+from clearway.io.scans.bag import Bag, RawMessage, Topic
 from clearway.io.scans.cloud_message import (
     Header,
     points_of_cloud,
@@ -17,6 +17,7 @@ from clearway.io.scans.cloud_message import (
     points_of_voxels,
     read_header,
 )
+from clearway.io.scans.open_bag import open_bag
 from clearway.io.scans.pointcloud import PointCloud, cleaned
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.io.scans.velodyne import VelodyneDecoder

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.errors import InputError, naming
+from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
-from clearway.io.what_file import reader_of
 from clearway.sensors import BeamPattern
 
 SCAN_LIMIT_M = 5_000.0
@@ -46,108 +44,6 @@ class PointCloud:
     """Beams of the sensor where the file says which it is."""
     complete: bool = True
     """False where parts of the sweep were lost; `pattern` has only the beams that came."""
-
-
-Reader = Callable[[Path], PointCloud]
-
-
-def _read_pcd(path: Path) -> PointCloud:
-    from clearway.io.scans.pcd import read_pcd
-
-    return read_pcd(path)
-
-
-def _read_ply(path: Path) -> PointCloud:
-    from clearway.io.scans.ply import read_ply
-
-    return read_ply(path)
-
-
-def _read_las(path: Path) -> PointCloud:
-    from clearway.io.scans.las import read_las
-
-    return read_las(path)
-
-
-def _read_table(path: Path) -> PointCloud:
-    from clearway.io.scans.point_table import read_point_table
-
-    return read_point_table(path)
-
-
-def _read_bin(path: Path) -> PointCloud:
-    from clearway.io.scans.kitti import read_bin
-
-    return read_bin(path)
-
-
-def _read_first(path: Path) -> PointCloud:
-    from clearway.io.scans.sequences import first_cloud
-
-    return first_cloud(path)
-
-
-def _read_npy(path: Path) -> PointCloud:
-    from clearway.io.scans.point_table import read_npy
-
-    return read_npy(path)
-
-
-READERS: Mapping[str, Reader] = {
-    ".pcd": _read_pcd,
-    ".ply": _read_ply,
-    ".las": _read_las,
-    ".laz": _read_las,
-    ".csv": _read_table,
-    ".xyz": _read_table,
-    ".txt": _read_table,
-    ".npy": _read_npy,
-    ".bin": _read_bin,
-    ".bag": _read_first,
-    ".db3": _read_first,
-    ".mcap": _read_first,
-    ".pcap": _read_first,
-}
-MAGIC = {
-    b"LASF": ".las or .laz",
-    b"\x93NUMPY": ".npy",
-    b"# .PCD": ".pcd",
-    b"VERSION": ".pcd",
-    b"ply\n": ".ply",
-    b"ply\r": ".ply",
-    b"#ROSBAG": ".bag",
-    b"SQLite format 3": ".db3",
-    b"\x89MCAP": ".mcap",
-}
-
-
-def read_points(path: str | Path) -> PointCloud:
-    """Read a point cloud of any known format, of recordings the first; the suffix tells which.
-
-    Points that are not finite are left out and counted. Raises InputError when the file is absent,
-    empty, truncated, of another format than its suffix says, without points, or too wide to be in
-    metres; MissingExtraError when the package that reads the format is not installed.
-    """
-    path = Path(path)
-    reader = reader_of(path, READERS, "point cloud")
-    check_start(path)
-    return with_points(cleaned(reader(path)))
-
-
-def check_start(path: Path) -> None:
-    """Refuse files that cannot be opened, are empty, or begin like another format."""
-    reader = READERS[path.suffix.lower()]
-    with naming(path, "read"), path.open("rb") as file:
-        start = file.read(16)
-    if not start:
-        raise InputError(str(path), "the file is empty (0 bytes)")
-    for magic, suffix in MAGIC.items():
-        if start.startswith(magic) and READERS[suffix.split()[0]] is not reader:
-            raise InputError(
-                str(path),
-                f"suffix {path.suffix!r}, but the content is of another format: "
-                f"its first bytes are {magic!r}, which belong to {suffix}",
-            )
 
 
 def cleaned(cloud: PointCloud) -> PointCloud:

@@ -9,10 +9,13 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.io.foreign import read_text
-from clearway.io.scans.pointcloud import READERS, PointCloud, check_start, cleaned
+from clearway.io.scans.scan_formats import FORMATS, read_cloud
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
 
-SCAN_SUFFIXES = (".bin", ".pcd", ".ply", ".npy", ".csv", ".xyz", ".las", ".laz")
+SCAN_SUFFIXES = tuple(
+    suffix for one in FORMATS if one.cloud for suffix in one.suffixes if suffix != ".txt"
+)
+"""Those of files of one cloud; a .txt beside scans tells their times or poses."""
 PERIOD_S = 0.1
 """Between scans whose times nobody tells: most LiDARs turn ten times a second."""
 TIME_FILES = ("times.txt", "timestamps.txt")
@@ -50,16 +53,11 @@ def folder_scans(path: Path) -> ScanSequence:
 
     def scans() -> Iterator[TimedScan]:
         for index, (file, time_s) in enumerate(zip(files, times, strict=True)):
-            yield TimedScan(index, time_s, None, lambda file=file: _read(file))  # type: ignore[misc]
+            yield TimedScan(index, time_s, None, lambda file=file: read_cloud(file))  # type: ignore[misc]
 
     return ScanSequence(
         str(path), f"folder of {len(files)} {suffix}", scans, notes=(f"{path}: {note}",)
     )
-
-
-def _read(file: Path) -> PointCloud:
-    check_start(file)
-    return cleaned(READERS[file.suffix.lower()](file))
 
 
 def _number(file: Path) -> str:

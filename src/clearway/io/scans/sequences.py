@@ -9,12 +9,11 @@ from pathlib import Path
 from clearway.base.errors import InputError
 from clearway.io.scans.bag import METADATA
 from clearway.io.scans.bag_files import SUFFIXES as BAG_FILES
-from clearway.io.scans.pointcloud import READERS, PointCloud, check_start, read_points
-from clearway.io.scans.scan_folder import SCAN_SUFFIXES
+from clearway.io.scans.bag_scans import bag_scans
+from clearway.io.scans.scan_folder import SCAN_SUFFIXES, folder_scans
+from clearway.io.scans.scan_formats import BY_SUFFIX, check_start, format_of, read_points
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
 from clearway.io.what_file import refuse_others, what_file
-
-BAGS = (".bag", ".db3", ".mcap")
 
 
 def open_scans(
@@ -27,7 +26,10 @@ def open_scans(
     cannot be read or an option does not belong to it, and MissingExtraError.
     """
     path = Path(path)
-    is_bag = path.suffix.lower() in BAGS or (path.is_dir() and _is_bag_folder(path))
+    if path.is_dir():
+        is_bag = _is_bag_folder(path)
+    else:
+        is_bag = path.suffix.lower() in BY_SUFFIX and format_of(path).topics
     if topic is not None and not is_bag:
         raise InputError(str(path), f"topic {topic!r}: only bags and MCAP files have topics")
     if poses is None:
@@ -49,33 +51,21 @@ def _is_bag_folder(path: Path) -> bool:
 
 
 def _opened(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> ScanSequence:
-    if is_bag:
-        from clearway.io.scans.bag_scans import bag_scans
-
-        if not path.is_dir():
-            check_start(path)
-        return bag_scans(path, topic, poses)
-    if path.suffix.lower() == ".pcap":
-        from clearway.io.scans.ouster import ouster_scans
-
-        check_start(path)
-        return ouster_scans(path)
     if path.is_dir():
-        from clearway.io.scans.scan_folder import folder_scans
-
-        return folder_scans(path)
-    return _single(path)
+        return bag_scans(path, topic, poses) if is_bag else folder_scans(path)
+    if path.suffix.lower() not in BY_SUFFIX:
+        raise InputError(
+            str(path),
+            f"suffix {path.suffix or '(none)'!r} is no known scan; valid suffixes: "
+            f"{', '.join(BY_SUFFIX)}, or a folder" + what_file(path),
+        )
+    check_start(path)
+    one = format_of(path)
+    return _single(path) if one.scans is None else one.scans(path, topic, poses)
 
 
 def _single(path: Path) -> ScanSequence:
     """A file that holds one scan."""
-    if path.suffix.lower() not in READERS:
-        raise InputError(
-            str(path),
-            f"suffix {path.suffix or '(none)'!r} is no known scan; valid suffixes: "
-            f"{', '.join(READERS)}, or a folder" + what_file(path),
-        )
-    check_start(path)
     refuse_others(path, "assess")
 
     def scans() -> Iterator[TimedScan]:
@@ -96,10 +86,3 @@ def _with_poses(sequence: ScanSequence, file: Path) -> ScanSequence:
 
     notes = (*sequence.notes, *poses.notes)
     return replace(sequence, scans=scans, notes=notes, poses=poses.span)
-
-
-def first_cloud(path: Path) -> PointCloud:
-    """The points of the first scan of a recording; InputError where it has none."""
-    for scan in open_scans(path):
-        return scan.read()
-    raise InputError(str(path), "no scan in it")

@@ -58,7 +58,7 @@ UNKNOWN_MOTION: Motion = (None, None, None)
 
 
 @dataclass(slots=True)
-class _Known:
+class _ModeSAircraft:
     """What an aircraft has told between its positions."""
 
     heard: int = 0
@@ -83,7 +83,7 @@ def decode_frames(frames: Frames, sieve: Sieve) -> None:
     except ImportError as cause:
         raise MissingExtraError(f"decoding Mode S of {sieve.source}", "adsb") from cause
     kinds = _kinds(frames.frames)
-    known: dict[str, _Known] = defaultdict(_Known)
+    known: dict[str, _ModeSAircraft] = defaultdict(_ModeSAircraft)
     _count_what_is_not_decoded(frames, kinds, known, sieve)
     order = np.argsort(np.array(frames.times_s), kind="stable")
     order = order[kinds[order] == TELLING]
@@ -101,7 +101,7 @@ def decode_frames(frames: Frames, sieve: Sieve) -> None:
 
 
 def _count_what_is_not_decoded(
-    frames: Frames, kinds: IntArray, known: dict[str, _Known], sieve: Sieve
+    frames: Frames, kinds: IntArray, known: dict[str, _ModeSAircraft], sieve: Sieve
 ) -> None:
     """Frames that tell at most an address; `known` grows by whom they are from."""
     for what, kind in ((CHECKSUM, WRONG), (NOT_KNOWN, UNKNOWN)):
@@ -121,7 +121,7 @@ def _count_what_is_not_decoded(
                 known[_sender(frames.frames[at])[0]].heard += 1
 
 
-def _take(message: dict[str, Any], known: dict[str, _Known], sieve: Sieve) -> str:
+def _take(message: dict[str, Any], known: dict[str, _ModeSAircraft], sieve: Sieve) -> str:
     """What a decoded squitter is of use for; empty where it is a report, or left out."""
     if message["df"] == "17":
         address, source = message["icao24"], ADSB
@@ -140,7 +140,7 @@ def _take(message: dict[str, Any], known: dict[str, _Known], sieve: Sieve) -> st
     return "identification"
 
 
-def _remember_velocity(message: dict[str, Any], mine: _Known) -> None:
+def _remember_velocity(message: dict[str, Any], mine: _ModeSAircraft) -> None:
     mine.motion_s = message["timestamp"]
     mine.motion = _motion(message)
     offset_ft = message.get("geo_minus_baro")
@@ -159,7 +159,7 @@ def _motion(message: dict[str, Any]) -> Motion:
 
 
 def _take_position(
-    message: dict[str, Any], address: str, source: Source, mine: _Known, sieve: Sieve
+    message: dict[str, Any], address: str, source: Source, mine: _ModeSAircraft, sieve: Sieve
 ) -> None:
     on_ground = message["bds"] == "06"
     latitude, longitude = message.get("latitude"), message.get("longitude")
@@ -179,7 +179,7 @@ def _take_position(
     )
 
 
-def _altitude(message: dict[str, Any], offset: _Known | None) -> Altitude:
+def _altitude(message: dict[str, Any], offset: _ModeSAircraft | None) -> Altitude:
     """Altitude, its kind, and the geometric altitude; with the offset where it is fresh."""
     altitude_ft = message.get("altitude")
     if altitude_ft is None:

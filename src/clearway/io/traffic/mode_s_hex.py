@@ -21,7 +21,7 @@ FIRST_LINES = 50
 """In which the columns are looked for."""
 
 
-class Columns(NamedTuple):
+class MessageColumns(NamedTuple):
     """Where a row has its time and its message."""
 
     time: int
@@ -37,7 +37,7 @@ def read_hex(source: str, content: bytes) -> TrafficRecording:
     """
     sieve, frames = Sieve(source), Frames()
     lines = table_lines(content)
-    columns = columns_of(lines) or Columns(0, 1)
+    columns = columns_of(lines) or MessageColumns(0, 1)
     for place, line in enumerate(lines, start=1):
         try:
             frames.add(*_parsed(line, columns))
@@ -76,7 +76,7 @@ def table_lines(content: bytes) -> list[str]:
     return lines
 
 
-def columns_of(lines: list[str]) -> Columns | None:
+def columns_of(lines: list[str]) -> MessageColumns | None:
     """The columns of the first row that has a message and a time; None where there is none."""
     header: list[str] = []
     for line in lines[:FIRST_LINES]:
@@ -88,7 +88,7 @@ def columns_of(lines: list[str]) -> Columns | None:
         times = [n for n, word in enumerate(words) if n != message and _is_time(word)]
         named = [n for n in times if n < len(header) and re.search("time|stamp", header[n])]
         if times:
-            return Columns((named or times)[0], message)
+            return MessageColumns((named or times)[0], message)
     return None
 
 
@@ -105,7 +105,7 @@ def frame_of(digits: str) -> bytes:
     return message
 
 
-def _parsed(line: str, columns: Columns) -> tuple[float, bytes]:
+def _parsed(line: str, columns: MessageColumns) -> tuple[float, bytes]:
     """Time and message of a row; raises ValueError with the reason if it is none."""
     words = line.split(",")
     if len(words) <= max(columns):

@@ -31,7 +31,7 @@ OTHER = {"SEL": "selection", "ID": "new callsign", "AIR": "new aircraft", "STA":
 
 
 @dataclass(slots=True)
-class _Known:
+class _SbsAircraft:
     """What an aircraft has told between its positions."""
 
     callsign: str = ""
@@ -47,7 +47,7 @@ def read_sbs(source: str, content: bytes) -> TrafficRecording:
     """
     sieve = Sieve(source)
     sieve.notes.append("times have no zone in the file: taken as UTC")
-    known: dict[str, _Known] = defaultdict(_Known)
+    known: dict[str, _SbsAircraft] = defaultdict(_SbsAircraft)
     lines = content.decode("ascii", "replace").splitlines()
     for place, row in enumerate(csv.reader(lines), start=1):
         if not row:
@@ -63,7 +63,7 @@ def read_sbs(source: str, content: bytes) -> TrafficRecording:
     return sieve.recording(FORM)
 
 
-def _take(row: list[str], place: str, known: dict[str, _Known], sieve: Sieve) -> None:
+def _take(row: list[str], place: str, known: dict[str, _SbsAircraft], sieve: Sieve) -> None:
     try:
         numbers = {
             at: None if not row[at].strip() else float(row[at])

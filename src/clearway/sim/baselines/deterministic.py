@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from clearway.avoidance.choice import Repertoire
+from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.fusion import untouched
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
@@ -40,8 +40,8 @@ ten movements makes 12 million nodes, which no vehicle rates in flight."""
 def full(craft: Craft) -> Rule:
     """With every sequence of the movements about one axis, chosen anew six times on the way."""
     planner = craft.planner
-    repertoires = [
-        Repertoire.of(
+    prepared_sets = [
+        PreparedReachSet.of(
             reach_set,
             planner.settings.prices,
             turning_radius_m=planner.automaton.turning_radius_m,
@@ -52,7 +52,7 @@ def full(craft: Craft) -> Rule:
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before
         pitch = float(situation.state.attitude_rad[1])
-        nearest = min(repertoires, key=lambda r: abs(r.reach_set.start_pitch_rad - pitch))
+        nearest = min(prepared_sets, key=lambda r: abs(r.reach_set.start_pitch_rad - pitch))
         return _cheapest_open(routes(planner, situation, nearest), situation, CLOSING_HITS)
 
     return rule
@@ -75,15 +75,15 @@ def first_hit(craft: Craft) -> Rule:
 
 def _cheapest_open(ways: Routes, situation: Situation, closing_hits: int) -> Manoeuvre:
     """The cheapest trajectory without a closed cell, else the one that comes farthest."""
-    closed = _closed(ways.repertoire.reach_set.grid, situation, closing_hits)
-    open_nodes = untouched(ways.repertoire.reach_set, closed)
+    closed = _closed(ways.prepared.reach_set.grid, situation, closing_hits)
+    open_nodes = untouched(ways.prepared.reach_set, closed)
     free = open_nodes[ways.nodes]
     if free.any():
         best = int(np.argmax(free))
         reason = f"{best} cheaper ways pass closed cells" if best else "the cheapest way is open"
         mode = Mode.AVOIDANCE if best else Mode.NAVIGATION
         return ways.flown(int(ways.nodes[best]), reason, mode)
-    farthest = max(ways.nodes, key=lambda node: _open_length(ways.repertoire, open_nodes, node))
+    farthest = max(ways.nodes, key=lambda node: _open_length(ways.prepared, open_nodes, node))
     return ways.flown(int(farthest), "every way is closed; the one open longest", Mode.EMERGENCY)
 
 
@@ -94,9 +94,9 @@ def _closed(grid: AvoidanceGrid, situation: Situation, closing_hits: int) -> Boo
     return combine_detections(situation.detections).hits >= closing_hits
 
 
-def _open_length(repertoire: Repertoire, open_nodes: BoolArray, node: int) -> float:
+def _open_length(prepared: PreparedReachSet, open_nodes: BoolArray, node: int) -> float:
     """Length flown along the path to a node before the movement that enters a closed cell."""
-    reach_set = repertoire.reach_set
+    reach_set = prepared.reach_set
     flown = [float(reach_set.length_m[n]) for n in reach_set.path(node) if open_nodes[n]]
     return max(flown, default=0.0)
 

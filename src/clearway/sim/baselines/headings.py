@@ -17,7 +17,7 @@ def carrot(ways: Routes) -> FloatArray:
     Aiming at it rather than at the waypoint turns the same arcs as clearway would, so that no
     baseline circles a waypoint for want of guidance.
     """
-    reach_set = ways.repertoire.reach_set
+    reach_set = ways.prepared.reach_set
     samples = reach_set.samples_m[reach_set.path(int(ways.nodes[0]))].reshape(-1, 3)
     distance = np.linalg.norm(samples, axis=1)
     reached = np.flatnonzero(distance >= LOOK_AHEAD * reach_set.grid.range_m)
@@ -27,7 +27,7 @@ def carrot(ways: Routes) -> FloatArray:
 
 def movement_towards(ways: Routes, direction: FloatArray) -> str:
     """The movement after which the nose is nearest to a direction [3] of the level frame."""
-    reach_set = ways.repertoire.reach_set
+    reach_set = ways.prepared.reach_set
     first = np.flatnonzero(reach_set.parent < 0)
     pitch, yaw = reach_set.states[first, 4], reach_set.states[first, 5]
     nose = np.stack(

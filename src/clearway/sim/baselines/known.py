@@ -18,7 +18,7 @@ MAP_SPACING_RAD = np.radians(5.0)
 """Between the directions in which the map is looked at."""
 
 
-class Balls(NamedTuple):
+class KnownBalls(NamedTuple):
     """Solid balls in the level frame: origin at the vehicle, x along its heading, z up."""
 
     position_m: FloatArray
@@ -48,57 +48,57 @@ def hazards_around(planner: Planner, situation: Situation) -> Hazards:
     return hazards_of(planner, situation, intruders, planner.settings.safety_margin_m)
 
 
-def balls_around(planner: Planner, situation: Situation) -> Balls:
+def balls_around(planner: Planner, situation: Situation) -> KnownBalls:
     """The same as balls: intruders where they come nearest, map surfaces at spaced directions."""
     hazards = hazards_around(planner, situation)
-    movers = _where_nearest(hazards.movers, planner)
+    moving = _where_nearest(hazards.moving, planner)
     charted = _map_surfaces(situation, planner.grid.range_m)
-    position = np.concatenate([hazards.points.position_m, movers.position_m, charted.position_m])
-    radius = np.concatenate([hazards.points.radius_m, movers.radius_m, charted.radius_m])
+    position = np.concatenate([hazards.points.position_m, moving.position_m, charted.position_m])
+    radius = np.concatenate([hazards.points.radius_m, moving.radius_m, charted.radius_m])
     level_from_grid = world_from_body([0.0, float(situation.state.attitude_rad[1]), 0.0])
-    return Balls(np.ascontiguousarray(position @ level_from_grid.T), radius)
+    return KnownBalls(np.ascontiguousarray(position @ level_from_grid.T), radius)
 
 
 def moving_balls_around(planner: Planner, situation: Situation) -> MovingBalls:
     """The same as balls that move: intruders with their velocity, all else at rest."""
     hazards = hazards_around(planner, situation)
-    points, movers = hazards.points, hazards.movers
+    points, moving = hazards.points, hazards.moving
     charted = _map_surfaces(situation, planner.grid.range_m)
     at_rest = len(points.radius_m) + len(charted.radius_m)
-    position = np.concatenate([points.position_m, charted.position_m, movers.position_m])
-    velocity = np.concatenate([np.zeros((at_rest, 3)), movers.velocity_mps])
+    position = np.concatenate([points.position_m, charted.position_m, moving.position_m])
+    velocity = np.concatenate([np.zeros((at_rest, 3)), moving.velocity_mps])
     level_from_grid = world_from_body([0.0, float(situation.state.attitude_rad[1]), 0.0])
     return MovingBalls(
         np.ascontiguousarray(position @ level_from_grid.T),
         np.ascontiguousarray(velocity @ level_from_grid.T),
-        np.concatenate([points.radius_m, charted.radius_m, movers.radius_m]),
-        np.concatenate([np.zeros(at_rest), movers.growth_mps]),
+        np.concatenate([points.radius_m, charted.radius_m, moving.radius_m]),
+        np.concatenate([np.zeros(at_rest), moving.growth_mps]),
     )
 
 
-def _where_nearest(movers: MovingHazards, planner: Planner) -> Balls:
-    """Movers at the closest approach to a vehicle that flies straight on, grown until then."""
+def _where_nearest(moving: MovingHazards, planner: Planner) -> KnownBalls:
+    """What moves, at the closest approach to a vehicle that flies straight on, grown until then."""
     horizon = planner.grid.range_m / planner.speed_mps
-    relative = movers.velocity_mps - np.array([planner.speed_mps, 0.0, 0.0])
-    closing = -np.einsum("ij,ij->i", movers.position_m, relative)
+    relative = moving.velocity_mps - np.array([planner.speed_mps, 0.0, 0.0])
+    closing = -np.einsum("ij,ij->i", moving.position_m, relative)
     speed2 = np.maximum(np.einsum("ij,ij->i", relative, relative), 1e-12)
     when = np.clip(closing / speed2, 0.0, horizon)
-    return Balls(
-        movers.position_m + when[:, None] * movers.velocity_mps,
-        movers.radius_m + when * movers.growth_mps,
+    return KnownBalls(
+        moving.position_m + when[:, None] * moving.velocity_mps,
+        moving.radius_m + when * moving.growth_mps,
     )
 
 
-def _map_surfaces(situation: Situation, range_m: float) -> Balls:
+def _map_surfaces(situation: Situation, range_m: float) -> KnownBalls:
     """Where rays meet the map, in the grid frame, with half the spacing there as radius."""
     charted = situation.obstacle_map
     if charted is None or not len(charted):
-        return Balls(np.zeros((0, 3)), np.zeros(0))
+        return KnownBalls(np.zeros((0, 3)), np.zeros(0))
     position, world_from_grid = grid_frame(situation.state)
     rays = _directions()
     distance = charted.cast(position, np.ascontiguousarray(rays @ world_from_grid.T), range_m)
     hit = np.isfinite(distance)
-    return Balls(distance[hit, None] * rays[hit], 0.5 * MAP_SPACING_RAD * distance[hit])
+    return KnownBalls(distance[hit, None] * rays[hit], 0.5 * MAP_SPACING_RAD * distance[hit])
 
 
 @cache

@@ -38,10 +38,10 @@ def _keep_away(planner: Planner, margin_m: float) -> Rule:
         del before
         ways = routes(planner, situation)
         hazards = hazards_around(planner, situation)
-        measured = clearances(ways.repertoire.paths, hazards, margin_m)[ways.nodes]
+        measured = clearances(ways.prepared.paths, hazards, margin_m)[ways.nodes]
         # Who is too near already may go on, but no nearer.
-        start = clearances(ways.repertoire.paths, hazards, margin_m)[
-            np.flatnonzero(ways.repertoire.reach_set.parent < 0), 0
+        start = clearances(ways.prepared.paths, hazards, margin_m)[
+            np.flatnonzero(ways.prepared.reach_set.parent < 0), 0
         ].max()
         kept = measured[:, 0] >= min(margin_m, NEAR_SHARE * start) - 1e-9
         if kept.any():

@@ -14,7 +14,10 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Mission, Mode
+from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.sim.baselines.manoeuvre import Manoeuvre, Rule
+from clearway.vehicle.automaton import Movement
+from clearway.vehicle.buffer import MovementBuffer
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +44,7 @@ class BaselinePilot:
         self._knowledge = knowledge
         self._rule = rule
         self._last: Manoeuvre | None = None
-        self._next_s = -np.inf
+        self._buffer = MovementBuffer()
         self._reported: Counter[str] = Counter()
 
     @property
@@ -63,14 +66,16 @@ class BaselinePilot:
 
     def due(self, now_s: float) -> str | None:
         """A rule is asked whenever a movement has ended."""
-        return "the movement has ended" if now_s >= self._next_s - 1e-9 else None
+        entries = self._buffer.entries
+        ended = not entries or now_s >= entries[0].end_s - TIME_TOLERANCE_S
+        return "the movement has ended" if ended else None
 
     def decide(self, now_s: float) -> BaselineDecision:
         """Decide for the present moment; raises ClearwayError if no own state has come yet."""
         situation, _ = self._knowledge.situation(now_s)
         self._last = self._rule(situation, self._last)
-        first = self.planner.automaton[self._last.movements[0]]
-        self._next_s = now_s + first.duration_s
+        movements = self.planner.automaton.chain(self._last.movements)
+        self._buffer = MovementBuffer.of(movements, now_s)
         fresh = self.counts - self._reported
         self._reported = Counter(self.counts)
         return BaselineDecision(
@@ -82,6 +87,10 @@ class BaselinePilot:
             self._last.reason,
             dict(fresh),
         )
+
+    def movement_at(self, time_s: float) -> Movement | None:
+        """What to fly at a time, from the last decision on; None outside what it says."""
+        return self._buffer.held_from(time_s, TIME_TOLERANCE_S)
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.choice import Commitment, Repertoire, price_candidates
+from clearway.avoidance.choice import Commitment, PreparedReachSet, price_candidates
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.fusion import rate_reach_set
 from clearway.avoidance.planner import Planner
@@ -21,7 +21,7 @@ from clearway.sim.baselines.manoeuvre import Manoeuvre
 class Routes:
     """Complete trajectories, cheapest first, by clearway's own costs."""
 
-    repertoire: Repertoire
+    prepared: PreparedReachSet
     goal: Goal
     nodes: IntArray
     """[routes] nodes that end them."""
@@ -30,14 +30,16 @@ class Routes:
 
     def flown(self, node: int, reason: str, mode: Mode = Mode.NAVIGATION) -> Manoeuvre:
         """The manoeuvre that flies to a node."""
-        return Manoeuvre(self.repertoire.reach_set.movements_to(node), reason, mode)
+        return Manoeuvre(self.prepared.reach_set.movements_to(node), reason, mode)
 
 
-def routes(planner: Planner, situation: Situation, repertoire: Repertoire | None = None) -> Routes:
+def routes(
+    planner: Planner, situation: Situation, prepared: PreparedReachSet | None = None
+) -> Routes:
     """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
-    repertoire = repertoire or planner.repertoire(float(situation.state.attitude_rad[1]))
-    reach_set = repertoire.reach_set
-    goal = goal_of(situation)
+    prepared = prepared or planner.prepared(float(situation.state.attitude_rad[1]))
+    reach_set = prepared.reach_set
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     arrived = arrival(reach_set, goal)
 
     def to_go(nodes: IntArray) -> FloatArray:
@@ -46,7 +48,7 @@ def routes(planner: Planner, situation: Situation, repertoire: Repertoire | None
     free = rate_reach_set(reach_set, np.ones(reach_set.grid.cells))
     everywhere = np.ones(reach_set.nodes, dtype=np.bool_)
     candidates = price_candidates(
-        repertoire, free, everywhere, goal, arrived, to_go, planner.settings.prices, Commitment()
+        prepared, free, everywhere, goal, arrived, to_go, planner.settings.prices, Commitment()
     )
     order = np.argsort(candidates.cost_m, kind="stable")
-    return Routes(repertoire, goal, candidates.nodes[order], candidates.cost_m[order])
+    return Routes(prepared, goal, candidates.nodes[order], candidates.cost_m[order])

@@ -18,7 +18,7 @@ from clearway.base.frames import FloatArray, world_from_body
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
 from clearway.sim.baselines.histogram import Histogram, bin_directions, histogram_at
-from clearway.sim.baselines.known import Balls, balls_around
+from clearway.sim.baselines.known import KnownBalls, balls_around
 from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.sim.baselines.routes import routes
 
@@ -54,7 +54,7 @@ def vector_field_histogram(craft: Craft, tuning: HistogramTuning | None = None) 
     """Free directions, some steps ahead."""
     planner, tuning = craft.planner, tuning or HistogramTuning()
     limit, range_m = planner.automaton.pitch_limit_rad, planner.grid.range_m
-    search = _Search(
+    search = _LookAhead(
         bin_directions(0.25 * np.pi if limit is None else limit),
         tuning,
         spare_m=(1.0 + tuning.spare) * planner.settings.safety_margin_m,
@@ -85,7 +85,7 @@ def vector_field_histogram(craft: Craft, tuning: HistogramTuning | None = None) 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Search:
+class _LookAhead:
     """The look-ahead; everything in the level frame of the decision."""
 
     bins: FloatArray
@@ -99,7 +99,7 @@ class _Search:
 
     def direction(
         self,
-        balls: Balls,
+        balls: KnownBalls,
         nose: FloatArray,
         wished: FloatArray,
         goal: FloatArray,
@@ -125,7 +125,7 @@ class _Search:
         place: FloatArray,
         nose: FloatArray,
         direction: FloatArray,
-        balls: Balls,
+        balls: KnownBalls,
         target_m: FloatArray,
         steps: int,
     ) -> float:
@@ -148,7 +148,7 @@ class _Search:
             for at in tried
         )
 
-    def _histogram(self, place: FloatArray, balls: Balls, goal: FloatArray) -> Histogram:
+    def _histogram(self, place: FloatArray, balls: KnownBalls, goal: FloatArray) -> Histogram:
         directions = np.concatenate([self.bins, goal[None]])
         return histogram_at(place, balls, directions, self.spare_m, self.horizon_m)
 

@@ -10,7 +10,14 @@ import numpy as np
 from clearway.base.errors import InputError, naming
 from clearway.studies.campaigns.families import FAMILIES
 from clearway.studies.campaigns.row import FlightRow
-from clearway.studies.campaigns.summary import Mean, Rate, Standing, in_words, seconds, standings
+from clearway.studies.campaigns.summary import (
+    FamilyStanding,
+    Mean,
+    Rate,
+    in_words,
+    seconds,
+    standings,
+)
 
 FULL, SHORT = "campaign", "campaign-short"
 """Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
@@ -63,7 +70,7 @@ def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dic
     return _markdown(lines) + _below(rows, settings, skipped)
 
 
-def _short(standing: Standing | None) -> str:
+def _short(standing: FamilyStanding | None) -> str:
     if standing is None:
         return ""
     return f"{standing.safe.number} / {standing.crashed.number}"
@@ -85,7 +92,7 @@ def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict
     return "\n".join(parts) + "\n" + _below(rows, settings, skipped).lstrip("\n")
 
 
-def _behind(table: Sequence[Standing]) -> list[str]:
+def _behind(table: Sequence[FamilyStanding]) -> list[str]:
     return [
         f"{each.label}, {each.measure}: {each.own} of {each.flights}; "
         + ", ".join(f"{planner} {count}" for planner, count in each.others.items())
@@ -97,7 +104,7 @@ def _listed(lines: Sequence[str]) -> str:
     return "".join(f"- {line}\n" for line in lines) or "None.\n"
 
 
-def _full(standing: Standing) -> tuple[str, ...]:
+def _full(standing: FamilyStanding) -> tuple[str, ...]:
     nearest = f"{_number(standing.nearest_min_m, 2)}, {_number(standing.nearest_median_m, 2)}"
     return (
         standing.planner,

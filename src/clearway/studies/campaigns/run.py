@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clearway import __version__
 from clearway.base.errors import InputError
+from clearway.base.provenance import provenance
+from clearway.base.version import __version__
 from clearway.studies.campaigns.engines import Engine
 from clearway.studies.campaigns.families import AbsentDataError
 from clearway.studies.campaigns.file import Campaign
@@ -24,7 +25,7 @@ Watch = Callable[[FlightRow | None, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
+class CampaignProgress:
     """What has been flown of a campaign, now and before."""
 
     rows: tuple[FlightRow, ...]
@@ -36,7 +37,7 @@ class Flown:
 
 def run_campaign(
     campaign: Campaign, folder: Path, engine: Engine, only: str = "*", watch: Watch | None = None
-) -> Flown:
+) -> CampaignProgress:
     """Fly what is not yet flown, and write results.parquet into the folder.
 
     only: pattern of keys, to fly some of it. Flights of earlier sittings stay.
@@ -61,9 +62,13 @@ def run_campaign(
             if watch is not None:
                 watch(row, len(wanted) - len(left) + number, len(wanted))
         ordered = tuple(by_family(rows.values(), tasks))
-        write_results(results, ordered, {**settings, "skipped": json.dumps(skipped)})
+        write_results(
+            results,
+            ordered,
+            {**settings, "skipped": json.dumps(skipped), "provenance": json.dumps(provenance())},
+        )
         (folder / JOURNAL).unlink()
-    return Flown(ordered, len(left), skipped)
+    return CampaignProgress(ordered, len(left), skipped)
 
 
 def chosen(tasks: Sequence[Task], only: str) -> list[Task]:

@@ -35,7 +35,7 @@ class Mean(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class FamilyStanding:
     """What one planner did in one family."""
 
     label: str
@@ -60,7 +60,7 @@ class Standing:
     """Median over flights of their median."""
 
 
-Better = Callable[[Standing], tuple[float, ...]]
+Better = Callable[[FamilyStanding], tuple[float, ...]]
 SAFETY: dict[str, Better] = {
     "reached with margin": lambda standing: (standing.safe.number,),
     "crashes": lambda standing: (-standing.crashed.number,),
@@ -80,7 +80,7 @@ class Second(NamedTuple):
     flights: int
 
 
-def standings(rows: Sequence[FlightRow]) -> list[Standing]:
+def standings(rows: Sequence[FlightRow]) -> list[FamilyStanding]:
     """One for each family and planner, in the order of the rows."""
     groups: dict[tuple[str, str], list[FlightRow]] = {}
     for row in rows:
@@ -88,12 +88,12 @@ def standings(rows: Sequence[FlightRow]) -> list[Standing]:
     return [_standing(group) for group in groups.values()]
 
 
-def _standing(rows: Sequence[FlightRow]) -> Standing:
+def _standing(rows: Sequence[FlightRow]) -> FamilyStanding:
     flights = len(rows)
     nearest = [row.nearest_m for row in rows if row.nearest_m is not None]
     arrived = [row for row in rows if row.reached]
     decisions = [row.decision_ms_p50 for row in rows if row.decision_ms_p50 is not None]
-    return Standing(
+    return FamilyStanding(
         label=rows[0].label,
         family=rows[0].family,
         planner=rows[0].planner,
@@ -114,7 +114,7 @@ def _mean(values: Sequence[float]) -> Mean:
     return Mean(float(np.mean(values)) if values else NAN, *bootstrap_mean(values))
 
 
-def seconds(table: Sequence[Standing]) -> list[Second]:
+def seconds(table: Sequence[FamilyStanding]) -> list[Second]:
     """Where the first planner of a family is beaten on safety, and by whom."""
     found = []
     for label in dict.fromkeys(standing.label for standing in table):

@@ -3,7 +3,7 @@
 from clearway.studies.encounter_model.model_file import made_up_model, read_encounter_model
 from clearway.studies.encounter_model.network import EncounterModel, Node, Variable
 from clearway.studies.encounter_model.sample import (
-    Tracks,
+    SampledTracks,
     sample_initial,
     sample_tracks,
     step_bins,
@@ -13,7 +13,7 @@ from clearway.studies.encounter_model.sample import (
 __all__ = [
     "EncounterModel",
     "Node",
-    "Tracks",
+    "SampledTracks",
     "Variable",
     "made_up_model",
     "read_encounter_model",

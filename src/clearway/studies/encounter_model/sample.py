@@ -23,7 +23,7 @@ MOST_TRIES = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
+class SampledTracks:
     """Tracks of n aircraft at s times; each begins above the origin and flies along x."""
 
     time_s: FloatArray
@@ -77,7 +77,7 @@ def sample_tracks(
     rng: np.random.Generator,
     layers: tuple[int, ...] = (),
     steps_per_s: int = 1,
-) -> Tracks:
+) -> SampledTracks:
     """Tracks of `count` aircraft over whole seconds, `steps_per_s` samples in each.
 
     layers: altitude layers, from 0, that aircraft must begin in; all where empty. Aircraft that
@@ -92,7 +92,7 @@ def sample_tracks(
         all_values.append(values)
     stacked = np.stack(all_values, axis=1)
     time_s, position, velocity = _flown(model, stacked, steps_per_s)
-    return Tracks(time_s, position, velocity, np.stack(all_bins, axis=1), stacked)
+    return SampledTracks(time_s, position, velocity, np.stack(all_bins, axis=1), stacked)
 
 
 def _drawn(node: Node, bins: IntArray, kept: IntArray, rng: np.random.Generator) -> IntArray:

@@ -19,14 +19,15 @@ from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson
 from clearway.base.state import State
+from clearway.base.verdict import DemandVerdict, at_least
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sim import Run, SimulationSettings, simulate
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
+from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
-from clearway.studies.encounters.winnable import Opponent, search
 from clearway.traffic import TrackerSettings
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -39,7 +40,7 @@ CHUNK = 25
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class EncounterOutcome:
     """What came of one encounter."""
 
     seed: int
@@ -54,11 +55,11 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Tally:
+class EncounterTally:
     """What came of many encounters of one kind."""
 
     settings: EncounterSettings
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[EncounterOutcome, ...]
     """Ascending by seed."""
 
     @property
@@ -80,7 +81,12 @@ class Tally:
         return wilson(self.kept, self.avoidable)
 
     @property
-    def failures(self) -> tuple[Outcome, ...]:
+    def verdict(self) -> DemandVerdict:
+        """Whether it is shown that enough keep their distance."""
+        return at_least(*self.interval, self.required)
+
+    @property
+    def failures(self) -> tuple[EncounterOutcome, ...]:
         """Avoidable encounters that came too near."""
         return tuple(each for each in self.outcomes if each.avoidable and not each.kept)
 
@@ -164,12 +170,12 @@ def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission
     return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
 
 
-def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> Outcome:
+def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> EncounterOutcome:
     """What a flight came to."""
     traffic = run.metrics.intruders
     if traffic is None:
         raise ClearwayError(f"encounter {encounter.seed}: the intruder did not appear")
-    return Outcome(
+    return EncounterOutcome(
         encounter.seed,
         traffic.min_distance_m,
         traffic.violations == 0,
@@ -178,7 +184,7 @@ def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> O
     )
 
 
-def _outcomes(seeds: Sequence[int], settings: EncounterSettings) -> list[Outcome]:
+def _outcomes(seeds: Sequence[int], settings: EncounterSettings) -> list[EncounterOutcome]:
     return [
         outcome_of(encounter, settings, fly_encounter(encounter, settings))
         for encounter in (random_encounter(seed, settings) for seed in seeds)
@@ -190,7 +196,7 @@ def fly_encounters(
     seeds: Sequence[int],
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
-) -> Tally:
+) -> EncounterTally:
     """Fly the encounters of many seeds in `workers` processes; the tally is the same for any.
 
     progress: called with how many more are done.
@@ -198,7 +204,7 @@ def fly_encounters(
     report = progress or (lambda _more: None)
     if workers < 1:
         raise ClearwayError(f"workers: must be at least 1, got {workers}")
-    done: list[Outcome] = []
+    done: list[EncounterOutcome] = []
     chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
@@ -213,4 +219,4 @@ def fly_encounters(
             for finished in as_completed(waiting):
                 done += finished.result()
                 report(len(finished.result()))
-    return Tally(settings, tuple(sorted(done, key=lambda each: each.seed)))
+    return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)))

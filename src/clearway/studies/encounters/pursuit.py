@@ -1,4 +1,4 @@
-"""Encounters with an intruder that wants to hit (def. 3): which can be won at all.
+"""Encounters with an intruder that wants to hit (def. 3): which can be avoided at all.
 
 The intruder knows the ownship's plan, keeps at most its speed, and accelerates by no more than a
 bound in any direction. Its reach set at each time lies within two balls: a t^2 / 2 about its
@@ -19,8 +19,8 @@ import numpy as np
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
+from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import closing_speed
-from clearway.studies.encounters.winnable import Opponent, search
 from clearway.vehicle.automaton import MovementAutomaton
 
 CHOSEN_MOVEMENTS, MOST_MOVEMENTS = 4, 14

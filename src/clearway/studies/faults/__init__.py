@@ -4,7 +4,7 @@ A study is one fault at growing levels; every level flies the same worlds, so th
 the fault's. Worlds are told apart by their seed alone: any number of processes gives the same.
 """
 
-from clearway.studies.faults.flights import Flown, Point, fly_one, fly_studies
-from clearway.studies.faults.studies import STUDIES, Study, case
+from clearway.studies.faults.flights import FaultFlight, Point, fly_one, fly_studies
+from clearway.studies.faults.studies import STUDIES, FaultStudy, case
 
-__all__ = ["STUDIES", "Flown", "Point", "Study", "case", "fly_one", "fly_studies"]
+__all__ = ["STUDIES", "FaultFlight", "FaultStudy", "Point", "case", "fly_one", "fly_studies"]

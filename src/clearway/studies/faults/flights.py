@@ -16,7 +16,7 @@ Task = tuple[str, str, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
+class FaultFlight:
     """What came of one flight."""
 
     seed: int
@@ -35,7 +35,7 @@ class Point:
     study: str
     variant: str
     level: float
-    flights: tuple[Flown, ...]
+    flights: tuple[FaultFlight, ...]
 
     @property
     def kept(self) -> int:
@@ -58,12 +58,12 @@ class Point:
         return wilson(count, len(self.flights))
 
 
-def fly_one(name: str, variant: str, level: float, seed: int) -> Flown:
+def fly_one(name: str, variant: str, level: float, seed: int) -> FaultFlight:
     """One flight of a study."""
     study = STUDIES[name]
     setup = prepare(study.variants[variant](case(study, seed), level, seed))
     run = setup.fly()
-    return Flown(
+    return FaultFlight(
         seed,
         run.reached,
         run.safe and run.crashed_s is None,
@@ -94,7 +94,7 @@ def fly_studies(
 
 def _each(
     tasks: Sequence[Task], seeds: tuple[int, ...], workers: int
-) -> Iterator[tuple[int, tuple[Flown, ...]]]:
+) -> Iterator[tuple[int, tuple[FaultFlight, ...]]]:
     """(number of the task, its flights) as they are done; one worker needs no other process."""
     if workers == 1:
         for number, task in enumerate(tasks):
@@ -108,5 +108,7 @@ def _each(
             yield waiting[done], done.result()
 
 
-def _fly_level(name: str, variant: str, level: float, seeds: tuple[int, ...]) -> tuple[Flown, ...]:
+def _fly_level(
+    name: str, variant: str, level: float, seeds: tuple[int, ...]
+) -> tuple[FaultFlight, ...]:
     return tuple(fly_one(name, variant, level, seed) for seed in seeds)

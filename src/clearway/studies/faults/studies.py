@@ -26,7 +26,7 @@ Variant = Callable[[MissionFile, float, int], MissionFile]
 
 
 @dataclass(frozen=True, slots=True)
-class Study:
+class FaultStudy:
     """One fault at growing levels."""
 
     title: str
@@ -127,76 +127,76 @@ def _without_and_with_tracker(variant: Variant) -> Mapping[str, Variant]:
     return {REPORTS: variant, TRACKER: _tracked(variant)}
 
 
-STUDIES: Mapping[str, Study] = MappingProxyType(
+STUDIES: Mapping[str, FaultStudy] = MappingProxyType(
     {
-        "gusts": Study(
+        "gusts": FaultStudy(
             "Gusts: bound of the state noise w (3.20)",
             "m/s",
             (0.0, 0.25, 0.5, 1.0, 2.0, 4.0),
             {LIDAR: _simulation("state_noise_mps")},
         ),
-        "wind": Study(
+        "wind": FaultStudy(
             "Steady wind, from anywhere, unknown to the vehicle",
             "m/s",
             (0.0, 0.05, 0.1, 0.2, 0.3, 0.4),
             _without_and_with_map(_wind),
         ),
-        "actuators": Study(
+        "actuators": FaultStudy(
             "Actuator noise: bound of the input noise v (3.20)",
             "share of full deflection",
             (0.0, 0.1, 0.2, 0.4, 0.6, 0.8),
             {LIDAR: _simulation("input_noise")},
         ),
-        "drop-outs": Study(
+        "drop-outs": FaultStudy(
             "Drop-outs: share of returns lost",
             "share",
             (0.0, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99),
             _without_and_with_map(_dropout),
         ),
-        "range-bias": Study(
+        "range-bias": FaultStudy(
             "Biased range: things seem farther than they are",
             "m",
             (-0.5, -0.25, 0.0, 0.1, 0.25, 0.5, 1.0),
             _without_and_with_map(BIAS),
         ),
-        "latency": Study(
+        "latency": FaultStudy(
             "Latency of scans",
             "s",
             (0.0, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0),
             {LIDAR: _simulation("scan_latency_s")},
         ),
-        "blind-sector": Study(
+        "blind-sector": FaultStudy(
             "Blind sector straight ahead, which claims that all is free",
             "deg",
             (0.0, 2.0, 5.0, 10.0, 20.0, 40.0),
             _without_and_with_map(BLIND),
         ),
-        "dead-sensor": Study(
+        "dead-sensor": FaultStudy(
             "Dead sensor from a time on",
             "s",
             (60.0, 40.0, 30.0, 20.0, 10.0, 0.0),
             _without_and_with_map(DEAD),
         ),
-        "map-missing": Study(
+        "map-missing": FaultStudy(
             "Obstacles missing from the map: share",
             "share",
             (0.0, 0.1, 0.25, 0.5, 0.75, 1.0),
             {WITH_MAP: _missing, MAP_ALONE: _blinded(_missing)},
         ),
-        "map-phantoms": Study(
+        "map-phantoms": FaultStudy(
             "False positives of the map: phantoms on the way",
             "phantoms",
             (0.0, 5.0, 10.0, 20.0, 40.0),
             {WITH_MAP: _charted(_phantoms)},
         ),
-        "report-loss": Study(
+        "report-loss": FaultStudy(
             "Reports of traffic lost: share",
             "share",
             (0.0, 0.25, 0.5, 0.75, 0.9, 1.0),
             _without_and_with_tracker(LOSS),
             traffic=True,
         ),
-        "spoofed-reports": Study(
+        "spoofed-reports": FaultStudy(
             "A fifth of the reports spoofed: length of their jump",
             "m",
             (0.0, 1.0, 2.0, 5.0, 10.0, 50.0),
@@ -208,7 +208,7 @@ STUDIES: Mapping[str, Study] = MappingProxyType(
 """Faults by name."""
 
 
-def case(study: Study, seed: int) -> MissionFile:
+def case(study: FaultStudy, seed: int) -> MissionFile:
     """What a study flies with a seed, without its fault."""
     if study.traffic:
         deviating = ConflictParameters(detected_at_m=10.0, deviates=True)

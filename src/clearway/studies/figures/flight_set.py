@@ -71,7 +71,7 @@ def _panels(run: Run, index: int) -> dict[str, Figure]:
     return draw_assessment(
         decision.cells,
         decision.reach,
-        decision.repertoire.reach_set,
+        decision.prepared.reach_set,
         decision.hazards.points.position_m,
         f"{run.mission.name} at {entry.flight.time_s:.1f} s",
     )

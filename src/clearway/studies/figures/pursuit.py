@@ -1,4 +1,4 @@
-"""Encounters that can be won, over bearing and speed, one panel per bound of acceleration."""
+"""Encounters that can be avoided, over bearing and speed, one panel per bound of acceleration."""
 
 from __future__ import annotations
 

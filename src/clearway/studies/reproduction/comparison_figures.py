@@ -10,7 +10,7 @@ from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY
 from clearway.sim.pilot import Steering
-from clearway.studies.comparison import Standing, fly_all, standing
+from clearway.studies.comparison import PlannerStanding, fly_all, standing
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 
@@ -67,7 +67,7 @@ def _list(names: list[str]) -> str:
     return ", ".join(names) if names else "none"
 
 
-def _fate(place: Standing) -> str:
+def _fate(place: PlannerStanding) -> str:
     if place.crashed:
         return f"{place.planner} (crashed)"
     if not place.reached:
@@ -75,7 +75,7 @@ def _fate(place: Standing) -> str:
     return f"{place.planner} (came within {place.min_distance_m:.2f} m of a surface)"
 
 
-def _measures(places: Mapping[str, Standing]) -> list[Measure]:
+def _measures(places: Mapping[str, PlannerStanding]) -> list[Measure]:
     measures: list[Measure] = []
     for name, place in places.items():
         measures.append(Measure(f"{name}: smallest distance to a surface, m", place.min_distance_m))

@@ -48,7 +48,7 @@ def draw_moment(entry: LoggedDecision, quantity: str, title: str) -> Figure:
     figure = draw_assessment(
         decision.cells,
         decision.reach,
-        decision.repertoire.reach_set,
+        decision.prepared.reach_set,
         decision.hazards.points.position_m,
         title,
     )[quantity]

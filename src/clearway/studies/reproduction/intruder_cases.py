@@ -43,7 +43,7 @@ MIDDLE_ROW = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class IntersectionCase:
     """One intersection model, shown in two figures."""
 
     obstacle_figure: str
@@ -56,12 +56,12 @@ class Case:
 
 
 CASES = (
-    Case("6.2", "6.3", "static line", "line", False, False),
-    Case("6.4", "6.5", "timed line", "line", True, False),
-    Case("6.6", "6.7", "timed line with future movement", "line", "future", False),
-    Case("6.8", "6.9", "timed body volume", "body", True, True),
-    Case("6.10", "6.11", "static uncertainty spread", "spread", False, True),
-    Case("6.12", "6.13", "timed uncertainty spread", "spread", True, True),
+    IntersectionCase("6.2", "6.3", "static line", "line", False, False),
+    IntersectionCase("6.4", "6.5", "timed line", "line", True, False),
+    IntersectionCase("6.6", "6.7", "timed line with future movement", "line", "future", False),
+    IntersectionCase("6.8", "6.9", "timed body volume", "body", True, True),
+    IntersectionCase("6.10", "6.11", "static uncertainty spread", "spread", False, True),
+    IntersectionCase("6.12", "6.13", "timed uncertainty spread", "spread", True, True),
 )
 
 

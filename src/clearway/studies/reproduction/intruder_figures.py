@@ -13,7 +13,7 @@ from clearway.studies.reproduction.intruder_cases import (
     CASES,
     MIDDLE_ROW,
     Assessed,
-    Case,
+    IntersectionCase,
     assess,
     intruder_of_6_3,
     model_cells,
@@ -56,7 +56,7 @@ def intruder_figures() -> tuple[Exhibit, ...]:
     return tuple(exhibits)
 
 
-def draw_obstacle_space(case: Case, assessed: Assessed) -> Figure:
+def draw_obstacle_space(case: IntersectionCase, assessed: Assessed) -> Figure:
     """Trajectories by the obstacle probability where they are, and that of cells."""
     from clearway.view.plot.assessment import draw_panels, largest_in_movement
 
@@ -86,7 +86,7 @@ def obstacle_colors(model: str, assessed: Assessed) -> Quantity:
     return replace(quantity, scale=PowerNorm(0.5, 0.0, 1.0), label=label)
 
 
-def draw_reach_space(case: Case, assessed: Assessed) -> Figure:
+def draw_reach_space(case: IntersectionCase, assessed: Assessed) -> Figure:
     """Trajectories by their rating so far, and the reachability of cells."""
     from clearway.view.plot.assessment import draw_panels, reachability_quantity
 
@@ -101,7 +101,7 @@ def draw_reach_space(case: Case, assessed: Assessed) -> Figure:
     )
 
 
-def view_of(case: Case) -> CellView:
+def view_of(case: IntersectionCase) -> CellView:
     """The paper's panels: ahead to the right, so that the intruder comes from the top."""
     from clearway.view.plot.cells import CellView
 

@@ -148,7 +148,7 @@ def _draw_ball(found: Deviations) -> Figure:
 
 
 @dataclass(frozen=True, eq=False)
-class Approach:
+class LyapunovFlight:
     """A flight to one waypoint, and Lyapunov's function (3.30) of it."""
 
     time_s: FloatArray
@@ -182,7 +182,7 @@ CASES = (
 """Name, title, obstacles, and how long it may take."""
 
 
-def approach(obstacles: tuple[Obstacle, ...], time_limit_s: float) -> Approach:
+def approach(obstacles: tuple[Obstacle, ...], time_limit_s: float) -> LyapunovFlight:
     """Fly to the waypoint with sensors and settings of 6.4."""
     setup = flight_of("static-obstacles").setup
     world = ObstacleMap(obstacles)
@@ -190,7 +190,7 @@ def approach(obstacles: tuple[Obstacle, ...], time_limit_s: float) -> Approach:
     system = AvoidanceSystem(setup.planner, mission, setup.lidars)
     settings = SimulationSettings(time_limit_s=time_limit_s)
     run = simulate(system, world, setup.lidars, settings)
-    return Approach(
+    return LyapunovFlight(
         run.time_s,
         run.states[:, :3],
         world,
@@ -223,7 +223,7 @@ CLAIMS = {
 }
 
 
-def _words(name: str, flown: Approach) -> Findings:
+def _words(name: str, flown: LyapunovFlight) -> Findings:
     value = flown.lyapunov_m2
     end = f"reached after {flown.time_s[-1]:.1f} s" if flown.reached else "never reached"
     expected = {"converging": 0.0}.get(name)
@@ -248,7 +248,7 @@ def _words(name: str, flown: Approach) -> Findings:
     )
 
 
-def _draw_approach(flown: Approach, title: str) -> Figure:
+def _draw_approach(flown: LyapunovFlight, title: str) -> Figure:
     from clearway.studies.figures.stability import draw_approach
 
     return draw_approach(

@@ -10,11 +10,10 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.comparison import Comparison, Row, compare
+from clearway.reach.comparison import Comparison, MethodRow, compare
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 from clearway.vehicle.automaton import MovementAutomaton
-from clearway.vehicle.table import MovementTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +48,7 @@ WRONG = {
 def movement_tables() -> tuple[Exhibit, ...]:
     """Tables 4.1 and 4.2: each movement flown once from level flight."""
     automaton = MovementAutomaton.plane(1.0, 15.0)
-    measured = MovementTable.measure(automaton)
+    measured = automaton.measured()
     ends = {
         name: np.array(rows[-1])
         for name, rows in zip(measured.names, measured.offsets, strict=True)
@@ -112,7 +111,7 @@ def reach_set_table() -> tuple[Exhibit, ...]:
     )
 
 
-def _measures(row: Row, result: Comparison) -> tuple[Measure, ...]:
+def _measures(row: MethodRow, result: Comparison) -> tuple[Measure, ...]:
     name, cover = row.contender.name, row.coverage
     cells = cover.cells_covered / result.reachable.number
     nodes, trajectories, ratio = row.contender.paper or (None, None, None)

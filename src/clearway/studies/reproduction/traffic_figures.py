@@ -36,7 +36,7 @@ def traffic_figures() -> tuple[Exhibit, ...]:
 
 def first_known(flight: Flight) -> int:
     """Index of the first decision that knows of an intruder."""
-    known = [len(e.flight.decision.hazards.movers.radius_m) > 0 for e in flight.run.decisions]
+    known = [len(e.flight.decision.hazards.moving.radius_m) > 0 for e in flight.run.decisions]
     return int(np.argmax(known))
 
 

@@ -18,7 +18,7 @@ CHUNK = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class RiskOutcome:
     """What came of one encounter, without avoidance and with each planner."""
 
     number: int
@@ -36,13 +36,13 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Study:
+class RiskStudy:
     """Many encounters of one kind."""
 
     settings: RiskSettings
     planners: tuple[str, ...]
     seed: int
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[RiskOutcome, ...]
     """Ascending by number."""
 
 
@@ -54,7 +54,7 @@ def study(
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
-) -> Study:
+) -> RiskStudy:
     """Draw and fly the encounters of many numbers; raises ClearwayError without any.
 
     progress: called with how many more are done.
@@ -68,7 +68,7 @@ def study(
     job = _Job(model, tuple(planners), settings, seed)
     # Reach sets are built and stored once, before processes load them.
     craft_of(settings)
-    done: list[Outcome] = []
+    done: list[RiskOutcome] = []
     chunks = [numbers[at : at + CHUNK] for at in range(0, len(numbers), CHUNK)]
     if workers == 1:
         for chunk in chunks:
@@ -82,7 +82,7 @@ def study(
                 done += finished.result()
                 report(len(finished.result()))
     ordered = tuple(sorted(done, key=lambda each: each.number))
-    return Study(settings, tuple(planners), seed, ordered)
+    return RiskStudy(settings, tuple(planners), seed, ordered)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,16 +94,16 @@ class _Job:
     settings: RiskSettings
     seed: int
 
-    def fly(self, numbers: Sequence[int]) -> list[Outcome]:
+    def fly(self, numbers: Sequence[int]) -> list[RiskOutcome]:
         return [self._outcome(number) for number in numbers]
 
-    def _outcome(self, number: int) -> Outcome:
+    def _outcome(self, number: int) -> RiskOutcome:
         encounter = draw_encounter(self.model, number, self.settings, self.seed)
         straight, _ = separation_of(encounter, STRAIGHT, self.settings)
         flown, emergencies = {}, {}
         for planner in self.planners:
             flown[planner], emergencies[planner] = separation_of(encounter, planner, self.settings)
-        return Outcome(number, encounter.weight, encounter.layer, straight, flown, emergencies)
+        return RiskOutcome(number, encounter.weight, encounter.layer, straight, flown, emergencies)
 
 
 _jobs: list[_Job] = []
@@ -114,5 +114,5 @@ def _begin(job: _Job) -> None:
     _jobs[:] = [job]
 
 
-def _fly(numbers: Sequence[int]) -> list[Outcome]:
+def _fly(numbers: Sequence[int]) -> list[RiskOutcome]:
     return _jobs[0].fly(numbers)

@@ -6,14 +6,17 @@ import csv
 from pathlib import Path
 from typing import Any
 
+from clearway.base.intervals import Interval
+from clearway.base.provenance import provenance
+from clearway.base.verdict import at_most
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import STRAIGHT
-from clearway.studies.risk.ratios import MEASURES, Estimate, mean_aside_m, risk
-from clearway.studies.risk.study import Study
+from clearway.studies.risk.ratios import LIMITS, MEASURES, mean_aside_m, risk
+from clearway.studies.risk.study import RiskStudy
 
 
-def summary(result: Study, model: EncounterModel) -> dict[str, Any]:
+def summary(result: RiskStudy, model: EncounterModel) -> dict[str, Any]:
     """The object that `risk --json` prints."""
     emergencies = {
         name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
@@ -30,10 +33,11 @@ def summary(result: Study, model: EncounterModel) -> dict[str, Any]:
             name: _measures(result, name) | {"with_emergency": emergencies[name]}
             for name in result.planners
         },
+        "provenance": provenance([model.source]),
     }
 
 
-def _measures(result: Study, planner: str) -> dict[str, Any]:
+def _measures(result: RiskStudy, planner: str) -> dict[str, Any]:
     """Every measure of one planner, with its interval and its cases."""
     measures: dict[str, Any] = {}
     for name in MEASURES:
@@ -44,19 +48,24 @@ def _measures(result: Study, planner: str) -> dict[str, Any]:
             "ratio": finite(found.ratio.value),
             "ratio_95": _interval(found.ratio),
             "unresolved": finite(found.unresolved.value),
+            "unresolved_95": _interval(found.unresolved),
             "induced": finite(found.induced.value),
+            "induced_95": _interval(found.induced),
             "cases": list(found.cases),
             "induced_cases": list(found.induced_cases),
         }
+        if name in LIMITS and planner != STRAIGHT:
+            shown = at_most(found.ratio.low, found.ratio.high, LIMITS[name])
+            measures[name] |= {"limit": LIMITS[name], "verdict": str(shown)}
     measures["mean_aside_m"] = mean_aside_m(result, planner)
     return measures
 
 
-def _interval(estimate: Estimate) -> list[float | None]:
+def _interval(estimate: Interval) -> list[float | None]:
     return [finite(estimate.low), finite(estimate.high)]
 
 
-def write_encounters(result: Study, path: Path) -> None:
+def write_encounters(result: RiskStudy, path: Path) -> None:
     """CSV: one row per encounter and planner."""
     with path.open("w", newline="") as file:
         rows = csv.writer(file)

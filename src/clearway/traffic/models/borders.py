@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid
 from clearway.base.state import IntArray
 
-# Rows of `Borders.table`, of `Pieces.times` and of `Pieces.places`: compiled functions pass a few
+# Rows of `Borders.table` and of `times` and `places` of the pieces: compiled functions pass a few
 # wide arrays several times faster than many narrow ones.
 RANGE, AZIMUTH, ELEVATION, AZIMUTH_COS, AZIMUTH_SIN, ELEVATION_COS, ELEVATION_SIN = range(7)
 ENTRY, LEAVE, LAYER_CUT, COLUMN_CUT, ROW_CUT = range(5)
@@ -31,7 +31,7 @@ class Borders(NamedTuple):
     """The first and the last azimuth edge are the same half-plane."""
 
 
-class Pieces(NamedTuple):
+class TraversalPieces(NamedTuple):
     """Scratch for one traversal, and its result."""
 
     times: FloatArray
@@ -57,7 +57,7 @@ def borders_of(grid: AvoidanceGrid) -> Borders:
 
 
 @compiled
-def scratch(borders: Borders) -> Pieces:
+def scratch(borders: Borders) -> TraversalPieces:
     """Room for the longest traversal of a grid."""
     count = 2 * borders.layers + borders.columns + 2 * borders.rows + 8
-    return Pieces(np.empty((5, count)), np.empty((4, count), dtype=np.int64))
+    return TraversalPieces(np.empty((5, count)), np.empty((4, count), dtype=np.int64))

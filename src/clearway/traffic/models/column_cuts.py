@@ -16,7 +16,7 @@ from clearway.traffic.models.borders import (
     COLUMN,
     COLUMN_CUT,
     Borders,
-    Pieces,
+    TraversalPieces,
 )
 
 
@@ -27,7 +27,7 @@ def column_cuts(
     start: float,
     end: float,
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """Vertical half-planes: the azimuth only rises, or only falls, by less than pi in all."""
     cx, cy, _ = closest
@@ -65,7 +65,7 @@ def _half_planes(
     first: tuple[float, float, float],
     last: tuple[float, float, float],
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """Cuts from the second on, in order; first and last are x, y and length of the line's ends."""
     from_x, from_y, start = first
@@ -106,7 +106,7 @@ def _cuts_through_axis(
     start: float,
     end: float,
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """A line in one vertical plane with the z axis: the azimuth turns round where it meets it."""
     cx, cy, _ = closest

@@ -15,7 +15,7 @@ from clearway.traffic.models.borders import (
     ENTRY,
     LEAVE,
     Borders,
-    Pieces,
+    TraversalPieces,
     borders_of,
     scratch,
 )
@@ -56,7 +56,7 @@ def follow_line(
     velocity: FloatArray,
     borders: Borders,
     edges: GridEdges,
-    pieces: Pieces,
+    pieces: TraversalPieces,
     arrays: ModelArrays,
 ) -> None:
     """Fill row n with the cells of one half-line."""

@@ -16,7 +16,7 @@ from clearway.traffic.models.borders import (
     ROW,
     ROW_CUT,
     Borders,
-    Pieces,
+    TraversalPieces,
 )
 
 
@@ -28,7 +28,7 @@ def row_cuts(
     start: float,
     end: float,
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """Cones: along its great circle the line's elevation rises to a top and falls, or the reverse.
 
@@ -72,7 +72,7 @@ def _cones(
     high: float,
     count: int,
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """Cuts, after `count` of them, of an arc whose elevation's sine goes from low to high."""
     distance, cz, uz, start, end = arc
@@ -100,7 +100,9 @@ def _cones(
 
 
 @compiled
-def _cuts_through_origin(uz: float, start: float, end: float, borders: Borders, out: Pieces) -> int:
+def _cuts_through_origin(
+    uz: float, start: float, end: float, borders: Borders, out: TraversalPieces
+) -> int:
     """A line through the origin: one elevation before it, the opposite one after it."""
     elevation = np.arcsin(min(1.0, max(-1.0, uz)))
     if start >= 0.0 or end <= 0.0:

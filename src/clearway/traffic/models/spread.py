@@ -23,7 +23,7 @@ from clearway.traffic.models.borders import (
     ENTRY,
     LEAVE,
     Borders,
-    Pieces,
+    TraversalPieces,
     borders_of,
     scratch,
 )
@@ -201,7 +201,7 @@ def _trace_rays(
     weights: FloatArray,
     nodes: DiscNodes,
     borders: Borders,
-    pieces: Pieces,
+    pieces: TraversalPieces,
     sums: FloatArray,
 ) -> None:
     """Sum the rays' times in each cell, and find the hull of their entries and leaves."""

@@ -23,7 +23,7 @@ from clearway.traffic.models.borders import (
     ROW,
     ROW_CUT,
     Borders,
-    Pieces,
+    TraversalPieces,
 )
 from clearway.traffic.models.column_cuts import column_cuts
 from clearway.traffic.models.row_cuts import row_cuts
@@ -35,7 +35,7 @@ def traverse(
     velocity: tuple[float, float, float],
     end_s: float,
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """Cells that position + velocity t passes for 0 <= t <= end_s, in order (5.7)-(5.9).
 
@@ -75,7 +75,7 @@ def traverse(
 
 @compiled
 def _between_walls(
-    start: float, end: float, columns: int, rows: int, out: Pieces
+    start: float, end: float, columns: int, rows: int, out: TraversalPieces
 ) -> tuple[float, float]:
     """Where the grid's columns and rows are entered first and left last; empty if they never are.
 
@@ -98,7 +98,9 @@ def _between_walls(
 
 
 @compiled
-def _layer_cuts(distance2: float, start: float, end: float, borders: Borders, out: Pieces) -> int:
+def _layer_cuts(
+    distance2: float, start: float, end: float, borders: Borders, out: TraversalPieces
+) -> int:
     """Spheres: inwards to the innermost one that is truly entered, then outwards."""
     table = borders.table
     last = borders.layers
@@ -140,7 +142,7 @@ def _merge(
     columns: int,
     rows: int,
     borders: Borders,
-    out: Pieces,
+    out: TraversalPieces,
 ) -> int:
     """Walk the three lists of cuts together and write the cells between them.
 

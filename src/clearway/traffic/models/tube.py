@@ -24,7 +24,7 @@ from clearway.traffic.models.borders import (
     LEAVE,
     RANGE,
     Borders,
-    Pieces,
+    TraversalPieces,
     borders_of,
     scratch,
 )
@@ -102,7 +102,7 @@ def _follow_path(
     position: FloatArray,
     velocity: FloatArray,
     borders: Borders,
-    pieces: Pieces,
+    pieces: TraversalPieces,
     arrays: ModelArrays,
 ) -> None:
     start = (position[0], position[1], position[2])

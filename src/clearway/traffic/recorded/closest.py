@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.base.units import FOOT_M, NAUTICAL_MILE_M
 from clearway.traffic.recorded.aircraft import Aircraft
-from clearway.traffic.recorded.meetings import meetings
+from clearway.traffic.recorded.proximity import proximity_pairs
 from clearway.traffic.recorded.samples import Samples, sample
 
 WITHIN_M = 10_000.0
@@ -55,7 +55,7 @@ def closest_pairs(
     flight (above 40 kt), their heights known, and within `within_m` of each other, horizontally.
     """
     samples = sample(aircraft)
-    met = meetings(samples, within_m)
+    met = proximity_pairs(samples, within_m)
     pair = samples.aircraft[met.first] * len(aircraft) + samples.aircraft[met.second]
     slant = np.hypot(met.horizontal_m, met.height_m)
     usable = np.flatnonzero(~np.isnan(slant))

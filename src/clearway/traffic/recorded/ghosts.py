@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.base.units import FOOT_M
 from clearway.traffic.recorded.aircraft import Aircraft
-from clearway.traffic.recorded.meetings import meetings
+from clearway.traffic.recorded.proximity import proximity_pairs
 from clearway.traffic.recorded.samples import sample
 
 GHOST_M = 1000.0
@@ -22,7 +22,7 @@ LEAST_S = 5
 def ghosts_of(aircraft: Sequence[Aircraft]) -> Mapping[str, str]:
     """Address of the aircraft that it doubles, by address of the ghost."""
     samples = sample(aircraft, slowest_mps=0.0)
-    met = meetings(samples, GHOST_M)
+    met = proximity_pairs(samples, GHOST_M)
     # Where a height is unknown the place has to do.
     near = ~(np.abs(met.height_m) > GHOST_HEIGHT_M)
     real = np.array([one.is_icao for one in aircraft], dtype=bool)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from clearway.reach.comparison import Comparison, Row, SpreadPoint
+from clearway.reach.comparison import Comparison, MethodRow, SpreadPoint
 
 # Okabe-Ito, distinct to colour-blind eyes.
 LINES = {"chaotic": "#D55E00", "harmonic": "#0072B2", "dispersion": "#009E73"}
@@ -58,7 +58,7 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
     return figure
 
 
-def _single(left: Axes, right: Axes, row: Row, reachable: int) -> None:
+def _single(left: Axes, right: Axes, row: MethodRow, reachable: int) -> None:
     """A method without a spread: one mark of its own."""
     for axes, value in (
         (left, row.coverage.cells_covered / reachable),

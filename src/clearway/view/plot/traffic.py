@@ -23,7 +23,7 @@ COURSE_S = 2.0
 def first_detection(run: Run) -> int | None:
     """Index of the first decision that knows of an intruder."""
     for index, entry in enumerate(run.decisions):
-        if len(entry.flight.decision.hazards.movers.radius_m):
+        if len(entry.flight.decision.hazards.moving.radius_m):
             return index
     return None
 
@@ -148,10 +148,10 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
 
 def _draw_courses(axes: Axes, entry: LoggedDecision, columns: tuple[int, int]) -> None:
     """Where intruders are going, as the decision knows it."""
-    movers = entry.flight.decision.hazards.movers
+    moving = entry.flight.decision.hazards.moving
     position, world_from_grid = grid_frame(entry.flight.decision.state)
-    places = movers.position_m @ world_from_grid.T + position
-    ways = COURSE_S * movers.velocity_mps @ world_from_grid.T
+    places = moving.position_m @ world_from_grid.T + position
+    ways = COURSE_S * moving.velocity_mps @ world_from_grid.T
     for place, way in zip(places[:, columns], ways[:, columns], strict=True):
         axes.annotate(
             "",

@@ -95,7 +95,7 @@ class ReachScene:
         self._ends: dict[float, list[fox.Point3]] = {}
 
     def update(self, decision: Decision) -> fox.SceneUpdate:
-        reach_set = decision.repertoire.reach_set
+        reach_set = decision.prepared.reach_set
         ends = self._points_of(reach_set)
         rating = decision.reach.node_rating
         class_of = np.minimum(len(RATED) * rating, len(RATED) - 1).astype(np.int64)

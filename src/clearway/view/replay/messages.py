@@ -32,19 +32,19 @@ VOXELS_IN_RANGE = 50
 
 
 def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    """The record of the log, with the planned path and the movers that were reckoned with."""
+    """The record of the log, with the planned path and the moving that were reckoned with."""
     message = decision_record(entry)
     flight = entry.flight
     if isinstance(flight, FlightDecision):
         message["path_m"] = np.round(flight.decision.path_m, 3).tolist()
-        message["movers"] = movers(flight.decision)
+        message["movers"] = moving(flight.decision)
     return message
 
 
-def movers(decision: Decision) -> list[dict[str, Any]]:
+def moving(decision: Decision) -> list[dict[str, Any]]:
     """Intruders as the planner knew them, in the world frame, at the decision time."""
     origin, world_from_grid = grid_frame(decision.state)
-    known = decision.hazards.movers
+    known = decision.hazards.moving
     places = known.position_m @ world_from_grid.T + origin
     velocities = known.velocity_mps @ world_from_grid.T
     return [
@@ -100,7 +100,7 @@ def reach_message(decision: Decision) -> dict[str, Any]:
     """How every movement of the reach set was rated, (4.22), and which one ends the plan."""
     return {
         "time_s": decision.state.time_s,
-        "start_pitch_rad": decision.repertoire.reach_set.start_pitch_rad,
+        "start_pitch_rad": decision.prepared.reach_set.start_pitch_rad,
         "chosen": decision.choice.node,
         "rating": np.round(decision.reach.node_rating, DIGITS).tolist(),
     }

@@ -132,7 +132,7 @@ class _Writer:
 
     def _write_evidence(self, flight: FlightDecision, log_time: int) -> None:
         decision, time_s = flight.decision, flight.time_s
-        reach_set = decision.repertoire.reach_set
+        reach_set = decision.prepared.reach_set
         if reach_set.start_pitch_rad not in self.reach_sets:
             self.reach_sets.add(reach_set.start_pitch_rad)
             self._write_own(schemas.REACH_SET, time_s, reach_set_message(reach_set))

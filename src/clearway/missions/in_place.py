@@ -39,7 +39,7 @@ class Way:
 
 
 @dataclass(frozen=True, eq=False)
-class Substitution:
+class InPlaceFlight:
     """An encounter flown in place of one of its aircraft."""
 
     part: OwnPart
@@ -75,7 +75,7 @@ class Substitution:
 
 def fly_in_place(
     part: OwnPart, recording: str | Path, flown: FlownAs | None = None, notice: Notice | None = None
-) -> Substitution:
+) -> InPlaceFlight:
     """Fly the part of one aircraft twice, and hold both flights against the recording.
 
     Raises InputError for settings that no vehicle can have, and FlightRefusedError where the
@@ -89,7 +89,7 @@ def fly_in_place(
     others = {track.name: sampled(track, moments) for track in tracks}
     own = sampled(part.recorded, moments)
     heard = others.get(part.other.address, np.zeros((0, 4)))
-    return Substitution(
+    return InPlaceFlight(
         part=part,
         file=file,
         setup=setup,

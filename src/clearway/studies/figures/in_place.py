@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray
 from clearway.view.plot.flight import EXECUTED, WAYPOINT
 
 if TYPE_CHECKING:
-    from clearway.missions.substitute import Substitution, Way
+    from clearway.missions.in_place import InPlaceFlight, Way
 
 RECORDED, WITHOUT, OTHER, THIRD = "#2e9e4f", "#555555", "#d62728", "#d9b3b3"
 GAP_S = 1.5
@@ -20,7 +20,7 @@ GAP_S = 1.5
 TICK_S = 30.0
 
 
-def draw_substitution(found: Substitution) -> Figure:
+def draw_in_place(found: InPlaceFlight) -> Figure:
     """The three ways and the other aircraft from above, altitudes and distances over time."""
     part = found.part
     figure = Figure(figsize=(15.0, 9.0), layout="constrained")
@@ -56,7 +56,7 @@ def draw_substitution(found: Substitution) -> Figure:
     return figure
 
 
-def _draw_above(axes: Axes, found: Substitution, other: str, flown: FloatArray) -> None:
+def _draw_above(axes: Axes, found: InPlaceFlight, other: str, flown: FloatArray) -> None:
     """Everybody else, and where all were at the same moments, marked with the seconds."""
     for name, track in found.others.items():
         if name != found.part.other.address:

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 
 from clearway.cli.report import say
 
-PATIENCE_S = 4.0
+SLOW_S = 4.0
 
 
 @contextmanager
-def asking_for_patience() -> Iterator[None]:
+def notice_when_slow() -> Iterator[None]:
     """Say what is going on if the block takes longer than a few seconds."""
     timer = threading.Timer(
-        PATIENCE_S,
+        SLOW_S,
         say,
         ["still working: the first run compiles, half a minute or so; later runs start at once"],
     )

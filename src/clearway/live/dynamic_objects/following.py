@@ -15,11 +15,11 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.movers.motion import Motion, fit_motion
+from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
 from clearway.sensors import Lidar, PointMemory, Scan
 from clearway.sensors.memory import forget_moved
 from clearway.sensors.sightings import (
-    Frame,
+    BeamFrame,
     Sighting,
     frame_of,
     is_passed,
@@ -30,19 +30,19 @@ from clearway.traffic import Intruder
 
 CONSISTENT, STILL_CONSISTENT = 2.0, 9.0
 """Mean square of the residuals, in variances, up to which a straight track is believed: of what may
-be a mover, and of one that is known and may turn."""
+be a dynamic object, and of one that is known and may turn."""
 AS_WIDE = 0.75
-"""Share of its greatest width that a mover must show last: gaps in foliage make bodies of parts."""
+"""Share of its greatest width that one must show last: gaps in foliage make bodies of parts."""
 CERTAIN = 3.0
-"""Standard deviations of its velocity by which a mover must be in motion."""
+"""Standard deviations of its velocity by which a dynamic object must be in motion."""
 TURNED = 0.5
-"""Share of what it flew since that a mover may be off: it may have turned by 30 degrees."""
+"""Share of what it flew since that one may be off: it may have turned by 30 degrees."""
 PASSES_TO_END = 2
-"""Scans in a row that look through the place of a mover before it is given up."""
+"""Scans in a row that look through the place of a dynamic object before it is given up."""
 
 
 @dataclass(frozen=True, slots=True)
-class MoverSettings:
+class DynamicObjectSettings:
     """What counts as a body in motion."""
 
     gap_m: float
@@ -62,7 +62,7 @@ class MoverSettings:
     window_s: float = 4.0
     """Its motion is taken from the sightings of this time."""
     coast_s: float = 10.0
-    """How long a mover out of sight is believed in."""
+    """How long a dynamic object out of sight is believed in."""
     lost_s: float = 2.5
     """How long anything else is."""
 
@@ -78,15 +78,15 @@ class MoverSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A cluster followed over scans; a mover once it has a motion."""
+    """A cluster followed over scans; a dynamic object once it has a motion."""
 
     sightings: tuple[Sighting, ...]
     """Newest last."""
     since_s: float
     """First sighting of all."""
-    motion: Motion | None = None
+    motion: FittedMotion | None = None
     number: int = 0
-    """Of a mover, counting up from 1."""
+    """Of a dynamic object, counting up from 1."""
     passed: int = 0
     """Scans in a row that looked through the place where it should be."""
 
@@ -103,8 +103,8 @@ class Body:
         share = (time_s - last.time_s) / span if span > 0.0 else 0.0
         return center + share * (center - before.center_m(before.half_width_m))
 
-    def gate_m(self, time_s: float, settings: MoverSettings) -> float:
-        """How far from there it may be found: a mover may turn, anything else may move off."""
+    def gate_m(self, time_s: float, settings: DynamicObjectSettings) -> float:
+        """How far from there it may be found: what moves may turn, anything else may move off."""
         motion = self.motion
         if motion is None:
             return settings.gap_m + settings.fastest_mps * (time_s - self.sightings[-1].time_s)
@@ -118,13 +118,13 @@ class Body:
 class Following:
     """All bodies that are followed."""
 
-    settings: MoverSettings
+    settings: DynamicObjectSettings
     bodies: tuple[Body, ...] = ()
     begun: int = 0
-    """Movers so far."""
+    """Dynamic objects so far."""
 
     def intruders(self) -> list[Intruder]:
-        """The movers as intruders, world frame, each at the time of its last sighting."""
+        """The dynamic_objects as intruders, world frame, each at the time of its last sighting."""
         return [body.motion.intruder(f"lidar-{body.number}") for body in self.bodies if body.motion]
 
 
@@ -170,8 +170,8 @@ def follow(
     return Following(settings, (*bodies, *new), begun)
 
 
-def forget_movers(memory: PointMemory, following: Following) -> PointMemory:
-    """Memory without what was returned by movers, now and before they were known to be any."""
+def forget_dynamic_objects(memory: PointMemory, following: Following) -> PointMemory:
+    """Memory without what dynamic objects returned, now and before they were known to be any."""
     settings = following.settings
     for body in following.bodies:
         if body.motion is not None:
@@ -188,20 +188,27 @@ def forget_movers(memory: PointMemory, following: Following) -> PointMemory:
     return memory
 
 
-def unreported(movers: Sequence[Intruder], reported: Sequence[Intruder]) -> list[Intruder]:
-    """Movers that no reported intruder accounts for, by place at the mover's time."""
+def unreported(dynamic_objects: Sequence[Intruder], reported: Sequence[Intruder]) -> list[Intruder]:
+    """Those that no reported intruder accounts for, by place at their own time."""
 
-    def accounts(report: Intruder, mover: Intruder) -> bool:
-        there = report.at(mover.time_s)
-        apart = np.linalg.norm(there.position_m - mover.position_m)
-        spare = CERTAIN * np.hypot(there.position_std_m, mover.position_std_m)
-        return bool(apart <= max(report.radius_m, mover.radius_m) + spare)
+    def accounts(report: Intruder, moving: Intruder) -> bool:
+        there = report.at(moving.time_s)
+        apart = np.linalg.norm(there.position_m - moving.position_m)
+        spare = CERTAIN * np.hypot(there.position_std_m, moving.position_std_m)
+        return bool(apart <= max(report.radius_m, moving.radius_m) + spare)
 
-    return [mover for mover in movers if not any(accounts(report, mover) for report in reported)]
+    return [
+        moving
+        for moving in dynamic_objects
+        if not any(accounts(report, moving) for report in reported)
+    ]
 
 
 def _assigned(
-    bodies: Sequence[Body], sightings: Sequence[Sighting], time_s: float, settings: MoverSettings
+    bodies: Sequence[Body],
+    sightings: Sequence[Sighting],
+    time_s: float,
+    settings: DynamicObjectSettings,
 ) -> dict[int, int]:
     """Sighting by body, at the least total distance from where the bodies should be."""
     from scipy.optimize import linear_sum_assignment
@@ -217,7 +224,7 @@ def _assigned(
     return {int(r): int(c) for r, c in zip(rows, columns, strict=True) if apart[r, c] <= gates[r]}
 
 
-def _out_of_sight(body: Body, frame: Frame, settings: MoverSettings) -> list[Body]:
+def _out_of_sight(body: Body, frame: BeamFrame, settings: DynamicObjectSettings) -> list[Body]:
     """The body carried on, or nothing once it is given up."""
     unseen_s = frame.time_s - body.sightings[-1].time_s
     if body.motion is None:
@@ -228,13 +235,13 @@ def _out_of_sight(body: Body, frame: Frame, settings: MoverSettings) -> list[Bod
     return [replace(body, passed=passed)] if kept else []
 
 
-def _seen_again(body: Body, sighting: Sighting, settings: MoverSettings) -> Body:
-    """The body after its next sighting, with a motion if it is a mover."""
+def _seen_again(body: Body, sighting: Sighting, settings: DynamicObjectSettings) -> Body:
+    """The body after its next sighting, with a motion if it is a dynamic object."""
     oldest = sighting.time_s - settings.window_s - 1e-9
     sightings = (*(s for s in body.sightings if s.time_s >= oldest), sighting)
     body = replace(body, sightings=sightings, passed=0)
     if len({s.time_s for s in sightings}) < settings.scans:
-        # Too few to fit: a mover that comes out of hiding flies on as it did.
+        # Too few to fit: a dynamic object that comes out of hiding flies on as it did.
         return body
     if body.motion is None:
         return replace(body, motion=_first_motion(sightings, settings))
@@ -245,7 +252,9 @@ def _seen_again(body: Body, sighting: Sighting, settings: MoverSettings) -> Body
     return replace(body, motion=None if still else motion)
 
 
-def _first_motion(sightings: Sequence[Sighting], settings: MoverSettings) -> Motion | None:
+def _first_motion(
+    sightings: Sequence[Sighting], settings: DynamicObjectSettings
+) -> FittedMotion | None:
     """The motion of what has proved to move; None for anything else."""
     first, last = sightings[0], sightings[-1]
     if last.half_width_m < AS_WIDE * max(s.half_width_m for s in sightings):

@@ -5,18 +5,19 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
 from clearway.missions.run_files import decision_times_ms
 
 if TYPE_CHECKING:
-    from clearway.missions.substitute import Substitution, Way
+    from clearway.missions.in_place import InPlaceFlight, Way
     from clearway.sim import Run
     from clearway.traffic.recorded import Aircraft
     from clearway.traffic.recorded.approach import Approach
     from clearway.traffic.recorded.report import Clock
 
 
-def substitution_result(found: Substitution, clock: Clock) -> dict[str, Any]:
+def in_place_result(found: InPlaceFlight, clock: Clock) -> dict[str, Any]:
     """Both aircraft, and the closest points of the three ways; times since the flight's start."""
     part, file = found.part, found.file
     closest = part.from_s + part.closest_s
@@ -38,6 +39,7 @@ def substitution_result(found: Substitution, clock: Clock) -> dict[str, Any]:
         "with_avoidance": _way(found.avoiding, clock, part.from_s) | _run(found.run),
         "path_added_m": rounded(found.added_m),
         "notes": list(found.setup.notes),
+        "provenance": provenance([file.traffic.recording] if file.traffic.recording else []),
     }
 
 

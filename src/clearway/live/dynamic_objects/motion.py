@@ -14,7 +14,7 @@ from clearway.traffic import Intruder
 WIDEST_SPREAD_RAD = np.pi / 6
 
 
-class Motion(NamedTuple):
+class FittedMotion(NamedTuple):
     """Straight motion fitted to sightings, world frame."""
 
     time_s: float
@@ -50,7 +50,7 @@ class Motion(NamedTuple):
         )
 
 
-def fit_motion(sightings: Sequence[Sighting]) -> Motion:
+def fit_motion(sightings: Sequence[Sighting]) -> FittedMotion:
     """Straight motion of a ball by weighted least squares, at the time of the last sighting.
 
     Where less of the body is seen than elsewhere its mean is off by up to what is missing.
@@ -70,7 +70,7 @@ def fit_motion(sightings: Sequence[Sighting]) -> Motion:
     residuals = centers - position - times[:, None] * velocity
     misfit = float(weights @ np.sum(residuals**2, axis=1)) / (3.0 * max(len(times) - 2, 1))
     worse = max(misfit, 1.0)
-    return Motion(
+    return FittedMotion(
         end_s,
         position,
         velocity,

@@ -13,7 +13,7 @@ from clearway.traffic.recorded.samples import Samples
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Meetings:
+class ProximityPairs:
     """Rows [n] of two aircraft at one second."""
 
     first: IntArray
@@ -24,7 +24,7 @@ class Meetings:
     """How far the second is above the first, both barometric, else both geometric, else NaN."""
 
 
-def meetings(samples: Samples, within_m: float) -> Meetings:
+def proximity_pairs(samples: Samples, within_m: float) -> ProximityPairs:
     """Pairs of samples of one second no further apart than `within_m`, horizontally."""
     found = [np.zeros((0, 4))]
     step = 1
@@ -48,7 +48,7 @@ def meetings(samples: Samples, within_m: float) -> Meetings:
         step += 1
     table = np.concatenate(found)
     rows = table[:, :2].astype(np.int64)
-    return Meetings(rows[:, 0], rows[:, 1], table[:, 2].copy(), table[:, 3].copy())
+    return ProximityPairs(rows[:, 0], rows[:, 1], table[:, 2].copy(), table[:, 3].copy())
 
 
 def _height_m(samples: Samples, first: IntArray, second: IntArray) -> FloatArray:

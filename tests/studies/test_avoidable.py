@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import ClearwayError
+from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import EncounterSettings, random_encounter
 from clearway.studies.encounters.flights import is_avoidable
-from clearway.studies.encounters.winnable import Opponent, search
 from clearway.vehicle.automaton import MovementAutomaton
 
 PLANE = MovementAutomaton.plane()

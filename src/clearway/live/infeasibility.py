@@ -20,7 +20,7 @@ REFINEMENT = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Enclosure:
+class InfeasibilityProof:
     """A closed space around a place."""
 
     clearance_m: float
@@ -29,9 +29,9 @@ class Enclosure:
     """[n, 3] world points in what closes the space, at least one."""
 
 
-def enclosure_of(
+def prove_infeasible(
     distance: Distance, place_m: FloatArray, radius_m: float, margin_m: float, away_m: FloatArray
-) -> Enclosure | None:
+) -> InfeasibilityProof | None:
     """The closed space around a ball, if it holds no point at `away_m`; None where none is proven.
 
     A voxel counts as blocked only if all of it is nearer to an obstacle than the margin, and a way
@@ -46,24 +46,24 @@ def enclosure_of(
                 continue
             field = VoxelField.sample(distance, place_m - half, place_m + half, place_m, width)
             ceiling = field.ceiling()
-            found = _enclosure(ceiling, place_m, radius_m, margin_m, away_m)
+            found = _proof_in(ceiling, place_m, radius_m, margin_m, away_m)
             if found is None and voxels <= REFINED_VOXELS:
                 inside = ceiling.within(place_m, radius_m + HALF_DIAGONAL * width)
                 open_voxels = _reached(ceiling.distance_m, margin_m, inside)
                 finer = ceiling.refined(distance, open_voxels, REFINEMENT)
-                found = _enclosure(finer, place_m, radius_m, margin_m, away_m)
+                found = _proof_in(finer, place_m, radius_m, margin_m, away_m)
             if found is not None:
                 return found
     return None
 
 
-def _enclosure(
+def _proof_in(
     ceiling: VoxelField,
     place_m: FloatArray,
     radius_m: float,
     margin_m: float,
     away_m: FloatArray,
-) -> Enclosure | None:
+) -> InfeasibilityProof | None:
     """The closed space that upper bounds of the distance in each voxel prove, if any."""
     spread = HALF_DIAGONAL * ceiling.width_m
     inside = ceiling.within(place_m, radius_m + spread)
@@ -72,7 +72,7 @@ def _enclosure(
         return None
     clearance = _widest_way(ceiling.distance_m, margin_m, inside, outside)
     walls = _walls(ceiling.distance_m, clearance, inside)
-    return Enclosure(clearance, ceiling.centers_m(walls))
+    return InfeasibilityProof(clearance, ceiling.centers_m(walls))
 
 
 def _reached(passable: FloatArray, margin_m: float, inside: IntArray) -> BoolArray:

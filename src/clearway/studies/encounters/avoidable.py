@@ -1,4 +1,4 @@
-"""Which encounters can be won at all: an exhaustive search over sequences of movements.
+"""Which encounters can be avoided at all: an exhaustive search over sequences of movements.
 
 Breadth first over all sequences of an automaton, from level flight along x at the origin. A branch
 ends where it comes nearer than allowed; the search ends where straight flight from there on stays
@@ -19,7 +19,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
-from clearway.reach.lattice import Pieces, build_lattice
+from clearway.reach.lattice import LatticePieces, build_lattice
 from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 12
@@ -41,7 +41,7 @@ class Opponent(NamedTuple):
     """Bound of what it may do across and along its way; 0 flies straight."""
 
 
-class Front(NamedTuple):
+class SearchFront(NamedTuple):
     """States that sequences of equally many movements lead to."""
 
     position_m: FloatArray
@@ -57,7 +57,7 @@ class Front(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class SearchVerdict:
     """What the search found."""
 
     avoidable: bool
@@ -75,7 +75,7 @@ def search(
     keep_m: float,
     most_movements: int = MOST_MOVEMENTS,
     chosen_movements: int = MOST_MOVEMENTS,
-) -> Verdict:
+) -> SearchVerdict:
     """Whether some sequence of movements keeps `keep_m` from the opponent at all times.
 
     After the first `chosen_movements` the last one is held, which makes longer sequences few. Where
@@ -84,8 +84,8 @@ def search(
     """
     pieces, straight = _pieces(automaton, most_movements)
     none = np.zeros(1, dtype=np.int64)
-    front = Front(np.zeros((1, 3)), np.zeros(1), none, none, none)
-    fronts: list[Front] = []
+    front = SearchFront(np.zeros((1, 3)), np.zeros(1), none, none, none)
+    fronts: list[SearchFront] = []
     elapsed, looked_at, found = 0.0, 0, -1
     while len(fronts) < most_movements:
         held = len(fronts) >= chosen_movements
@@ -97,12 +97,12 @@ def search(
             break
         elapsed += float(pieces.duration_s[0])
     if not len(front.yaw_rad):
-        return Verdict(False, (), False, looked_at)
-    return Verdict(True, _sequence(automaton, fronts), found >= 0, looked_at)
+        return SearchVerdict(False, (), False, looked_at)
+    return SearchVerdict(True, _sequence(automaton, fronts), found >= 0, looked_at)
 
 
 @lru_cache(maxsize=4)
-def _pieces(automaton: MovementAutomaton, deep: int) -> tuple[Pieces, int]:
+def _pieces(automaton: MovementAutomaton, deep: int) -> tuple[LatticePieces, int]:
     """Movements from every attitude, and the one that flies straight."""
     straight = [n for n, movement in enumerate(automaton.movements) if not movement.turn_rate_rps]
     durations = {movement.duration_s for movement in automaton.movements}
@@ -114,7 +114,7 @@ def _pieces(automaton: MovementAutomaton, deep: int) -> tuple[Pieces, int]:
     return pieces, straight[0]
 
 
-def _distinct(front: Front, same_m: float, found: int) -> Front:
+def _distinct(front: SearchFront, same_m: float, found: int) -> SearchFront:
     """Each state once; that one alone which the search has looked for."""
     if found >= 0:
         chosen = np.array([found])
@@ -127,7 +127,7 @@ def _distinct(front: Front, same_m: float, found: int) -> Front:
             ]
         ).astype(np.int64)
         chosen = np.sort(np.unique(keys, axis=0, return_index=True)[1])
-    return Front(
+    return SearchFront(
         front.position_m[chosen],
         front.yaw_rad[chosen],
         front.attitude[chosen],
@@ -136,7 +136,7 @@ def _distinct(front: Front, same_m: float, found: int) -> Front:
     )
 
 
-def _sequence(automaton: MovementAutomaton, fronts: list[Front]) -> tuple[str, ...]:
+def _sequence(automaton: MovementAutomaton, fronts: list[SearchFront]) -> tuple[str, ...]:
     names, at = [], 0
     for front in reversed(fronts):
         names.append(automaton.names[front.movement[at]])
@@ -205,14 +205,14 @@ def _clear_for_good(
 
 @compiled
 def _grow(
-    pieces: Pieces,
+    pieces: LatticePieces,
     straight: int,
     held: bool,
-    front: Front,
+    front: SearchFront,
     start_s: float,
     opponent: Opponent,
     keep: float,
-) -> tuple[Front, int]:
+) -> tuple[SearchFront, int]:
     """All movements from a front that stay clear, and one of them with a clear way on, or -1."""
     position, yaw, attitude = front.position_m, front.yaw_rad, front.attitude
     movements, steps = pieces.path.shape[1], pieces.path.shape[2]
@@ -255,5 +255,7 @@ def _grow(
             if found < 0 and _clear_for_good(after, velocity, start_s + duration, opponent, keep):
                 found = count
             count += 1
-    grown = Front(places[:count], yaws[:count], attitudes[:count], parents[:count], names[:count])
+    grown = SearchFront(
+        places[:count], yaws[:count], attitudes[:count], parents[:count], names[:count]
+    )
     return grown, found

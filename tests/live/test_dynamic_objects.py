@@ -1,4 +1,4 @@
-"""Movers seen by LiDAR alone: found, told apart from what stands still, and no ghost left."""
+"""Dynamic objects seen by LiDAR alone: found, told apart from what stands, no ghost left."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ import pytest
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.movers import Following, MoverSettings, follow, forget_movers, unreported
+from clearway.live.dynamic_objects import (
+    DynamicObjectSettings,
+    Following,
+    follow,
+    forget_dynamic_objects,
+    unreported,
+)
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.point_world import PointWorld
@@ -30,7 +36,7 @@ from clearway.traffic import Intruder
 from worlds_for_tests import GRID, LIDAR, STATIC, WALLS, mission, planner, static_world
 
 EMPTY = ObstacleMap()
-SETTINGS = MoverSettings.of(margin_m=0.6, speed_mps=1.0)
+SETTINGS = DynamicObjectSettings.of(margin_m=0.6, speed_mps=1.0)
 RADIUS_M = 0.6
 
 
@@ -56,7 +62,7 @@ def followed(taken: list[tuple[State, Scan]]) -> tuple[Following, PointMemory]:
     for state, scan in taken:
         memory = update_memory(memory, LIDAR, scan, state)
         following = follow(following, LIDAR, scan, state)
-        memory = forget_movers(memory, following)
+        memory = forget_dynamic_objects(memory, following)
     return following, memory
 
 
@@ -80,15 +86,15 @@ def test_a_mover_is_known_after_three_scans(
 ) -> None:
     taken = scans_of(start, velocity, own_mps, 3)
     assert followed(taken[:2])[0].intruders() == []
-    (mover,) = followed(taken)[0].intruders()
-    assert mover.name == "lidar-1"
-    assert mover.time_s == 2.0
-    off_m = np.abs(mover.position_m - (start + 2.0 * velocity))
-    assert off_m.max() < min(0.1, 3.0 * mover.position_std_m)
-    assert np.abs(mover.velocity_mps - velocity).max() < min(0.1, 3.0 * mover.velocity_std_mps)
-    assert mover.radius_m == pytest.approx(RADIUS_M, abs=0.12)
-    assert mover.position_std_m < 0.1
-    assert 0.0 < mover.spread_rad[0] < 0.2
+    (moving,) = followed(taken)[0].intruders()
+    assert moving.name == "lidar-1"
+    assert moving.time_s == 2.0
+    off_m = np.abs(moving.position_m - (start + 2.0 * velocity))
+    assert off_m.max() < min(0.1, 3.0 * moving.position_std_m)
+    assert np.abs(moving.velocity_mps - velocity).max() < min(0.1, 3.0 * moving.velocity_std_mps)
+    assert moving.radius_m == pytest.approx(RADIUS_M, abs=0.12)
+    assert moving.position_std_m < 0.1
+    assert 0.0 < moving.spread_rad[0] < 0.2
 
 
 def test_a_tenth_of_the_own_speed_is_no_motion() -> None:
@@ -117,8 +123,8 @@ def test_what_hides_is_believed_in_and_what_is_gone_is_not() -> None:
     states = [State(np.zeros(3), time_s=float(second)) for second in (4, 5, 6)]
     hidden = [(state, simulate_scan(LIDAR, wall, state, 1)) for state in states]
     gone = [(state, simulate_scan(LIDAR, EMPTY, state, 1)) for state in states]
-    (mover,) = followed(taken + hidden)[0].intruders()
-    assert mover.time_s == 3.0
+    (moving,) = followed(taken + hidden)[0].intruders()
+    assert moving.time_s == 3.0
     assert followed(taken + gone)[0].intruders() == []
     later = State(np.zeros(3), time_s=14.0)
     late = followed([*taken, *hidden, (later, simulate_scan(LIDAR, wall, later, 1))])
@@ -171,11 +177,11 @@ def test_two_movers_keep_their_names_when_they_cross() -> None:
 
 def test_a_reported_intruder_is_not_counted_twice() -> None:
     start, velocity = CROSSING
-    movers = followed(scans_of(start, velocity, 0.0, 4))[0].intruders()
+    moving = followed(scans_of(start, velocity, 0.0, 4))[0].intruders()
     report = Intruder(start, velocity, radius_m=RADIUS_M, name="a", time_s=0.0)
     elsewhere = replace(report, position_m=start + np.array([0.0, 0.0, 2.0]))
-    assert unreported(movers, [report]) == []
-    assert unreported(movers, [elsewhere]) == movers
+    assert unreported(moving, [report]) == []
+    assert unreported(moving, [elsewhere]) == moving
 
 
 def test_other_beams_see_movers_too() -> None:
@@ -192,8 +198,8 @@ def test_other_beams_see_movers_too() -> None:
         ball = Obstacle.ball(start + 0.1 * step * velocity, RADIUS_M)
         scan = simulate_scan(lidar, ObstacleMap([ball, still]), state, step)
         following = follow(following, lidar, scan, state)
-    (mover,) = following.intruders()
-    assert np.abs(mover.velocity_mps - velocity).max() < 0.2
+    (moving,) = following.intruders()
+    assert np.abs(moving.velocity_mps - velocity).max() < 0.2
 
 
 def flown_following(world: World, to_fly: object, **simulation: object) -> AvoidanceSystem:

@@ -1,0 +1,147 @@
+"""The formats that scans come in: the one place where a format is added.
+
+Above all readers, none of which knows it. They are imported when they are used, so that help texts
+can list the formats at no cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from clearway.base.errors import InputError, naming
+from clearway.io.what_file import reader_of
+
+if TYPE_CHECKING:
+    from clearway.io.scans.pointcloud import PointCloud
+    from clearway.io.scans.timed_scans import ScanSequence
+
+
+class ScanFormat(NamedTuple):
+    """A format by the suffixes of its files: either of one cloud, or of a recording of many."""
+
+    suffixes: tuple[str, ...]
+    magic: tuple[bytes, ...] = ()
+    """What its files begin with, where they all do."""
+    cloud: Callable[[Path], PointCloud] | None = None
+    """Reads a file of one cloud."""
+    scans: Callable[[Path, str | None, str | None], ScanSequence] | None = None
+    """Opens a recording; topic and poses (of its own topics) where it has such."""
+    topics: bool = False
+    """Whether its recordings have topics, to choose scans and poses by."""
+
+
+def _pcd(path: Path) -> PointCloud:
+    from clearway.io.scans.pcd import read_pcd
+
+    return read_pcd(path)
+
+
+def _ply(path: Path) -> PointCloud:
+    from clearway.io.scans.ply import read_ply
+
+    return read_ply(path)
+
+
+def _las(path: Path) -> PointCloud:
+    from clearway.io.scans.las import read_las
+
+    return read_las(path)
+
+
+def _table(path: Path) -> PointCloud:
+    from clearway.io.scans.point_table import read_point_table
+
+    return read_point_table(path)
+
+
+def _npy(path: Path) -> PointCloud:
+    from clearway.io.scans.point_table import read_npy
+
+    return read_npy(path)
+
+
+def _bin(path: Path) -> PointCloud:
+    from clearway.io.scans.kitti import read_bin
+
+    return read_bin(path)
+
+
+def _bag(path: Path, topic: str | None, poses: str | None) -> ScanSequence:
+    from clearway.io.scans.bag_scans import bag_scans
+
+    return bag_scans(path, topic, poses)
+
+
+def _packets(path: Path, _topic: str | None, _poses: str | None) -> ScanSequence:
+    from clearway.io.scans.ouster import ouster_scans
+
+    return ouster_scans(path)
+
+
+FORMATS = (
+    ScanFormat((".pcd",), (b"# .PCD", b"VERSION"), _pcd),
+    ScanFormat((".ply",), (b"ply\n", b"ply\r"), _ply),
+    ScanFormat((".las", ".laz"), (b"LASF",), _las),
+    ScanFormat((".csv", ".xyz", ".txt"), cloud=_table),
+    ScanFormat((".npy",), (b"\x93NUMPY",), _npy),
+    ScanFormat((".bin",), cloud=_bin),
+    ScanFormat((".bag",), (b"#ROSBAG",), scans=_bag, topics=True),
+    ScanFormat((".db3",), (b"SQLite format 3",), scans=_bag, topics=True),
+    ScanFormat((".mcap",), (b"\x89MCAP",), scans=_bag, topics=True),
+    ScanFormat((".pcap",), scans=_packets),
+)
+BY_SUFFIX: Mapping[str, ScanFormat] = {suffix: one for one in FORMATS for suffix in one.suffixes}
+
+
+def format_of(path: Path) -> ScanFormat:
+    """The format that a file's suffix tells; InputError listing the valid ones where none does."""
+    return reader_of(path, BY_SUFFIX, "point cloud")
+
+
+def read_points(path: str | Path) -> PointCloud:
+    """Read a point cloud of any known format, of recordings the first; the suffix tells which.
+
+    Points that are not finite are left out and counted. Raises InputError when the file is absent,
+    empty, truncated, of another format than its suffix says, without points, or too wide to be in
+    metres; MissingExtraError when the package that reads the format is not installed.
+    """
+    from clearway.io.scans.pointcloud import with_points
+
+    return with_points(read_cloud(Path(path)))
+
+
+def read_cloud(path: Path) -> PointCloud:
+    """As `read_points`, but perhaps without any point."""
+    from clearway.io.scans.pointcloud import cleaned
+
+    one = format_of(path)
+    check_start(path)
+    if one.cloud is not None:
+        return cleaned(one.cloud(path))
+    assert one.scans is not None
+    return _first(one.scans(path, None, None))
+
+
+def _first(scans: ScanSequence) -> PointCloud:
+    for scan in scans:
+        return scan.read()
+    raise InputError(scans.source, "no scan in it")
+
+
+def check_start(path: Path) -> None:
+    """Refuse files that cannot be opened, are empty, or begin like another format."""
+    own = format_of(path)
+    with naming(path, "read"), path.open("rb") as file:
+        start = file.read(16)
+    if not start:
+        raise InputError(str(path), "the file is empty (0 bytes)")
+    for other in FORMATS:
+        for magic in other.magic:
+            if other is not own and start.startswith(magic):
+                raise InputError(
+                    str(path),
+                    f"suffix {path.suffix!r}, but the content is of another format: its first "
+                    f"bytes are {magic!r}, which belong to {' or '.join(other.suffixes)}",
+                )

@@ -1,0 +1,61 @@
+"""The rest of the plan being flown, held against what has become known since it was decided."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.avoidance.decide import Decision, in_reach
+from clearway.avoidance.hazards import Cause
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation, grid_frame, margin_m, margin_slope
+from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
+from clearway.base.frames import FloatArray
+from clearway.live.plan import Plan
+from clearway.live.readings import TIME_TOLERANCE_S
+
+NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
+
+
+def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float) -> str | None:
+    """By what the plan lacks the margin from now on; None if it keeps it, and without a plan."""
+    if plan.decision is None:
+        return None
+    paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s)
+    if not len(paths.parent):
+        return None
+    margin = margin_m(planner.settings, situation)
+    hazards = in_reach(planner, situation, margin).hazards
+    sloped = sloping(paths, margin_slope(planner.settings, situation))
+    found = path_clearance(sloped, len(paths.parent) - 1, hazards)
+    # The vehicle is on the path, not on its chords.
+    if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
+        return None
+    return f"the plan comes within {found.distance_m:.2f} m of {NEWS[found.cause]}"
+
+
+def rest_of(decision: Decision, decided_s: float, situation: Situation, now_s: float) -> Paths:
+    """What is left of a decision's path, in the grid frame of a situation, moved to its place.
+
+    The path is the one that was verified: samples of the reach set, at equal times within each
+    movement.
+    """
+    reach_set = decision.prepared.reach_set
+    nodes = reach_set.path(decision.choice.node)
+    times = decided_s + _sample_times(reach_set.end_time_s[nodes], reach_set.samples_m.shape[1])
+    left = np.flatnonzero(times > now_s + TIME_TOLERANCE_S)
+    here = [np.interp(now_s, times, decision.path_m[:, axis]) for axis in range(3)]
+    _, world_from_grid = grid_frame(situation.state)
+    return Paths(
+        np.arange(-1, len(left) - 1, dtype=np.int32),
+        np.ascontiguousarray((decision.path_m[left] - here) @ world_from_grid)[:, None],
+        np.full(len(left), float(reach_set.sagitta_m[nodes].max())),
+        times[left] - now_s,
+    )
+
+
+def _sample_times(end_s: FloatArray, samples: int) -> FloatArray:
+    """[1 + movements * samples] from 0 on, from the ends [movements] of the movements."""
+    ends = np.concatenate([[0.0], end_s])
+    share = np.arange(1, samples + 1) / samples
+    times = (ends[:-1, None] + np.diff(ends)[:, None] * share).ravel()
+    return np.concatenate([[0.0], times])

@@ -1,0 +1,22 @@
+"""Dynamic objects seen by LiDAR alone: bodies followed until beams prove that they move."""
+
+from clearway.live.dynamic_objects.following import (
+    Body,
+    DynamicObjectSettings,
+    Following,
+    follow,
+    forget_dynamic_objects,
+    unreported,
+)
+from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
+
+__all__ = [
+    "Body",
+    "DynamicObjectSettings",
+    "FittedMotion",
+    "Following",
+    "fit_motion",
+    "follow",
+    "forget_dynamic_objects",
+    "unreported",
+]
