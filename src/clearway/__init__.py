@@ -9,26 +9,38 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from clearway.base.moved import answer_old_paths
 from clearway.base.version import __version__
 
 if TYPE_CHECKING:
     from clearway.avoidance.costs import Prices
     from clearway.avoidance.decide import Decision, decide
     from clearway.avoidance.planner import AvoidanceSettings, Planner
+    from clearway.avoidance.scene import SceneAssessment
     from clearway.avoidance.situation import Situation
     from clearway.base.errors import ClearwayError
     from clearway.base.grid import AvoidanceGrid
     from clearway.base.state import State
+    from clearway.io.maps.maps import read_map
+    from clearway.io.traffic.traffic import read_traffic
     from clearway.live import AvoidanceSystem
     from clearway.live.mission import Mission
+    from clearway.missions.assess import assess
+    from clearway.missions.fly import fly
+    from clearway.missions.mission_file import MissionFile
+    from clearway.missions.recorded_scan import RecordedScan, read_scan, read_scans
+    from clearway.missions.world_file import read_mission
     from clearway.obstacles.obstacle import Obstacle
     from clearway.obstacles.obstacle_map import ObstacleMap
     from clearway.obstacles.point_world import PointWorld
     from clearway.reach import ReachLibrary, ReachSet, build_reach_set
     from clearway.sensors import BeamPattern, Lidar, Scan
-    from clearway.sim import SimulationSettings, simulate
+    from clearway.sim import Run, SimulationSettings, simulate
+    from clearway.studies.figures.flight_set import draw_flight
     from clearway.traffic import Intruder
+    from clearway.traffic.recorded.picture import air_picture
     from clearway.vehicle.automaton import MovementAutomaton
+    from clearway.view.plot.assessment import draw_assessment
 
 
 __all__ = [
@@ -41,6 +53,7 @@ __all__ = [
     "Intruder",
     "Lidar",
     "Mission",
+    "MissionFile",
     "MovementAutomaton",
     "Obstacle",
     "ObstacleMap",
@@ -49,13 +62,26 @@ __all__ = [
     "Prices",
     "ReachLibrary",
     "ReachSet",
+    "RecordedScan",
+    "Run",
     "Scan",
+    "SceneAssessment",
     "SimulationSettings",
     "Situation",
     "State",
     "__version__",
+    "air_picture",
+    "assess",
     "build_reach_set",
     "decide",
+    "draw_assessment",
+    "draw_flight",
+    "fly",
+    "read_map",
+    "read_mission",
+    "read_scan",
+    "read_scans",
+    "read_traffic",
     "simulate",
 ]
 
@@ -69,6 +95,7 @@ _ROOM_OF = {
     "Intruder": "traffic",
     "Lidar": "sensors",
     "Mission": "live.mission",
+    "MissionFile": "missions.mission_file",
     "MovementAutomaton": "vehicle.automaton",
     "Obstacle": "obstacles.obstacle",
     "ObstacleMap": "obstacles.obstacle_map",
@@ -77,14 +104,106 @@ _ROOM_OF = {
     "Prices": "avoidance.costs",
     "ReachLibrary": "reach",
     "ReachSet": "reach",
+    "RecordedScan": "missions.recorded_scan",
+    "Run": "sim",
     "Scan": "sensors",
+    "SceneAssessment": "avoidance.scene",
     "SimulationSettings": "sim",
     "Situation": "avoidance.situation",
     "State": "base.state",
+    "air_picture": "traffic.recorded.picture",
+    "assess": "missions.assess",
     "build_reach_set": "reach",
     "decide": "avoidance.decide",
+    "draw_assessment": "view.plot.assessment",
+    "draw_flight": "studies.figures.flight_set",
+    "fly": "missions.fly",
+    "read_map": "io.maps.maps",
+    "read_mission": "missions.world_file",
+    "read_scan": "missions.recorded_scan",
+    "read_scans": "missions.recorded_scan",
+    "read_traffic": "io.traffic.traffic",
     "simulate": "sim",
 }
+
+
+_MOVED = {
+    "autopilot": "mavlink",
+    "avoidable": "studies.encounters.avoidable",
+    "avoidance": "avoidance.decide",
+    "baselines": "sim.baselines",
+    "campaigns": "studies.campaigns",
+    "cell_nodes": "obstacles.cell_nodes",
+    "cell_share": "obstacles.cell_share",
+    "cell_volume": "obstacles.cell_volume",
+    "clearance": "avoidance.clearance",
+    "comparison": "studies.comparison",
+    "compiled": "base.compiled",
+    "confidence": "base.intervals",
+    "costs": "avoidance.costs",
+    "crossing": "avoidance.crossing",
+    "decision": "avoidance.choice",
+    "detour": "live.detour",
+    "enclosure": "live.infeasibility",
+    "encounter": "studies.encounters.encounter",
+    "encounter_model": "studies.encounter_model",
+    "encounters": "studies.encounters.flights",
+    "errors": "base.errors",
+    "evidence": "avoidance.evidence",
+    "explain": "live.explain",
+    "fault_studies": "studies.faults",
+    "faults": "sim.faults",
+    "flight": "missions.setup",
+    "frames": "base.frames",
+    "fusion": "avoidance.fusion",
+    "grid": "base.grid",
+    "hazards": "avoidance.hazards",
+    "intruders": "traffic",
+    "io.sequences": "io.scans.sequences",
+    "io.traffic": "io.traffic.traffic",
+    "map_cells": "obstacles.cells",
+    "mazes": "sim.mazes",
+    "metrics": "sim.metrics",
+    "mission": "live.mission",
+    "movement_buffer": "vehicle.buffer",
+    "movement_table": "vehicle.table",
+    "movements": "vehicle.automaton",
+    "movers": "live.dynamic_objects",
+    "obstacle_map": "obstacles.obstacle_map",
+    "obstacle_tree": "obstacles.tree",
+    "obstacles": "obstacles.obstacle",
+    "pilot": "sim.pilot",
+    "planner": "avoidance.planner",
+    "playback": "live.playback",
+    "plot": "view.plot",
+    "point_world": "obstacles.point_world",
+    "prediction": "vehicle.prediction",
+    "pursuit": "studies.encounters.pursuit",
+    "recordings": "traffic.recorded",
+    "refuge": "avoidance.loiter",
+    "replay": "view.replay",
+    "reproduction": "studies.reproduction",
+    "risk": "studies.risk",
+    "rounded_box": "obstacles.rounded_box",
+    "route": "live.route",
+    "rules": "avoidance.rules",
+    "scene": "avoidance.scene",
+    "simulation": "sim",
+    "situation": "avoidance.situation",
+    "state": "base.state",
+    "substitute": "missions.in_place",
+    "system": "live",
+    "traffic": "sim.scripted",
+    "units": "base.units",
+    "vehicle": "vehicle.model",
+    "verify": "avoidance.verify",
+    "voxels": "live.distance_field",
+    "world": "obstacles.world",
+    "worlds": "sim.worlds",
+}
+"""Old paths of modules, answered for one version."""
+
+answer_old_paths(_MOVED)
 
 
 def __getattr__(name: str) -> object:

@@ -28,6 +28,7 @@ from clearway.avoidance.verify import (
     path_clearance,
     paths_of,
 )
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet
@@ -115,6 +116,8 @@ class Choice:
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedReachSet:
@@ -131,6 +134,8 @@ class PreparedReachSet:
     """[nodes] node of that first movement."""
     step_m: float
     """Length of one movement: the unit of prices."""
+
+    __repr__ = brief
 
     @classmethod
     def of(

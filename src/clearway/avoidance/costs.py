@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray, IntArray
@@ -34,6 +35,9 @@ class Goal(NamedTuple):
     reach_radius_m: float
     final: bool
     """No waypoint follows."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +67,8 @@ class Prices:
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
 
+    __repr__ = brief
+
 
 StageCost = Callable[[ReachSet, Prices], FloatArray]
 """Cost [nodes] of each movement of a reach set, in metres; evaluated once per reach set."""
@@ -77,6 +83,9 @@ class Arrival(NamedTuple):
     """[nodes] it does so in this movement."""
     miss_m: FloatArray
     """[nodes] closest approach to the target on the path so far."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], FloatArray]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.brief import brief
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -46,6 +47,8 @@ class Situation:
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
+
+    __repr__ = brief
 
 
 def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -72,6 +73,8 @@ class PointMemory:
     """Balls that became part of coarser ones with it."""
     too_small: int = 0
     """Returns of it that come from nothing of the smallest size."""
+
+    __repr__ = brief
 
     @classmethod
     def empty(

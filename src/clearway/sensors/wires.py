@@ -25,7 +25,7 @@ from clearway.sensors.remembered import (
 )
 from clearway.sensors.voxels import slot_of, table_bits
 
-GAP = 12.0
+GAP = 20.0
 """Voxels that neighbours on a wire may be apart."""
 CLOSE = 1.0 / 3.0
 """Share of the gap within which neighbours count where there are many."""
