@@ -14,8 +14,8 @@ from clearway.live.fineness import (
     turning_distance_m,
     what_beams_hold,
 )
-from clearway.missions.mission_file import read_mission
 from clearway.missions.setup import prepare
+from clearway.missions.world_file import read_mission
 from clearway.sensors import BeamPattern
 from worlds_for_tests import GRID, LIDAR, planner
 

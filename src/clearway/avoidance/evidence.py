@@ -1,13 +1,17 @@
-"""From what is known to evidence per cell, and to what trajectories must keep clear of."""
+"""From what is known to evidence per cell, and to what trajectories must keep clear of.
+
+Whoever looks at a moment gathers here: a decision, a scene, news of a plan, a rival.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from clearway.avoidance.fusion import Evidence
+from clearway.avoidance.fusion import Evidence, Rating
 from clearway.avoidance.hazards import (
     Hazards,
     MovingHazards,
@@ -15,37 +19,95 @@ from clearway.avoidance.hazards import (
     no_shapes,
     nothing_moving,
 )
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation, grid_frame
+from clearway.avoidance.planner import EvidenceSettings
+from clearway.avoidance.situation import Situation, margin_m
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.grid_frame import GridFrame
 from clearway.obstacles.cells import base_probability
 from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle import Shapes
-from clearway.sensors import Detection, combine_detections, thin_points
 from clearway.sensors import coated_cells as coated_by_points
-from clearway.traffic import Intruder, assess_intruders
-from clearway.traffic.models.many import deviations_m, speeds_mps, spread_tangents
+from clearway.sensors import combine_detections, thin_points
+from clearway.traffic import (
+    Intruder,
+    IntruderCells,
+    VehicleTimes,
+    assess_intruders,
+    combine_intruders,
+)
+from clearway.traffic.models.many import deviations_m, seen_at, speeds_mps, spread_tangents
 
 NO_SHAPES = no_shapes()
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
 
 
+class Terms(Protocol):
+    """On what terms a moment is assessed: a `Planner` has them, and so has a `Scene`."""
+
+    @property
+    def grid(self) -> AvoidanceGrid: ...
+
+    @property
+    def settings(self) -> EvidenceSettings: ...
+
+    @property
+    def cell_rating(self) -> Rating:
+        """How evidence becomes a rating."""
+        ...
+
+    @property
+    def speed_mps(self) -> float:
+        """Of the own vehicle, the fastest."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CountedAs:
+    """How one intruder is counted, where it is not as the settings say."""
+
+    models: tuple[str, ...]
+    timed: bool | str = False
+    """False, True for the paper's (5.5), or the name of a timed rule."""
+    times: VehicleTimes | None = None
+    """When the vehicle is in which cell."""
+    up: FloatArray | None = None
+    """[3] world up in the grid's frame; None as the state says."""
+
+
+class InReach(NamedTuple):
+    """What is around, in the grid's frame."""
+
+    frame: GridFrame
+    margin_m: float
+    """To be kept from all of it."""
+    hazards: Hazards
+    intruders: list[Intruder]
+    """At the time of the state."""
+
+
+def in_reach(terms: Terms, situation: Situation) -> InReach:
+    """Bring map, returns and intruders into the grid's frame."""
+    settings, frame, range_m = terms.settings, situation.frame, terms.grid.range_m
+    margin = margin_m(settings, situation)
+    intruders = seen_at(situation.intruders, situation.state, frame.world_from_grid)
+    hazards = Hazards(
+        _points(situation, settings, range_m + margin),
+        _shapes_near(situation, terms.grid),
+        _moving(intruders, situation, settings, range_m / terms.speed_mps),
+    )
+    return InReach(frame, margin, hazards, intruders)
+
+
 def gather_evidence(
-    grid: AvoidanceGrid,
-    detections: Sequence[Detection],
-    hazards: Hazards,
-    margin: float,
-    intruders: Sequence[Intruder],
-    settings: AvoidanceSettings,
-    up: FloatArray,
+    terms: Terms, situation: Situation, near: InReach, cells: Sequence[IntruderCells]
 ) -> Evidence:
     """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
-    free = Evidence.free(grid)
+    grid, hazards, margin = terms.grid, near.hazards, near.margin_m
     changes: dict[str, object] = {}
-    if detections:
-        sensed = combine_detections(detections, settings.sensor_fusion)
+    if situation.detections:
+        sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
         changes |= {
             "detected": sensed.detected,
             "visibility": sensed.visibility,
@@ -53,61 +115,70 @@ def gather_evidence(
         }
     coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
     if len(hazards.shapes.radius_m):
-        changes["map_base"] = base_probability(hazards.shapes, grid)
+        changes["map_base"] = base_probability(hazards.shapes, grid, terms.settings.accuracy)
         coated = coated | coated_by_map(hazards.shapes, grid, margin)
-    if intruders:
-        changes["intruder"] = assess_intruders(
-            grid, intruders, models=settings.intruder_models, up=up
-        ).probability
-    return replace(free, coated=coated, **changes)  # type: ignore[arg-type]
+    if cells:
+        changes["intruder"] = (
+            cells[0].probability
+            if len(cells) == 1
+            else combine_intruders(np.concatenate([one.each for one in cells]))
+        )  # (5.37)
+    return replace(Evidence.free(grid), coated=coated, **changes)  # type: ignore[arg-type]
 
 
-def hazards_of(
-    planner: Planner, situation: Situation, intruders: Sequence[Intruder], margin: float
-) -> Hazards:
-    """All that is known to be in reach, in the grid frame, as the intruders are."""
-    settings, grid = planner.settings, planner.grid
-    position, world_from_grid = grid_frame(situation.state)
-    return Hazards(
-        _points(situation, settings, position, world_from_grid, grid.range_m + margin),
-        _shapes_near(situation, position, world_from_grid, grid),
-        _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
+def intruder_cells(
+    terms: Terms, near: InReach, counted: Sequence[CountedAs] | None = None
+) -> tuple[IntruderCells, ...]:
+    """What intruders mean for each cell (5.36): all as the settings say, or each as told."""
+    grid, settings, up = terms.grid, terms.settings, near.frame.up
+    accuracy = settings.accuracy
+    if counted is None:
+        if not near.intruders:
+            return ()
+        models = settings.intruder_models
+        return (assess_intruders(grid, near.intruders, models, up=up, accuracy=accuracy),)
+    return tuple(
+        assess_intruders(
+            grid,
+            [intruder],
+            how.models,
+            how.timed,
+            how.times,
+            up if how.up is None else how.up,
+            accuracy,
+        )
+        for intruder, how in zip(near.intruders, counted, strict=True)
     )
 
 
-def _shapes_near(
-    situation: Situation, position: FloatArray, world_from_grid: FloatArray, grid: AvoidanceGrid
-) -> Shapes:
+def _shapes_near(situation: Situation, grid: AvoidanceGrid) -> Shapes:
     if situation.obstacle_map is None or not len(situation.obstacle_map):
         return NO_SHAPES
-    return situation.obstacle_map.in_grid(position, world_from_grid, grid)
+    frame = situation.frame
+    return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid)
 
 
-def _points(
-    situation: Situation,
-    settings: AvoidanceSettings,
-    position: FloatArray,
-    world_from_grid: FloatArray,
-    reach_m: float,
-) -> PointHazards:
+def _points(situation: Situation, settings: EvidenceSettings, reach_m: float) -> PointHazards:
     """What is remembered, or else the returns at hand merged in voxels; grown by range noise."""
     if situation.remembered is not None:
-        place = (situation.remembered.position_m - position) @ world_from_grid
+        place = situation.frame.grid_points(situation.remembered.position_m)
         radius = situation.remembered.radius_m
     else:
         place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
         radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
         near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
-        place, radius = thin_points(place[near], radius[near], THINNING * settings.safety_margin_m)
+        place, radius = place[near], radius[near]
+        if settings.accuracy == "fast":
+            place, radius = thin_points(place, radius, THINNING * settings.safety_margin_m)
     return PointHazards(
         np.ascontiguousarray(place), radius + settings.point_sigmas * situation.range_sigma_m
     )
 
 
-def _movers(
+def _moving(
     intruders: Sequence[Intruder],
     situation: Situation,
-    settings: AvoidanceSettings,
+    settings: EvidenceSettings,
     horizon_s: float,
 ) -> MovingHazards:
     """Intruders as balls that grow with time by all that they may deviate.

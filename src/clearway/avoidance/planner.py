@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 
@@ -22,12 +23,13 @@ from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
+from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
 
 @dataclass(frozen=True, slots=True)
-class AvoidanceSettings:
-    """How decisions are taken; defaults are those of the paper's static mission."""
+class EvidenceSettings:
+    """How evidence is gathered and rated; defaults are those of the paper's static mission."""
 
     rating: str = "total"
     unknown: float = 0.0
@@ -36,8 +38,6 @@ class AvoidanceSettings:
     """The same for columns that no beam looks into."""
     threshold: float = 0.3
     """P_R that a trajectory must have."""
-    verify: bool = True
-    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
     safety_margin_m: float = 0.6
     """From the vehicle's centre to any obstacle's surface."""
     sigmas: float = 3.0
@@ -46,12 +46,12 @@ class AvoidanceSettings:
     """Growth of the margin with the age of the own state."""
     point_sigmas: float = 2.0
     """Standard deviations of the range by which a hit point grows."""
-    smallest_object_m: float | None = None
-    """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
     intruder_models: tuple[str, ...] = ("line", "spread")
     sensor_fusion: str = "conjunction"
     """How several sensors become one: (5.38), or weighted by precision and trust."""
-    prices: Prices = field(default_factory=Prices)
+    accuracy: Accuracy = "fast"
+    """How finely volumes, bodies and spreads are looked at; but for "fast", returns at hand are not
+    merged either."""
 
     __repr__ = brief
 
@@ -64,6 +64,22 @@ class AvoidanceSettings:
         for name in ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not a number >= 0")
+        if self.accuracy not in get_args(Accuracy):
+            raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
+
+
+@dataclass(frozen=True, slots=True)
+class AvoidanceSettings(EvidenceSettings):
+    """How decisions are taken; defaults are those of the paper's static mission."""
+
+    verify: bool = True
+    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
+    smallest_object_m: float | None = None
+    """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
+    prices: Prices = field(default_factory=Prices)
+
+    def __post_init__(self) -> None:
+        EvidenceSettings.__post_init__(self)
         smallest = self.smallest_object_m
         if smallest is not None and not 0.0 < smallest < np.inf:
             raise ClearwayError(f"smallest_object_m: {smallest} is not a number > 0")
@@ -146,5 +162,7 @@ class Planner:
         return max(movement.speed_mps for movement in self.automaton.movements)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:
-        """The reach set whose start pitch is nearest."""
-        return min(self.prepared_sets, key=lambda entry: abs(entry[0] - pitch_rad))[1]
+        """The reach set whose start pitch is nearest; the flatter one of two."""
+        return min(
+            self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
+        )[1]

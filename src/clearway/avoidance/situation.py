@@ -1,15 +1,17 @@
-"""What is known at one decision time, and the frame and goal that follow from it."""
+"""What is known at one decision time, and the margin and goal that follow from it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import EvidenceSettings, Planner
 from clearway.base.brief import brief
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
+from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
@@ -25,7 +27,7 @@ class Situation:
     """All that is known at the decision time, in the world frame unless said otherwise."""
 
     state: State
-    """Expected own state at the decision time; its grid frame leaves out the roll."""
+    """Expected own state at the decision time."""
     target_m: FloatArray
     """[3] waypoint to go to."""
     next_m: FloatArray | None = None
@@ -50,14 +52,13 @@ class Situation:
 
     __repr__ = brief
 
+    @cached_property
+    def frame(self) -> GridFrame:
+        """Where the avoidance grid sits."""
+        return GridFrame.of(self.state)
 
-def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
-    """Origin [3] and rotation [3, 3] (world from grid) of the grid at a state, roll left out."""
-    _, pitch, yaw = state.attitude_rad
-    return state.position_m, world_from_body([0.0, pitch, yaw])
 
-
-def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
+def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
     """Safety margin grown by the uncertainty and the age of the own state."""
     return (
         settings.safety_margin_m
@@ -67,7 +68,7 @@ def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
     )
 
 
-def margin_slope(settings: AvoidanceSettings, situation: Situation) -> float:
+def margin_slope(settings: EvidenceSettings, situation: Situation) -> float:
     """Metres that the margin grows by per metre of distance from the vehicle.
 
     What is known in the world frame, be it map, traffic or an earlier return, is turned into the

@@ -32,8 +32,8 @@ def assess(
     scan: Annotated[
         Path | None,
         typer.Option(
-            help="Scan in the sensor's frame: .pcd, .ply, .bin, .las, .laz, .csv, .xyz, .npy; of "
-            "a recording: .bag, ROS 2 bag, .mcap, .pcap of Ouster, folder of numbered scans."
+            help="Scan in the sensor's frame: {clouds}; of a recording: {recordings}, folder of a "
+            "ROS 2 bag, or of numbered scans."
         ),
     ] = None,
     at: Annotated[
@@ -48,9 +48,7 @@ def assess(
     ] = None,
     poses: Annotated[
         str | None,
-        typer.Option(
-            help="File of the vehicle's poses (KITTI, TUM, table, ULog), or topic of the bag."
-        ),
+        typer.Option(help="File of the vehicle's poses ({poses}), or topic of the bag."),
     ] = None,
     every: Annotated[
         bool,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.decide import Decision, in_reach
+from clearway.avoidance.decide import Decision
+from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, grid_frame, margin_m, margin_slope
+from clearway.avoidance.situation import Situation, margin_slope
 from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray
 from clearway.live.plan import Plan
@@ -23,10 +24,10 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s)
     if not len(paths.parent):
         return None
-    margin = margin_m(planner.settings, situation)
-    hazards = in_reach(planner, situation, margin).hazards
+    near = in_reach(planner, situation)
+    margin = near.margin_m
     sloped = sloping(paths, margin_slope(planner.settings, situation))
-    found = path_clearance(sloped, len(paths.parent) - 1, hazards)
+    found = path_clearance(sloped, len(paths.parent) - 1, near.hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
         return None
@@ -44,10 +45,10 @@ def rest_of(decision: Decision, decided_s: float, situation: Situation, now_s: f
     times = decided_s + _sample_times(reach_set.end_time_s[nodes], reach_set.samples_m.shape[1])
     left = np.flatnonzero(times > now_s + TIME_TOLERANCE_S)
     here = [np.interp(now_s, times, decision.path_m[:, axis]) for axis in range(3)]
-    _, world_from_grid = grid_frame(situation.state)
+    ahead = decision.path_m[left] - here
     return Paths(
         np.arange(-1, len(left) - 1, dtype=np.int32),
-        np.ascontiguousarray((decision.path_m[left] - here) @ world_from_grid)[:, None],
+        np.ascontiguousarray(ahead @ situation.frame.world_from_grid)[:, None],
         np.full(len(left), float(reach_set.sagitta_m[nodes].max())),
         times[left] - now_s,
     )
