@@ -7,13 +7,15 @@ closed loop.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from clearway.avoidance.assess import Assessment, assess_situation
 from clearway.avoidance.choice import (
+    Basis,
     Candidates,
     Choice,
     Commitment,
@@ -35,6 +37,9 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import BoolArray, IntArray, State
+
+MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""How much of what intruders may do is kept clear of, the most that leaves a way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +101,12 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    def choose_among(candidates: Candidates) -> Choice:
+    def choose_clear_of(hazards: Hazards, candidates: Candidates) -> Choice:
         return choose(
             prepared,
             known.reach,
             candidates,
-            near.hazards,
+            hazards,
             margin_m=margin,
             threshold=settings.threshold,
             verify=settings.verify,
@@ -112,10 +117,14 @@ def decide(
     if planner.rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)
         ruling = rule_on(planner.rules, view)
-    if ruling is None:
-        choice = choose_among(candidates)
-    else:
-        choice = choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
+
+    def choose_with(hazards: Hazards) -> Choice:
+        choose_among = partial(choose_clear_of, hazards)
+        if ruling is None:
+            return choose_among(candidates)
+        return choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
+
+    choice, kept_from = choose_for_manoeuvres(near.hazards, choose_with)
     return Decision(
         state=situation.state,
         choice=choice,
@@ -126,10 +135,29 @@ def decide(
         cells=known.cells,
         reach=known.reach,
         prepared=prepared,
-        hazards=near.hazards,
+        hazards=kept_from,
         decide_within_s=_decide_within(planner, prepared, choice, near.hazards, margin),
         intruders=names,
     )
+
+
+def choose_for_manoeuvres(
+    hazards: Hazards, choose_with: Callable[[Hazards], Choice]
+) -> tuple[Choice, Hazards]:
+    """The choice clear of as much as can be of what intruders may do, and what it is clear of.
+
+    All that an intruder that has turned may do next soon leaves no way at all: then a lesser share
+    of it is kept clear of, and its straight way at the least.
+    """
+    if not hazards.moving.manoeuvre_mps2.any():
+        return choose_with(hazards), hazards
+    tried: list[tuple[Choice, Hazards]] = []
+    for share in MANOEUVRE_SHARES:
+        shared = hazards.keeping_clear_of(share)
+        tried.append((choose_with(shared), shared))
+        if tried[-1][0].basis is not Basis.EMERGENCY:
+            return tried[-1]
+    return tried[0]
 
 
 def _candidates(

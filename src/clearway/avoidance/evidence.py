@@ -200,4 +200,6 @@ def _moving(
         spread_tangents(intruders) * speeds_mps(intruders)
         + settings.sigmas * np.array([i.velocity_std_mps for i in intruders])
         + turning,
+        np.array([i.manoeuvre_mps2 for i in intruders]),
+        np.ones(len(intruders)),
     )

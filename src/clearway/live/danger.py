@@ -26,8 +26,11 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
         return None
     near = in_reach(planner, situation)
     margin = near.margin_m
+    # Of what intruders may do, as much as the plan was decided to keep clear of.
+    share = float(plan.decision.hazards.moving.share.min(initial=1.0))
+    hazards = near.hazards.keeping_clear_of(share)
     sloped = sloping(paths, margin_slope(planner.settings, situation))
-    found = path_clearance(sloped, len(paths.parent) - 1, near.hazards)
+    found = path_clearance(sloped, len(paths.parent) - 1, hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
         return None

@@ -44,6 +44,8 @@ class Intruder:
     """Largest acceleration it may show; None where no bound is known."""
     address: str = ""
     """Transponder address, empty where unknown."""
+    manoeuvre_mps2: float = 0.0
+    """Acceleration that it has shown, and may show again any way at no more than its speed."""
 
     __repr__ = brief
 
@@ -71,7 +73,8 @@ class Intruder:
         problems = []
         if not math.isfinite(self.time_s):
             problems.append(f"time_s: must be a finite number, got {self.time_s!r}")
-        for key in ("radius_m", "position_std_m", "velocity_std_mps", "acceleration_bound_mps2"):
+        keys = ("radius_m", "position_std_m", "velocity_std_mps", "manoeuvre_mps2")
+        for key in (*keys, "acceleration_bound_mps2"):
             value = getattr(self, key)
             if value is None and key == "acceleration_bound_mps2":
                 continue
