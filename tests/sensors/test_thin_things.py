@@ -132,7 +132,7 @@ def test_rain_is_told_from_a_wire(share: float) -> None:
         scan = simulate_scan(LIDAR, world if step < 3 else NOTHING, state, step)
         memory = update_memory(memory, LIDAR, rained_on(scan, share, rng), state)
     z_m = 4.8 * float(np.tan(np.unique(LIDAR.pattern.elevation_rad)[27]))
-    assert nearest_to_wire_m(memory, 4.8, z_m, 2.0) < 0.2, "the wire is there"
+    assert nearest_to_wire_m(memory, 4.8, z_m, 0.6) < 0.2, "the wire is there"
     off = np.hypot(memory.position_m[:, 0] - 4.8, memory.position_m[:, 2] - z_m) > 0.3
     near = np.linalg.norm(memory.position_m - np.array([1.8, 0.0, 0.0]), axis=1) < 4.0
     assert np.count_nonzero(off & near) < 5 * share * LIDAR.pattern.beams, "most rain is gone"
