@@ -134,8 +134,12 @@ def test_rain_is_told_from_a_wire(share: float) -> None:
     z_m = 4.8 * float(np.tan(np.unique(LIDAR.pattern.elevation_rad)[27]))
     assert nearest_to_wire_m(memory, 4.8, z_m, 0.6) < 0.2, "the wire is there"
     off = np.hypot(memory.position_m[:, 0] - 4.8, memory.position_m[:, 2] - z_m) > 0.3
-    near = np.linalg.norm(memory.position_m - np.array([1.8, 0.0, 0.0]), axis=1) < 4.0
-    assert np.count_nonzero(off & near) < 5 * share * LIDAR.pattern.beams, "most rain is gone"
+    ahead = memory.position_m - np.array([1.8, 0.0, 0.0])
+    near = (ahead[:, 0] > 0.5) & (ahead[:, 0] < 3.5)
+    looked_at = np.all(np.abs(ahead[:, 1:]) < [[0.8, 0.4]] * ahead[:, :1], axis=1)
+    assert np.count_nonzero(off & near & looked_at) < 5 * share * LIDAR.pattern.beams, (
+        "most rain is gone"
+    )
 
 
 def test_lone_returns_are_left_out_where_other_beams_show_what_they_are_not() -> None:

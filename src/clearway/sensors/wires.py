@@ -39,6 +39,9 @@ SHARE_ON_LINE = 0.4
 """and their share of all around."""
 SLENDER = 4.0
 """Length of the line, in deviations that are allowed from it."""
+EVEN = 1.5
+"""Distance to the next return on a line, in those that they are apart on average: what lies off the
+end of a wire, in line with it by chance, is none of it."""
 MOST_TESTED = 400
 """Boxes of a sweep that are looked at, evenly picked by their voxels."""
 
@@ -215,8 +218,13 @@ def _line_through(
                 far_behind = max(far_behind, -forward)
                 if -forward < next_behind:
                     next_behind, behind = -forward, k
-        slender = far_ahead + far_behind >= SLENDER * deviation
-        if on >= ON_LINE and on >= SHARE_ON_LINE * count and slender and on > found:
+        length = far_ahead + far_behind
+        even = EVEN * length / max(on, 1)
+        if on < ON_LINE or on < SHARE_ON_LINE * count or on <= found:
+            continue
+        if length >= SLENDER * deviation and min(next_ahead, next_behind) <= even:
+            ahead = ahead if next_ahead <= even else -1
+            behind = behind if next_behind <= even else -1
             best, found = Line(True, ahead, behind), on
     return best
 
