@@ -79,12 +79,17 @@ class AvoidanceSettings(EvidenceSettings):
 
     verify: bool = True
     """Hold candidates against the evidence itself; without, cell ratings alone decide."""
+    smallest_object_m: float | None = None
+    """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
     prices: Prices = field(default_factory=Prices)
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)
+        smallest = self.smallest_object_m
+        if smallest is not None and not 0.0 < smallest < np.inf:
+            raise ClearwayError(f"smallest_object_m: {smallest} is not a number > 0")
         if self.safety_margin_m == 0.0:
             raise ClearwayError("safety_margin_m: must be above 0")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
@@ -65,7 +66,10 @@ class RangeSensing:
         self._following = Following(settings) if follow_movers else None
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
-            MEMORY_VOXEL * margin, limits.memory_s, reach_m=MEMORY_REACH * reach
+            MEMORY_VOXEL * margin,
+            limits.memory_s,
+            reach_m=MEMORY_REACH * reach,
+            smallest_m=planner.settings.smallest_object_m or 0.0,
         )
         self._memories = dict.fromkeys(sensors, empty)
         # Alone, a sensor has nobody to contradict it.
@@ -80,8 +84,8 @@ class RangeSensing:
             return "scan: late or repeated"
         return None
 
-    def take(self, scan: Scan, state: State) -> None:
-        """Take a scan without flaw, and the own state of its time."""
+    def take(self, scan: Scan, state: State) -> Counter[str]:
+        """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
         self._memories[scan.sensor] = remembered_after(
@@ -99,6 +103,7 @@ class RangeSensing:
             )
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
+        return _left_out(self._memories[scan.sensor])
 
     def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
         """Find what moves, and leave no ghost of it behind."""
@@ -213,6 +218,17 @@ class RangeSensing:
 
     def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
+
+
+def _left_out(memory: PointMemory) -> Counter[str]:
+    """What the latest sweep made a memory leave out, or hold more coarsely."""
+    return +Counter(
+        {
+            "memory: merged into coarser balls, for want of room": memory.merged,
+            "memory: out of reach and forgotten, for want of room": memory.dropped,
+            "memory: returns of less than smallest_object_m": memory.too_small,
+        }
+    )
 
 
 def _together(balls: Sequence[tuple[FloatArray, FloatArray]]) -> PointHazards:

@@ -29,6 +29,6 @@ class DataLimits:
     history_s: float = 10.0
     """Own states, and movements flown, are kept for so long: late scans are placed by them."""
     memory_s: float = 120.0
-    """Points remembered after they were last seen."""
+    """Points out of reach are remembered so long after they were last seen; in reach, for ever."""
     patience_turns: float = 1.5
     """Full circles' worth of time without progress before a detour."""

@@ -189,7 +189,7 @@ class AvoidanceSystem:
         elif not self._own_states.reach_back_to(scan.time_s):
             self.counts["scan: no own state of its time"] += 1
         else:
-            self._sensing.take(scan, self._own_states.at(scan.time_s))
+            self.counts.update(self._sensing.take(scan, self._own_states.at(scan.time_s)))
             if len(scan.points_m):
                 self._news, self._unchecked = "new returns", True
             if not self._sensing.believes(scan.sensor):

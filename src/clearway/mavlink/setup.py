@@ -58,7 +58,9 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         for note in setup.notes:
             notice(note)
         sensor = sensor_of(file, setup, math.radians(options.fan_deg))
-        system = replace(setup, sensors=() if sensor is None else (sensor,)).system()
+        setup = replace(setup, sensors=() if sensor is None else (sensor,))
+        setup.refuse_coarse_beams()
+        system = setup.system()
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
         _warm_up_more(setup)

@@ -85,6 +85,10 @@ class SafetySection(Section):
     """Growth of the margin with the age of the own state."""
     point_sigmas: NotNegative = 2.0
     """Standard deviations of the range by which a hit point grows."""
+    smallest_object_m: Positive | None = None
+    """Thickness (twice the radius) of the thinnest thing to keep clear of. Beams that lie too far
+    apart for it are refused before take-off, and returns stay until beams fine enough for it see
+    nothing there. Default: not declared, and the log says what the beams can hold."""
     ground_height_m: float | None = None
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5

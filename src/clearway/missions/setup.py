@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
+from clearway.live.fineness import too_coarse, what_beams_hold
 from clearway.live.mission import Mission
 from clearway.live.route import check_mission
 from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
@@ -111,6 +112,15 @@ class FlightSetup:
         inside = -float(self.world.distance_m(start[None])[0])
         if inside > 0.0:
             reasons.append(f"the start lies {inside:.2f} m inside something that is really there")
+        self._refuse(reasons)
+        self.refuse_coarse_beams()
+
+    def refuse_coarse_beams(self) -> None:
+        """Raise FlightRefusedError if the beams are too coarse for the smallest object declared."""
+        reason = too_coarse(self.planner, self.lidars)
+        self._refuse([] if reason is None else [reason])
+
+    def _refuse(self, reasons: Sequence[str]) -> None:
         if reasons:
             raise FlightRefusedError(
                 "\n".join(f"mission {self.mission.name!r} refused: {reason}" for reason in reasons)
@@ -175,11 +185,13 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     turning_radius_m = file.safety.conservative_turning_radius_m or automaton.turning_radius_m
     ground_m, faults = file.safety.ground_height_m, file.faults.to_faults()
     lies = (part.to_lie(grid) for part in file.lidar)
+    sensors = mission_sensors(file.lidar, file.sensor, grid, file.mission.name)
+    held = what_beams_hold(planner, [one for one in sensors if isinstance(one, Lidar)])
     return FlightSetup(
         planner=planner,
         craft=Craft(planner, file.vehicle.body_radius_m, turning_radius_m),
         mission=mission,
-        sensors=mission_sensors(file.lidar, file.sensor, grid, file.mission.name),
+        sensors=sensors,
         world=world.there,
         obstacle_map=world.charted,
         simulation=_simulation(file, faults),
@@ -192,7 +204,10 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         tracker=file.traffic.to_tracker(),
         recorded=recorded,
         lies=tuple(lie for lie in lies if lie is not None),
-        notes=maps.notes + (recorded.notes if recorded is not None else ()) + world.notes,
+        notes=maps.notes
+        + (recorded.notes if recorded is not None else ())
+        + world.notes
+        + (() if held is None else (held,)),
     )
 
 

@@ -1,14 +1,15 @@
-"""Detected points that left the field of view: remembered, and forgotten where beams pass through.
+"""Detected points: remembered, also out of view, and forgotten where beams show nothing is left.
 
-A beam of the pattern that returns from farther away, or does not return at all, shows that nothing
-is left at a remembered point. Without the latter the ghosts of moved objects would stay in the sky.
-A nearer return hides the point and says nothing.
+Nothing within reach is forgotten for want of room or for its age. Returns that share a voxel share
+a ball that covers them all (`remembered`); where balls get too many, voxels grow with the distance
+(`room`). What returns come from is at least as thick as a sweep shows (`width`), returns in a line
+are joined to a wire (`wires`), and only beams fine enough for what was seen clear it (`doubt`). A
+nearer return hides what lies behind and says nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,40 +17,62 @@ from clearway.base.brief import brief
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray, State
+from clearway.base.state import State
+from clearway.sensors.doubt import RAIN, THINNEST_M, Rule, doubts
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import (
-    beam_raster,
-    count_passes,
-    nearest_returns,
-    returns_in_world,
-    sensor_at,
+from clearway.sensors.passing import Sensor, beam_raster, nearest_returns, sensor_at
+from clearway.sensors.remembered import (
+    ALONE,
+    Balls,
+    Boxes,
+    Pitch,
+    balls_of,
+    boxes_of_returns,
+    no_boxes,
+    picked,
+    together,
 )
+from clearway.sensors.room import make_room
 from clearway.sensors.unsure import radii_unsure, turned_by
-from clearway.sensors.voxels import merge_balls, number_voxels, slot_of, table_bits, voxel_key
+from clearway.sensors.width import returns_with_size
+from clearway.sensors.wires import join_lines
+
+OFF_LINE = 0.5
+"""Of a voxel, by which returns may lie off a wire, beside noise."""
+RATE_KEPT = 0.8
+"""Of the average of returns that nothing bears out, from sweep to sweep."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointMemory:
-    """Remembered hit points, at most one ball per voxel of the world frame, oldest first."""
+    """Remembered hit points: at most one ball per voxel of the world, the longest unseen first."""
 
     voxel_m: float
     horizon_s: float
-    """Points not seen for longer are forgotten."""
+    """Points out of reach are forgotten when they were not seen for longer."""
     reach_m: float
-    """Returns from farther away are not remembered."""
+    """From the sensor; returns from farther away are not remembered, nothing nearer is forgotten
+    but on evidence."""
     capacity: int
-    """With more than this many voxels the longest unseen are forgotten."""
+    """About how many balls there are at most."""
     passes_to_clear: int
-    """Sweeps in a row that must pass through a point: one alone may miss a wire."""
-    position_m: FloatArray
-    """[n, 3] world frame."""
-    radius_m: FloatArray
-    """[n] of the ball that covers the voxel's returns and half the beam spacing around them."""
-    last_seen_s: FloatArray
-    """[n] ascending."""
-    passes: IntArray
-    """[n] sweeps that passed through since."""
+    """Sweeps in a row of beams fine enough that must pass through a point."""
+    smallest_m: float
+    """Thickness of the smallest thing sought; 0 where it is not declared."""
+    boxes: Boxes
+    balls: Balls
+    fine_m: float = np.inf
+    """Distance from which on balls are merged for want of room."""
+    alone_a_sweep: float = 0.0
+    """New returns that nothing bears out, on average over the latest sweeps."""
+    seen_from: Sensor | None = None
+    """At the latest sweep."""
+    dropped: int = 0
+    """Balls beyond reach that the latest sweep left no room for."""
+    merged: int = 0
+    """Balls that became part of coarser ones with it."""
+    too_small: int = 0
+    """Returns of it that come from nothing of the smallest size."""
 
     __repr__ = brief
 
@@ -60,31 +83,60 @@ class PointMemory:
         horizon_s: float = np.inf,
         *,
         reach_m: float = np.inf,
-        capacity: int = 50_000,
+        capacity: int = 20_000,
         passes_to_clear: int = 2,
+        smallest_m: float = 0.0,
     ) -> PointMemory:
         """Nothing remembered yet; raises ClearwayError naming an impossible setting."""
         settings = {"voxel_m": voxel_m, "horizon_s": horizon_s, "reach_m": reach_m}
         for name, value in settings.items():
             if not value > 0.0:
                 raise ClearwayError(f"point memory: {name} must be above 0, got {value}")
+        if not 0.0 <= smallest_m < np.inf:
+            raise ClearwayError(f"point memory: smallest_m must be at least 0, got {smallest_m}")
         if capacity < 1 or passes_to_clear < 1:
             raise ClearwayError("point memory: capacity and passes_to_clear must be at least 1")
+        boxes = no_boxes()
         return cls(
             float(voxel_m),
             float(horizon_s),
             float(reach_m),
             capacity,
             passes_to_clear,
-            np.zeros((0, 3)),
-            np.zeros(0),
-            np.zeros(0),
-            np.zeros(0, dtype=np.int64),
+            float(smallest_m),
+            boxes,
+            balls_of(boxes),
         )
+
+    @property
+    def position_m(self) -> FloatArray:
+        """[n, 3] world frame."""
+        return self.balls.position_m
+
+    @property
+    def radius_m(self) -> FloatArray:
+        """[n] of the ball that covers all returns of the voxel, and half the beam spacing."""
+        return self.balls.radius_m
+
+    @property
+    def last_seen_s(self) -> FloatArray:
+        """[n] ascending."""
+        return self.boxes.last_seen_s
 
     def near(self, position_m: FloatArray, radius_m: float) -> tuple[FloatArray, FloatArray]:
         """Positions [k, 3] and radii [k] of remembered balls within a distance of a position."""
         return _near(self.position_m, self.radius_m, read_only(position_m), float(radius_m))
+
+    @property
+    def rule(self) -> Rule:
+        """How much it takes to forget."""
+        return Rule(
+            self.voxel_m,
+            self.fine_m,
+            float(self.passes_to_clear),
+            self.smallest_m or THINNEST_M,
+            self.alone_a_sweep >= RAIN,
+        )
 
 
 def update_memory(
@@ -105,55 +157,61 @@ def update_memory(
     ground_m: returns at or below this height of the world frame are not remembered, nor are
     blind, too far and own-airframe ones. A voxel hit by this scan is never forgotten.
     """
-    tolerance_m += 0.5 * memory.voxel_m + 3.0 * lidar.sigma_m
-    sensor = sensor_at(lidar, state, tolerance_m)
-    points, radii = returns_in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
-    radii = radii_unsure(points, radii, state, angle_rad)
+    noise = tolerance_m + 3.0 * lidar.sigma_m
+    sensor = sensor_at(lidar, state, noise)
     raster = beam_raster(lidar.pattern)
     nearest = nearest_returns(scan.points_m, raster)
-    passes = [
-        count_passes(
-            memory.position_m,
-            memory.radius_m,
-            memory.voxel_m,
-            memory.passes,
-            nearest,
-            sensor_at(lidar, turned, tolerance_m),
-            raster,
-        )
+    seen = returns_with_size(
+        scan.points_m,
+        sensor,
+        float(memory.reach_m),
+        float(ground_m),
+        nearest,
+        raster,
+        float(memory.smallest_m),
+    )
+    radii = radii_unsure(seen.points_m, seen.radius_m, state, angle_rad)
+    pitch = Pitch(memory.voxel_m, memory.fine_m)
+    boxes = boxes_of_returns(seen.points_m, radii, seen.size_m, sensor.origin, pitch, scan.time_s)
+    before = memory.seen_from or sensor
+    doubt = [
+        doubts(memory.boxes, nearest, sensor_at(lidar, turned, noise), before, raster, memory.rule)
         for turned in turned_by(state, angle_rad)
     ]
-    passed = passes[0] if len(passes) == 1 else np.min(passes, axis=0)
-    return remember(memory, points, radii, passed, scan.time_s)
+    remembering = replace(memory, seen_from=sensor, too_small=seen.too_small)
+    least = doubt[0] if len(doubt) == 1 else np.min(doubt, axis=0)
+    return remember(remembering, boxes, least, sensor.origin, scan.time_s, noise)
 
 
 def remember(
-    memory: PointMemory, points: FloatArray, radii: FloatArray, passes: IntArray, time_s: float
+    memory: PointMemory,
+    seen: Boxes,
+    doubt: FloatArray,
+    origin_m: FloatArray,
+    time_s: float,
+    noise_m: float = 0.0,
 ) -> PointMemory:
-    """Memory after returns [m, 3] of the world frame with radii [m] at a time.
+    """Memory after a sweep from a place [3] of the world at a time.
 
-    passes: [n] of what is remembered, this reading included.
+    seen: its returns. doubt: [n] of what is remembered, this sweep included; it is written into.
+    noise_m: by which returns may be off.
     """
-    voxel_of, voxels = number_voxels(points, memory.voxel_m)
-    seen, seen_radii = merge_balls(points, radii, voxel_of, voxels)
-    again = _in_voxels_of(memory.position_m, seen, memory.voxel_m)
-    position, radius, last_seen, passes = _joined(
-        Balls(memory.position_m, memory.radius_m, memory.last_seen_s, passes),
-        ~again & (passes < memory.passes_to_clear),
-        time_s - memory.horizon_s,
-        Balls(seen, seen_radii, np.full(voxels, time_s), np.zeros(voxels, dtype=np.int64)),
+    _expire(memory.boxes, doubt, origin_m, memory.reach_m, time_s - memory.horizon_s)
+    boxes, kept = together(memory.boxes, doubt, seen, memory.voxel_m)
+    deviation = OFF_LINE * memory.voxel_m + noise_m
+    boxes = join_lines(boxes, kept, memory.voxel_m, deviation, time_s)
+    alone = _count_alone(boxes, kept)
+    room = make_room(
+        boxes, origin_m, memory.reach_m, memory.capacity, memory.voxel_m, memory.fine_m
     )
-    room = slice(-memory.capacity, None)
-    return PointMemory(
-        memory.voxel_m,
-        memory.horizon_s,
-        memory.reach_m,
-        memory.capacity,
-        memory.passes_to_clear,
-        position[room],
-        radius[room],
-        last_seen[room],
-        passes[room],
+    return replace(
+        memory,
+        boxes=room.boxes,
+        balls=balls_of(room.boxes),
+        fine_m=room.fine_m,
+        alone_a_sweep=RATE_KEPT * memory.alone_a_sweep + (1.0 - RATE_KEPT) * alone,
+        dropped=room.dropped,
+        merged=room.merged,
     )
 
 
@@ -176,58 +234,35 @@ def forget_moved(
     keep = (apart > reach_m) | (memory.last_seen_s < since_s)
     if keep.all():
         return memory
-    return replace(
-        memory,
-        position_m=memory.position_m[keep],
-        radius_m=memory.radius_m[keep],
-        last_seen_s=memory.last_seen_s[keep],
-        passes=memory.passes[keep],
-    )
-
-
-class Balls(NamedTuple):
-    """The columns of `PointMemory` as the loops take them."""
-
-    position_m: FloatArray
-    radius_m: FloatArray
-    last_seen_s: FloatArray
-    passes: IntArray
+    boxes = picked(memory.boxes, keep)
+    return replace(memory, boxes=boxes, balls=balls_of(boxes))
 
 
 @compiled
-def _joined(old: Balls, keep: BoolArray, expiry: float, new: Balls) -> Balls:
-    """Old balls that are kept and have not expired, then the new ones."""
-    size = len(keep) + len(new.radius_m)
-    positions, radii = np.empty((size, 3)), np.empty(size)
-    last_seen, passes = np.empty(size), np.empty(size, dtype=np.int64)
-    m = 0
-    for n in range(len(keep)):
-        if keep[n] and old.last_seen_s[n] >= expiry:
-            for axis in range(3):
-                positions[m, axis] = old.position_m[n, axis]
-            radii[m], last_seen[m] = old.radius_m[n], old.last_seen_s[n]
-            passes[m] = old.passes[n]
-            m += 1
-    end = m + len(new.radius_m)
-    positions[m:end], radii[m:end] = new.position_m, new.radius_m
-    last_seen[m:end], passes[m:end] = new.last_seen_s, new.passes
-    return Balls(positions[:end], radii[:end], last_seen[:end], passes[:end])
+def _expire(
+    boxes: Boxes, doubt: FloatArray, origin: FloatArray, reach: float, before: float
+) -> None:
+    """Doubt what is out of reach and was last seen before a time."""
+    for n in range(len(doubt)):
+        if boxes.last_seen_s[n] >= before:
+            return
+        squared = 0.0
+        for axis in range(3):
+            below = boxes.low_m[n, axis] - origin[axis]
+            above = origin[axis] - boxes.high_m[n, axis]
+            squared += max(max(below, above), 0.0) ** 2
+        if squared > reach * reach:
+            doubt[n] = 1.0
 
 
 @compiled
-def _in_voxels_of(positions: FloatArray, seen: FloatArray, voxel: float) -> BoolArray:
-    """[n] whether a position shares its voxel with any of those seen."""
-    bits = table_bits(len(seen))
-    keys = np.full(1 << bits, -1, dtype=np.int64)
-    per_voxel, shift = 1.0 / voxel, 64 - bits
-    for n in range(len(seen)):
-        key = voxel_key(seen[n, 0], seen[n, 1], seen[n, 2], per_voxel)
-        keys[slot_of(key, keys, shift)] = key
-    shared = np.zeros(len(positions), dtype=np.bool_)
-    for n in range(len(positions)):
-        key = voxel_key(positions[n, 0], positions[n, 1], positions[n, 2], per_voxel)
-        shared[n] = keys[slot_of(key, keys, shift)] == key
-    return shared
+def _count_alone(boxes: Boxes, first_new: int) -> int:
+    """Boxes of the latest sweep that neither another sweep, nor a line, nor width bears out."""
+    count = 0
+    for n in range(first_new, len(boxes.doubt)):
+        new = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0
+        count += new and boxes.kind[n] == ALONE
+    return count
 
 
 @compiled

@@ -14,13 +14,13 @@ import numpy as np
 
 from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray, State
+from clearway.base.state import BoolArray, State
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar
 from clearway.sensors.simulate import sensor_pose
 
-MAX_COLUMNS, MAX_ROWS = 512, 256
+MAX_COLUMNS, MAX_ROWS = 2048, 1024
 MAX_WINDOW = 8
 """Columns on either side looked at, however narrow they are towards the poles."""
 REACH_OF_BEAM = 1.2
@@ -143,13 +143,13 @@ def _note_beams(
     """Fill in the lowest and highest beam of every bin."""
     for n in range(len(directions)):
         x, y, z = directions[n, 0], directions[n, 1], directions[n, 2]
-        column, row = _bin(x, y, z, low, per_column, per_row, bottom)
+        column, row = bin_of(x, y, z, low, per_column, per_row, bottom)
         low[column, row] = min(low[column, row], z)
         high[column, row] = max(high[column, row], z)
 
 
 @compiled
-def _bin(
+def bin_of(
     x: float,
     y: float,
     sine: float,
@@ -176,59 +176,74 @@ def nearest_returns(points: FloatArray, raster: BeamRaster) -> FloatArray:
         x, y, z = points[n, 0], points[n, 1], points[n, 2]
         distance = np.sqrt(x * x + y * y + z * z)
         if distance < np.inf:
-            column, row = _bin(x, y, z / (distance + TINY), nearest, per_column, per_row, bottom)
+            column, row = bin_of(x, y, z / (distance + TINY), nearest, per_column, per_row, bottom)
             if row >= 0:
                 nearest[column, row] = min(nearest[column, row], distance)
     return nearest
 
 
 @compiled
-def count_passes(
+def passed_through(
     positions: FloatArray,
     radii: FloatArray,
-    voxel: float,
-    passes: IntArray,
     nearest: FloatArray,
     sensor: Sensor,
     raster: BeamRaster,
-) -> IntArray:
-    """[n] sweeps through each point [n, 3] in a row, this one included if it passed.
+) -> BoolArray:
+    """[n] whether a sweep shows that nothing is at balls: points [n, 3] with radii [n].
 
     nearest: [columns, rows] `nearest_returns` of the sweep.
     """
-    r, o = sensor.rotation, sensor.origin
-    r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]
-    r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
-    r20, r21, r22, oz = r[2, 0], r[2, 1], r[2, 2], o[2]
-    low, high, per_column, per_row = raster.low, raster.high, raster.per_column, raster.per_row
-    flanked, bottom = raster.flanked, raster.bottom
-    slack_angle = REACH_OF_BEAM * sensor.half_spacing
-    counted = passes.copy()
+    passed = np.zeros(len(positions), dtype=np.bool_)
     for n in range(len(positions)):
-        a, b, c = positions[n, 0] - ox, positions[n, 1] - oy, positions[n, 2] - oz
-        x = r00 * a + r10 * b + r20 * c
-        y = r01 * a + r11 * b + r21 * c
-        z = r02 * a + r12 * b + r22 * c
+        x, y, z = in_sensor(positions[n, 0], positions[n, 1], positions[n, 2], sensor)
         distance = np.sqrt(x * x + y * y + z * z)
-        beyond = distance + sensor.tolerance
-        if distance < sensor.min_range or beyond > sensor.max_range:
-            continue
-        if slack_angle * distance > max(radii[n], 0.5 * voxel):
-            continue  # beams lie too far apart here: all may miss what is left
-        sine = z / (distance + TINY)
-        column, row = _bin(x, y, sine, low, per_column, per_row, bottom)
-        slack = slack_angle * np.sqrt(max(0.0, 1.0 - sine * sine))
-        # The raster has an empty row below and above the pattern's beams.
-        if row < 1 or row + 1 >= low.shape[1] or not flanked[column, row]:
-            continue
-        looks_here = (
-            (low[column, row] - slack <= sine and sine <= high[column, row] + slack)
-            or high[column, row - 1] + slack >= sine
-            or low[column, row + 1] - slack <= sine
-        )
-        if looks_here and _passed(column, row, sine, beyond, nearest):
-            counted[n] += 1
-    return counted
+        # Where beams lie too far apart, all may miss what is left.
+        if REACH_OF_BEAM * sensor.half_spacing * distance <= radii[n]:
+            beyond = distance + sensor.tolerance
+            passed[n] = goes_on(x, y, z, distance, beyond, nearest, sensor, raster)
+    return passed
+
+
+@compiled
+def in_sensor(x: float, y: float, z: float, sensor: Sensor) -> tuple[float, float, float]:
+    """A point of the world in the sensor's frame."""
+    r, o = sensor.rotation, sensor.origin
+    a, b, c = x - o[0], y - o[1], z - o[2]
+    return (
+        r[0, 0] * a + r[1, 0] * b + r[2, 0] * c,
+        r[0, 1] * a + r[1, 1] * b + r[2, 1] * c,
+        r[0, 2] * a + r[1, 2] * b + r[2, 2] * c,
+    )
+
+
+@compiled
+def goes_on(
+    x: float,
+    y: float,
+    z: float,
+    distance: float,
+    beyond: float,
+    nearest: FloatArray,
+    sensor: Sensor,
+    raster: BeamRaster,
+) -> bool:
+    """Whether a sweep looks at a point of the sensor's frame, and past it beyond some range."""
+    if distance < sensor.min_range or beyond > sensor.max_range:
+        return False
+    low, high = raster.low, raster.high
+    sine = z / (distance + TINY)
+    column, row = bin_of(x, y, sine, low, raster.per_column, raster.per_row, raster.bottom)
+    # The raster has an empty row below and above the pattern's beams.
+    if row < 1 or row + 1 >= low.shape[1] or not raster.flanked[column, row]:
+        return False
+    slack = REACH_OF_BEAM * sensor.half_spacing * np.sqrt(max(0.0, 1.0 - sine * sine))
+    looks_here = (
+        (low[column, row] - slack <= sine and sine <= high[column, row] + slack)
+        or high[column, row - 1] + slack >= sine
+        or low[column, row + 1] - slack <= sine
+    )
+    return looks_here and _passed(column, row, sine, beyond, nearest)
 
 
 @compiled

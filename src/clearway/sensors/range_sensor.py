@@ -13,6 +13,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, State
@@ -21,11 +22,12 @@ from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.memory import PointMemory, remember, update_memory
 from clearway.sensors.passing import (
     beam_raster,
-    count_passes,
     nearest_returns,
+    passed_through,
     returns_in_world,
     sensor_at,
 )
+from clearway.sensors.remembered import Pitch, boxes_of_returns
 from clearway.sensors.standing import Standing
 from clearway.sensors.unsure import radii_unsure, turned_by
 
@@ -141,16 +143,13 @@ class LidarSensor:
         tolerance_m: float,
     ) -> BoolArray:
         raster = beam_raster(self.lidar.pattern)
-        counted = count_passes(
+        return passed_through(
             position_m,
             radius_m,
-            0.0,
-            np.zeros(len(position_m), dtype=np.int64),
             nearest_returns(scan.points_m, raster),
             sensor_at(self.lidar, state, tolerance_m),
             raster,
         )
-        return np.asarray(counted > 0)
 
 
 AnySensor = Lidar | RangeSensor
@@ -185,22 +184,31 @@ def remembered_after(
             angle_rad=angle_rad,
             ground_m=ground_m,
         )
-    tolerance_m += 0.5 * memory.voxel_m + 3.0 * sensor.sigma_m
+    noise = tolerance_m + 3.0 * sensor.sigma_m
+    tolerance = noise + 0.5 * memory.voxel_m
     points, radii = sensor.returns(scan, state, memory.reach_m, ground_m)
-    points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-    radii = radii_unsure(points, np.asarray(radii, dtype=np.float64), state, angle_rad)
+    points = read_only(np.reshape(points, (-1, 3)))
+    radii = np.asarray(radii, dtype=np.float64)
     passed = np.all(
         [
-            sensor.passes(scan, turned, memory.position_m, memory.radius_m, tolerance_m)
+            sensor.passes(scan, turned, memory.position_m, memory.radius_m, tolerance)
             for turned in turned_by(state, angle_rad)
         ],
         axis=0,
     )
-    passes = memory.passes + np.asarray(passed, dtype=np.int64)
     return remember(
         memory,
-        points,
-        np.ascontiguousarray(radii, dtype=np.float64),
-        np.ascontiguousarray(passes),
-        scan.time_s,
+        boxes_of_returns(
+            points,
+            radii_unsure(points, radii, state, angle_rad),
+            # It answers for itself whether it would meet a ball of that size.
+            2.0 * radii,
+            state.position_m,
+            Pitch(memory.voxel_m, memory.fine_m),
+            float(scan.time_s),
+        ),
+        memory.boxes.doubt + np.asarray(passed, dtype=np.float64) / memory.passes_to_clear,
+        state.position_m,
+        float(scan.time_s),
+        noise,
     )

@@ -15,8 +15,8 @@ from clearway.sensors.passing import (
     BeamRaster,
     Sensor,
     beam_raster,
-    count_passes,
     nearest_returns,
+    passed_through,
     returns_in_world,
     sensor_at,
 )
@@ -133,28 +133,24 @@ def sight_bodies(
 def share_passed(frame: BeamFrame, sighting: Sighting) -> float:
     """Share of a sighting's returns where the beams of another scan went on: where it was not."""
     count = len(sighting.points_m)
-    passes = count_passes(
+    passed = passed_through(
         sighting.points_m,
         np.full(count, sighting.half_thickness_m),
-        0.0,
-        np.zeros(count, dtype=np.int64),
         frame.nearest_m,
         frame.sensor,
         frame.raster,
     )
-    return float(passes.mean())
+    return float(passed.mean())
 
 
 def is_passed(frame: BeamFrame, place_m: FloatArray, radius_m: float) -> bool:
     """Whether the beams of a scan go on beyond a ball there: it is gone."""
     sensor = frame.sensor._replace(tolerance=frame.sensor.tolerance + radius_m)
-    passes = count_passes(
+    passed = passed_through(
         np.ascontiguousarray(place_m[None, :]),
         np.full(1, radius_m),
-        0.0,
-        np.zeros(1, dtype=np.int64),
         frame.nearest_m,
         sensor,
         frame.raster,
     )
-    return bool(passes[0])
+    return bool(passed[0])

@@ -1,0 +1,314 @@
+"""What is remembered, as boxes around returns: per voxel the smallest box that holds them all.
+
+Boxes unite the same in any order, so neither where a sweep starts nor which of two sweeps came
+first makes a difference. A decision takes the ball around a box, grown by half the beam spacing: no
+return lies nearer than its ball.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray
+from clearway.sensors.passing import Sensor
+from clearway.sensors.voxels import slot_of, table_bits
+
+ALONE, IN_LINE, BETWEEN = range(3)
+"""Kinds: a return as such; one of several in a line; filled in between two of those."""
+MOST_LEVELS = 7
+"""Times that the pitch may double; eight levels fit into a key."""
+
+
+class Boxes(NamedTuple):
+    """Columns of what is remembered, the longest unseen first."""
+
+    low_m: FloatArray
+    """[n, 3] world frame."""
+    high_m: FloatArray
+    """[n, 3]"""
+    spacing_m: FloatArray
+    """[n] half the beam spacing there when it was last seen."""
+    last_seen_s: FloatArray
+    """[n]"""
+    size_m: FloatArray
+    """[n] how thick the thing is at least; 0 where beams hit it one by one, or in a line."""
+    doubt: FloatArray
+    """[n] what speaks against it since it was last seen; at 1 it is forgotten."""
+    sweeps: IntArray
+    """[n] sweeps that saw it."""
+    kind: IntArray
+    """[n]"""
+    level: IntArray
+    """[n] times that the pitch of its voxel was doubled."""
+
+
+class Pitch(NamedTuple):
+    """Which voxel a return falls into."""
+
+    voxel_m: float
+    fine_m: float
+    """Out to this distance from the sensor the pitch is that of a voxel; with every doubling of the
+    distance it doubles."""
+
+
+def no_boxes() -> Boxes:
+    nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
+    return Boxes(
+        np.zeros((0, 3)), np.zeros((0, 3)), nothing, nothing, nothing, nothing, none, none, none
+    )
+
+
+@compiled
+def box_key(x: float, y: float, z: float, level: int, voxel: float) -> int:
+    """One integer for the voxel of a point; repeats only after a million voxels an axis."""
+    per_voxel = 1.0 / (voxel * (1 << level))
+    i = int(np.floor(x * per_voxel)) & 0xFFFFF
+    j = int(np.floor(y * per_voxel)) & 0xFFFFF
+    k = int(np.floor(z * per_voxel)) & 0xFFFFF
+    return (level << 60) | (i << 40) | (j << 20) | k
+
+
+@compiled
+def key_of(boxes: Boxes, n: int, voxel: float) -> int:
+    """The voxel of a box, which is that of its middle."""
+    return box_key(
+        0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0]),
+        0.5 * (boxes.low_m[n, 1] + boxes.high_m[n, 1]),
+        0.5 * (boxes.low_m[n, 2] + boxes.high_m[n, 2]),
+        boxes.level[n],
+        voxel,
+    )
+
+
+@compiled
+def level_at(distance: float, fine: float) -> int:
+    """Times that the pitch is doubled at a distance."""
+    level = 0
+    while distance > fine and level < MOST_LEVELS:
+        fine *= 2.0
+        level += 1
+    return level
+
+
+@compiled
+def empty_boxes(count: int) -> Boxes:
+    return Boxes(
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count, dtype=np.int64),
+        np.empty(count, dtype=np.int64),
+        np.empty(count, dtype=np.int64),
+    )
+
+
+@compiled
+def first_boxes(boxes: Boxes, count: int) -> Boxes:
+    """The first so many of them."""
+    return Boxes(
+        boxes.low_m[:count],
+        boxes.high_m[:count],
+        boxes.spacing_m[:count],
+        boxes.last_seen_s[:count],
+        boxes.size_m[:count],
+        boxes.doubt[:count],
+        boxes.sweeps[:count],
+        boxes.kind[:count],
+        boxes.level[:count],
+    )
+
+
+@compiled
+def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
+    for axis in range(3):
+        target.low_m[m, axis] = source.low_m[n, axis]
+        target.high_m[m, axis] = source.high_m[n, axis]
+    target.spacing_m[m] = source.spacing_m[n]
+    target.last_seen_s[m] = source.last_seen_s[n]
+    target.size_m[m] = source.size_m[n]
+    target.doubt[m] = source.doubt[n]
+    target.sweeps[m] = source.sweeps[n]
+    target.kind[m] = source.kind[n]
+    target.level[m] = source.level[n]
+
+
+@compiled
+def picked(boxes: Boxes, keep: BoolArray) -> Boxes:
+    """Those that are marked [n], in their order."""
+    count = 0
+    for n in range(len(keep)):
+        count += keep[n]
+    kept = empty_boxes(count)
+    m = 0
+    for n in range(len(keep)):
+        if keep[n]:
+            copy_box(boxes, n, kept, m)
+            m += 1
+    return kept
+
+
+@compiled
+def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
+    """Let box m hold box n too; what is known of the thing is known of both."""
+    for axis in range(3):
+        target.low_m[m, axis] = min(target.low_m[m, axis], other.low_m[n, axis])
+        target.high_m[m, axis] = max(target.high_m[m, axis], other.high_m[n, axis])
+    target.size_m[m] = max(target.size_m[m], other.size_m[n])
+    # A return right where a line was filled in belongs to that line.
+    target.kind[m] = ALONE if target.kind[m] == ALONE and other.kind[n] == ALONE else IN_LINE
+
+
+@compiled
+def boxes_of_returns(
+    points: FloatArray,
+    radii: FloatArray,
+    sizes: FloatArray,
+    origin: FloatArray,
+    pitch: Pitch,
+    time_s: float,
+) -> Boxes:
+    """One box per voxel of the returns [m, 3] of one sweep.
+
+    radii: [m] half the beam spacing. sizes: [m] how thick the thing is at least, 0 where unknown.
+    """
+    bits = table_bits(len(points))
+    keys = np.full(1 << bits, -1, dtype=np.int64)
+    numbers = np.empty(1 << bits, dtype=np.int64)
+    boxes = empty_boxes(len(points))
+    ox, oy, oz = origin[0], origin[1], origin[2]
+    shift, count, last_key, number = 64 - bits, 0, -1, 0
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        level = 0
+        if pitch.fine_m < np.inf:
+            away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
+            level = level_at(away, pitch.fine_m)
+        key = box_key(x, y, z, level, pitch.voxel_m)
+        if key != last_key:  # neighbours in a scan mostly share their voxel
+            slot = slot_of(key, keys, shift)
+            if keys[slot] == -1:
+                keys[slot] = key
+                numbers[slot] = count
+                boxes.low_m[count, 0] = boxes.high_m[count, 0] = x
+                boxes.low_m[count, 1] = boxes.high_m[count, 1] = y
+                boxes.low_m[count, 2] = boxes.high_m[count, 2] = z
+                boxes.spacing_m[count], boxes.size_m[count] = 0.0, 0.0
+                boxes.level[count] = level
+                count += 1
+            last_key, number = key, int(numbers[slot])
+        boxes.low_m[number, 0] = min(boxes.low_m[number, 0], x)
+        boxes.low_m[number, 1] = min(boxes.low_m[number, 1], y)
+        boxes.low_m[number, 2] = min(boxes.low_m[number, 2], z)
+        boxes.high_m[number, 0] = max(boxes.high_m[number, 0], x)
+        boxes.high_m[number, 1] = max(boxes.high_m[number, 1], y)
+        boxes.high_m[number, 2] = max(boxes.high_m[number, 2], z)
+        boxes.spacing_m[number] = max(boxes.spacing_m[number], radii[n])
+        boxes.size_m[number] = max(boxes.size_m[number], sizes[n])
+    seen = first_boxes(boxes, count)
+    seen.last_seen_s[:] = time_s
+    seen.doubt[:] = 0.0
+    seen.sweeps[:] = 1
+    seen.kind[:] = ALONE
+    return seen
+
+
+class Table(NamedTuple):
+    """Where the box of a voxel is."""
+
+    keys: IntArray
+    """Of a power of two slots; -1 marks empty ones."""
+    numbers: IntArray
+    shift: int
+
+
+@compiled
+def table_of(boxes: Boxes, voxel: float) -> Table:
+    bits = table_bits(len(boxes.doubt))
+    keys = np.full(1 << bits, -1, dtype=np.int64)
+    numbers = np.empty(1 << bits, dtype=np.int64)
+    for n in range(len(boxes.doubt)):
+        key = key_of(boxes, n, voxel)
+        slot = slot_of(key, keys, 64 - bits)
+        keys[slot], numbers[slot] = key, n
+    return Table(keys, numbers, 64 - bits)
+
+
+@compiled
+def number_in(table: Table, key: int) -> int:
+    """Number of the box of a voxel; -1 without any."""
+    slot = slot_of(key, table.keys, table.shift)
+    return int(table.numbers[slot]) if table.keys[slot] == key else -1
+
+
+@compiled
+def together(old: Boxes, doubt: FloatArray, seen: Boxes, voxel: float) -> tuple[Boxes, int]:
+    """Old boxes that doubt leaves, then those seen now, which hold the old ones of their voxels.
+
+    Also how many there are of the former. doubt: [old]
+    """
+    table = table_of(seen, voxel)
+    both = empty_boxes(len(doubt) + len(seen.doubt))
+    again = np.full(len(seen.doubt), -1, dtype=np.int64)
+    m = 0
+    for n in range(len(doubt)):
+        number = number_in(table, key_of(old, n, voxel))
+        if number >= 0:
+            again[number] = n
+        elif doubt[n] < 1.0:
+            copy_box(old, n, both, m)
+            both.doubt[m] = doubt[n]
+            m += 1
+    kept = m
+    for n in range(len(again)):
+        copy_box(seen, n, both, m)
+        if again[n] >= 0:
+            unite(both, m, old, again[n])
+            both.sweeps[m] += old.sweeps[again[n]]
+        m += 1
+    return first_boxes(both, m), kept
+
+
+class Balls(NamedTuple):
+    """What decisions take."""
+
+    position_m: FloatArray
+    """[n, 3] world frame."""
+    radius_m: FloatArray
+    """[n]"""
+
+
+@compiled
+def balls_of(boxes: Boxes) -> Balls:
+    """The ball around each box, grown by half the beam spacing."""
+    count = len(boxes.doubt)
+    position, radius = np.empty((count, 3)), np.empty(count)
+    for n in range(count):
+        squared = 0.0
+        for axis in range(3):
+            low, high = boxes.low_m[n, axis], boxes.high_m[n, axis]
+            # A lone return stays where it was, whatever the rounding.
+            position[n, axis] = low if low == high else 0.5 * (low + high)
+            squared += (high - low) ** 2
+        radius[n] = 0.5 * np.sqrt(squared) + boxes.spacing_m[n]
+    return Balls(position, radius)
+
+
+@compiled
+def in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> BoolArray:
+    """[n] whether any of the box may lie within reach of the sensor."""
+    near = np.empty(len(boxes.doubt), dtype=np.bool_)
+    for n in range(len(near)):
+        squared = 0.0
+        for axis in range(3):
+            below = boxes.low_m[n, axis] - sensor.origin[axis]
+            above = sensor.origin[axis] - boxes.high_m[n, axis]
+            squared += max(below, above, 0.0) ** 2
+        near[n] = squared <= reach * reach
+    return near
