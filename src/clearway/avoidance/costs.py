@@ -12,7 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.checks import found, number_problem
 from clearway.base.compiled import compiled
+from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray, IntArray
 from clearway.reach.tree import ReachSet
@@ -38,7 +40,10 @@ class Goal(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """Small prices beside the length flown, in metres of flight."""
+    """Small prices beside the length flown, in metres of flight.
+
+    Raises InputError naming every price that is not a number from 0 to 1e9.
+    """
 
     turn: float = 0.2
     """Per movement that is not smooth, as a share of its length."""
@@ -62,6 +67,12 @@ class Prices:
     entered without room to turn round may be a dead end."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+
+    def __post_init__(self) -> None:
+        keys = self.__slots__
+        problems = found(number_problem(key, getattr(self, key)) for key in keys)
+        if problems:
+            raise InputError("prices", problems)
 
 
 StageCost = Callable[[ReachSet, Prices], FloatArray]

@@ -34,6 +34,7 @@ from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import Situation, goal_of, grid_frame, margin_m
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.traffic import Intruder, up_seen_from
@@ -67,15 +68,20 @@ class Decision:
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
-    """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6)."""
+    """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6).
+
+    Raises ClearwayError for detections of another grid, and for costs or a margin that are no
+    finite numbers.
+    """
     settings = planner.settings
+    _check_grids(planner, situation)
     margin = margin_m(settings, situation)
-    seen = _see(planner, situation, margin)
+    prepared = planner.prepared_at(situation.state)
+    seen = _see(planner, situation, margin, prepared.reach_m)
     cells = assess_cells(
         seen.evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
     )  # (4.17), (5.54)
 
-    prepared = planner.prepared(float(situation.state.attitude_rad[1]))
     reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
     clear = untouched(prepared.reach_set, seen.evidence.coated)  # def. 6
 
@@ -95,7 +101,7 @@ def decide(
 
     ruling = None
     if planner.rules:
-        ruling = rule_on(planner.rules, _rule_view(planner, situation, goal, seen))
+        ruling = rule_on(planner.rules, _rule_view(planner, situation, prepared, goal, seen))
     if ruling is None:
         choice = choose_among(candidates)
     else:
@@ -135,18 +141,23 @@ class InReach(NamedTuple):
     """[3] world up."""
 
 
-def in_reach(planner: Planner, situation: Situation, margin: float) -> InReach:
-    """Bring map, returns and intruders into the grid's frame."""
+def in_reach(
+    planner: Planner, situation: Situation, margin: float, reach_m: float | None = None
+) -> InReach:
+    """Bring map, returns and intruders into the grid's frame.
+
+    reach_m: how far trajectories lead; None for the farthest of the planner's.
+    """
     state = situation.state
     seen_from = replace(state, attitude_rad=state.attitude_rad * NO_ROLL)
     intruders = seen_at(situation.intruders, seen_from, seen_from.world_from_body)
-    hazards = hazards_of(planner, situation, intruders, margin)
+    hazards = hazards_of(planner, situation, intruders, margin, reach_m)
     return InReach(hazards, intruders, up_seen_from(seen_from))
 
 
-def _see(planner: Planner, situation: Situation, margin: float) -> _Seen:
+def _see(planner: Planner, situation: Situation, margin: float, reach_m: float) -> _Seen:
     """What is around, in the grid's frame and in its cells."""
-    hazards, intruders, up = in_reach(planner, situation, margin)
+    hazards, intruders, up = in_reach(planner, situation, margin, reach_m)
     evidence = gather_evidence(
         planner.grid,
         situation.detections,
@@ -187,14 +198,25 @@ def _candidates(
     )
 
 
-def _rule_view(planner: Planner, situation: Situation, goal: Goal, seen: _Seen) -> RuleView:
+def _check_grids(planner: Planner, situation: Situation) -> None:
+    for detection in situation.detections:
+        if detection.grid.shape != planner.grid.shape:
+            raise ClearwayError(
+                f"detection {detection.sensor}: has cells {list(detection.grid.shape)}, "
+                f"the planner's grid {list(planner.grid.shape)}"
+            )
+
+
+def _rule_view(
+    planner: Planner, situation: Situation, prepared: PreparedReachSet, goal: Goal, seen: _Seen
+) -> RuleView:
     """What the rules of a decision see."""
     start = situation.state.position_m if situation.from_m is None else situation.from_m
     route = [start, situation.target_m]
     if situation.next_m is not None:
         route.append(situation.next_m)
     return RuleView(
-        planner.prepared(float(situation.state.attitude_rad[1])).reach_set,
+        prepared.reach_set,
         situation.state,
         goal,
         np.array(route),

@@ -63,24 +63,36 @@ def gather_evidence(
 
 
 def hazards_of(
-    planner: Planner, situation: Situation, intruders: Sequence[Intruder], margin: float
+    planner: Planner,
+    situation: Situation,
+    intruders: Sequence[Intruder],
+    margin: float,
+    reach_m: float | None = None,
 ) -> Hazards:
-    """All that is known to be in reach, in the grid frame, as the intruders are."""
+    """All that trajectories could lack the margin of, in the grid frame, as the intruders are.
+
+    reach_m: how far they lead; None for the farthest of the planner's.
+    """
     settings, grid = planner.settings, planner.grid
     position, world_from_grid = grid_frame(situation.state)
+    beyond = (planner.reach_m if reach_m is None else reach_m) - grid.range_m + margin
     return Hazards(
-        _points(situation, settings, position, world_from_grid, grid.range_m + margin),
-        _shapes_near(situation, position, world_from_grid, grid),
+        _points(situation, settings, position, world_from_grid, grid.range_m + beyond),
+        _shapes_near(situation, position, world_from_grid, grid, beyond),
         _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
     )
 
 
 def _shapes_near(
-    situation: Situation, position: FloatArray, world_from_grid: FloatArray, grid: AvoidanceGrid
+    situation: Situation,
+    position: FloatArray,
+    world_from_grid: FloatArray,
+    grid: AvoidanceGrid,
+    beyond_m: float,
 ) -> Shapes:
     if situation.obstacle_map is None or not len(situation.obstacle_map):
         return NO_SHAPES
-    return situation.obstacle_map.in_grid(position, world_from_grid, grid)
+    return situation.obstacle_map.in_grid(position, world_from_grid, grid, beyond_m)
 
 
 def _points(

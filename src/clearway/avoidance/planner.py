@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
+from functools import cached_property
 
 from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
@@ -17,8 +16,10 @@ from clearway.avoidance.costs import (
 )
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
-from clearway.base.errors import ClearwayError
+from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
 from clearway.vehicle.automaton import MovementAutomaton
@@ -53,14 +54,17 @@ class AvoidanceSettings:
     def __post_init__(self) -> None:
         rating_named(self.rating)
         combine_rule_named(self.sensor_fusion)
-        for name in ("unknown", "unknown_unseen", "threshold"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
-        for name in ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise ClearwayError(f"{name}: {getattr(self, name)} is not a number >= 0")
-        if self.safety_margin_m == 0.0:
-            raise ClearwayError("safety_margin_m: must be above 0")
+        shares = ("unknown", "unknown_unseen", "threshold")
+        lengths = ("sigmas", "own_drift_mps", "point_sigmas")
+        problems = found(
+            (
+                *(number_problem(key, getattr(self, key), 0.0, 1.0) for key in shares),
+                *(number_problem(key, getattr(self, key)) for key in lengths),
+                above_zero_problem("safety_margin_m", self.safety_margin_m),
+            )
+        )
+        if problems:
+            raise InputError("settings", problems)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +129,19 @@ class Planner:
     def speed_mps(self) -> float:
         """Fastest speed of the automaton."""
         return max(movement.speed_mps for movement in self.automaton.movements)
+
+    @cached_property
+    def reach_m(self) -> float:
+        """How far from the vehicle trajectories lead, at least the range of the grid."""
+        return max(prepared.reach_m for _, prepared in self.prepared_sets)
+
+    def prepared_at(self, state: State) -> PreparedReachSet:
+        """The reach set whose start pitch is nearest, flown from the true attitude.
+
+        What is verified is then what is flown, from whatever attitude.
+        """
+        roll, pitch, _ = state.attitude_rad.tolist()
+        return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:
         """The reach set whose start pitch is nearest."""

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import AvoidanceSettings
+from clearway.base.checks import (
+    LARGEST,
+    LATEST_S,
+    above_zero_problem,
+    array_problem,
+    found,
+    number_problem,
+    positive,
+    vector_problem,
+)
+from clearway.base.errors import InputError
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -20,7 +31,11 @@ PLANNED_REACH = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """All that is known at the decision time, in the world frame unless said otherwise."""
+    """All that is known at the decision time, in the world frame unless said otherwise.
+
+    Raises InputError naming all that cannot be used: what is not finite or out of range would end
+    in a margin or a cost that every trajectory keeps.
+    """
 
     state: State
     """Expected own state at the decision time; its grid frame leaves out the roll."""
@@ -44,6 +59,30 @@ class Situation:
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
 
+    def __post_init__(self) -> None:
+        problems = found(self._problems())
+        if problems:
+            raise InputError("situation", problems)
+
+    def _problems(self) -> Iterator[str | None]:
+        yield from (
+            _kind_problem("state", [self.state], State),
+            vector_problem("target_m", self.target_m, 3),
+            None if self.next_m is None else vector_problem("next_m", self.next_m, 3),
+            None if self.from_m is None else vector_problem("from_m", self.from_m, 3),
+            above_zero_problem("reach_radius_m", self.reach_radius_m),
+            number_problem("state_age_s", self.state_age_s, 0.0, LATEST_S),
+            number_problem("range_sigma_m", self.range_sigma_m),
+            _kind_problem("detections", self.detections, Detection),
+            _kind_problem("intruders", self.intruders, Intruder),
+        )
+        if self.obstacle_map is not None:
+            yield _kind_problem("obstacle_map", [self.obstacle_map], ObstacleMap)
+        if self.remembered is not None:
+            place, radius = self.remembered
+            yield array_problem("remembered.position_m", place, (None, 3))
+            yield array_problem("remembered.radius_m", radius, (len(place),), 0.0, LARGEST)
+
 
 def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
     """Origin [3] and rotation [3, 3] (world from grid) of the grid at a state, roll left out."""
@@ -52,12 +91,22 @@ def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
 
 
 def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
-    """Safety margin grown by the uncertainty and the age of the own state."""
-    return (
+    """Safety margin grown by the uncertainty and the age of the own state.
+
+    Raises ClearwayError where that is no positive number.
+    """
+    return positive(
+        "safety margin",
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
-        + settings.own_drift_mps * max(0.0, situation.state_age_s)
+        + settings.own_drift_mps * situation.state_age_s,
     )
+
+
+def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None:
+    """What keeps values from being all of a kind."""
+    wrong = [type(value).__name__ for value in values if not isinstance(value, kind)]
+    return f"{name}: must be of {kind.__name__}, got {', '.join(wrong)}" if wrong else None
 
 
 def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:

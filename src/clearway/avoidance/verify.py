@@ -173,7 +173,8 @@ def _keeps(
         if np.isnan(known[n, 0]):
             found = _node_clearance(paths, n, bins, shapes, moving, margin)
             known[n, 0], known[n, 1], known[n, 2] = found
-        if known[n, 0] < margin - ROUNDING_M:
+        # What is not a number keeps no margin.
+        if not known[n, 0] >= margin - ROUNDING_M:
             return n, int(known[n, 1]), int(known[n, 2]), known[n, 0]
     return -1, 0, -1, margin
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from clearway.base.checks import found, number_problem
+from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.sensors import Scan
 from clearway.traffic import Intruder
@@ -13,7 +16,7 @@ Reading = State | Scan | Intruder
 
 @dataclass(frozen=True, slots=True)
 class DataLimits:
-    """How old data may be, and how long things are kept."""
+    """How old data may be, and how long things are kept; raises InputError below 0 and for NaN."""
 
     state_s: float = 1.5
     """Own state; an older one is used, counted, and widens the margin."""
@@ -30,3 +33,9 @@ class DataLimits:
     """Points remembered after they were last seen."""
     patience_turns: float = 1.5
     """Full circles' worth of time without progress before a detour."""
+
+    def __post_init__(self) -> None:
+        keys = self.__slots__
+        problems = found(number_problem(key, getattr(self, key), 0.0, math.inf) for key in keys)
+        if problems:
+            raise InputError("data limits", problems)
