@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test lint types imports unit bench bench-peers format clean
+.PHONY: demo test lint types imports unit nightly bench bench-peers format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -24,6 +24,9 @@ imports: $(VENV)/.dev
 
 unit: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile
+
+nightly: $(VENV)/.dev
+	$(BIN)/pytest -n 2 --dist loadfile -m nightly
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks

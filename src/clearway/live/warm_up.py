@@ -30,7 +30,7 @@ def warm_up_moments(
     names = tuple(sensors)
     for step, ahead in enumerate(INTRUDERS_AHEAD):
         time_s = start.time_s + step
-        tilted = start.attitude_rad + [0.0, step * TILT_RAD, 0.0]
+        tilted = start.attitude_rad + np.array([0.0, step * TILT_RAD, 0.0])
         readings: list[Reading] = [replace(start, attitude_rad=tilted, time_s=time_s)]
         readings += [Scan(0.4 * planner.grid.range_m * _fan(), time_s, name) for name in names]
         if ahead is not None:
