@@ -19,7 +19,6 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.model import PlaneModel
-from clearway.vehicle.table import MovementTable
 from worlds_for_tests import AUTOMATON, GRID, planner
 
 PLANNER = planner()
@@ -108,7 +107,7 @@ def test_start_pitches_of_the_set_are_taken_as_they_are() -> None:
 
 
 def test_a_start_pitch_predicted_anew_is_the_set() -> None:
-    table = MovementTable.measure(AUTOMATON, steps=8)
+    table = AUTOMATON.measured(8)
     for automaton in (
         AUTOMATON,
         replace(AUTOMATON, table=table),
@@ -138,7 +137,7 @@ class Drifting(PlaneModel):
 @pytest.mark.parametrize("kind", ["table", "vehicle"])
 def test_measured_and_own_vehicles_are_flown_as_verified(kind: str) -> None:
     if kind == "table":
-        automaton = replace(AUTOMATON, table=MovementTable.measure(AUTOMATON, steps=8))
+        automaton = replace(AUTOMATON, table=AUTOMATON.measured(8))
     else:
         automaton = MovementAutomaton(AUTOMATON.movements, AUTOMATON.pitch_limit_rad, Drifting())
     own = Planner.of(ReachLibrary.build(automaton, AvoidanceGrid.uniform(6.0, 6)))

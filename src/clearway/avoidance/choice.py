@@ -24,6 +24,7 @@ from clearway.avoidance.verify import (
     RoomPrice,
     Verification,
     clearances,
+    farthest_m,
     first_clear,
     path_clearance,
     paths_of,
@@ -98,7 +99,8 @@ class Choice:
     rating: float
     """P_R of the trajectory (4.22)."""
     clearance_m: float
-    """Smallest distance to the evidence; inf without any in reach."""
+    """Smallest distance to the evidence, and never more than to what is known but out of reach;
+    inf without any."""
     limited_by: Cause
     limiting_index: int
     margin_m: float
@@ -400,6 +402,8 @@ class _Report:
         node = int(candidates.nodes[best])
         first = self.prepared.reach_set.path(node)[0]
         clearance = path_clearance(self.prepared.paths, node, self.hazards)
+        # What was left out is at least so far from any place on the path.
+        unseen_m = self.hazards.left_out_m - farthest_m(self.prepared.paths, node)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))
         counts = sum((np.bincount(v.causes, minlength=len(Cause)) for _, v in tried), start=0)
@@ -408,7 +412,7 @@ class _Report:
             basis=basis,
             cost_m=float(candidates.cost_m[best]),
             rating=float(assessment.node_rating[node]),
-            clearance_m=clearance.distance_m,
+            clearance_m=min(clearance.distance_m, unseen_m),
             limited_by=clearance.cause,
             limiting_index=clearance.index,
             margin_m=margin_m,

@@ -30,6 +30,8 @@ from clearway.traffic.models.many import deviations_m, speeds_mps, spread_tangen
 NO_SHAPES = no_shapes()
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
+MOST_MEASURED = 20_000
+"""Shapes of a map of which each is asked for its distance at every decision."""
 
 
 def gather_evidence(
@@ -73,13 +75,16 @@ def hazards_of(
 
     reach_m: how far they lead; None for the farthest of the planner's.
     """
-    settings, grid = planner.settings, planner.grid
+    settings = planner.settings
     position, world_from_grid = grid_frame(situation.state)
-    beyond = (planner.reach_m if reach_m is None else reach_m) - grid.range_m + margin
+    within_m = (planner.reach_m if reach_m is None else reach_m) + margin
+    points, points_left_out_m = _points(situation, settings, position, world_from_grid, within_m)
+    shapes = _shapes_near(situation, position, world_from_grid, planner.grid, within_m)
     return Hazards(
-        _points(situation, settings, position, world_from_grid, grid.range_m + beyond),
-        _shapes_near(situation, position, world_from_grid, grid, beyond),
-        _movers(intruders, situation, settings, grid.range_m / planner.speed_mps),
+        points,
+        shapes,
+        _movers(intruders, situation, settings, planner.horizon_s),
+        min(points_left_out_m, _left_out_m(situation, shapes, position, within_m)),
     )
 
 
@@ -88,11 +93,23 @@ def _shapes_near(
     position: FloatArray,
     world_from_grid: FloatArray,
     grid: AvoidanceGrid,
-    beyond_m: float,
+    within_m: float,
 ) -> Shapes:
     if situation.obstacle_map is None or not len(situation.obstacle_map):
         return NO_SHAPES
-    return situation.obstacle_map.in_grid(position, world_from_grid, grid, beyond_m)
+    return situation.obstacle_map.in_grid(position, world_from_grid, grid, within_m - grid.range_m)
+
+
+def _left_out_m(situation: Situation, near: Shapes, position: FloatArray, within_m: float) -> float:
+    """At most the distance of the nearest map shape that is out of reach; inf without any."""
+    known = situation.obstacle_map
+    if known is None or len(known) == len(near.radius_m):
+        return np.inf
+    if len(known) > MOST_MEASURED:
+        return within_m
+    away = np.linalg.norm(known.shapes.center_m - position, axis=1) - known.shapes.bound_m
+    away[near.source] = np.inf
+    return max(within_m, float(away.min()))
 
 
 def _points(
@@ -100,20 +117,25 @@ def _points(
     settings: AvoidanceSettings,
     position: FloatArray,
     world_from_grid: FloatArray,
-    reach_m: float,
-) -> PointHazards:
-    """What is remembered, or else the returns at hand merged in voxels; grown by range noise."""
+    within_m: float,
+) -> tuple[PointHazards, float]:
+    """What is remembered, or else the returns at hand merged in voxels; grown by range noise.
+
+    Beside it the distance of the nearest return that is out of reach.
+    """
+    noise_m = settings.point_sigmas * situation.range_sigma_m
+    left_out_m = np.inf
     if situation.remembered is not None:
         place = (situation.remembered.position_m - position) @ world_from_grid
         radius = situation.remembered.radius_m
     else:
         place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
         radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
-        near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
+        away = np.sqrt(np.einsum("ij,ij->i", place, place)) - radius - noise_m
+        near = away <= within_m
+        left_out_m = float(away[~near].min(initial=np.inf))
         place, radius = thin_points(place[near], radius[near], THINNING * settings.safety_margin_m)
-    return PointHazards(
-        np.ascontiguousarray(place), radius + settings.point_sigmas * situation.range_sigma_m
-    )
+    return PointHazards(np.ascontiguousarray(place), radius + noise_m), left_out_m
 
 
 def _movers(

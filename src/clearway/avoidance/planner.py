@@ -135,6 +135,12 @@ class Planner:
         """How far from the vehicle trajectories lead, at least the range of the grid."""
         return max(prepared.reach_m for _, prepared in self.prepared_sets)
 
+    @cached_property
+    def horizon_s(self) -> float:
+        """How far ahead in time trajectories lead, at least what the range takes."""
+        longest = max(float(one.reach_set.end_time_s.max()) for _, one in self.prepared_sets)
+        return max(self.grid.range_m / self.speed_mps, longest)
+
     def prepared_at(self, state: State) -> PreparedReachSet:
         """The reach set whose start pitch is nearest, flown from the true attitude.
 

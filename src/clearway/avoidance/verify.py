@@ -123,6 +123,17 @@ def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
     return Clearance(distance, Cause(cause), index)
 
 
+def farthest_m(paths: Paths, node: int) -> float:
+    """How far from the start the path to the end of `node` may come."""
+    farthest = 0.0
+    while node >= 0:
+        samples = paths.samples_m[node]
+        away = float(np.sqrt(np.einsum("si,si->s", samples, samples).max()))
+        farthest = max(farthest, away + float(paths.sagitta_m[node]))
+        node = int(paths.parent[node])
+    return farthest
+
+
 def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
     """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
     summed over its movements: the measure of how bad a path is where none is good."""

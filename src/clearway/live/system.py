@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
+from clearway.base.checks import time_problem
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.danger import endangered
@@ -26,7 +29,7 @@ from clearway.live.mission import Detour, Mission, Progress, advanced, detoured,
 from clearway.live.own_states import OwnStates, carried_on
 from clearway.live.plan import Plan
 from clearway.live.range_sensing import RangeSensing
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.readings import DataLimits, Reading, reading_of
 from clearway.live.reports import reports_for
 from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -92,14 +95,34 @@ class AvoidanceSystem:
 
     # --- readings -------------------------------------------------------------------------
 
+    def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
+        """Make a reading of raw values and take it, as `update` does; returns whether it could be.
+
+        For values that nobody has looked at: what a State, Scan or Intruder refuses to be made of
+        is counted by what is wrong with it, where making it oneself would raise.
+        """
+        reading = reading_of(kind, *values, **named)
+        if isinstance(reading, str):
+            self.counts[reading] += 1
+            return False
+        self.update(reading)
+        return True
+
     def update(self, reading: Reading) -> None:
-        """Take one reading; what cannot be used is counted by reason."""
+        """Take one reading; what cannot be used is counted by reason.
+
+        Raises ClearwayError for what is no reading at all.
+        """
         if isinstance(reading, State):
             self._take_state(reading)
         elif isinstance(reading, Scan):
             self._take_scan(reading)
-        else:
+        elif isinstance(reading, Intruder):
             self._take_report(reading)
+        else:
+            raise ClearwayError(
+                f"update: takes a State, a Scan or an Intruder, got {type(reading).__name__}"
+            )
 
     def _take_state(self, state: State) -> None:
         before = self._own_states.newest
@@ -121,6 +144,9 @@ class AvoidanceSystem:
 
     def _tell_time(self, now_s: float) -> None:
         """Whoever asks tells the time, and an own state that waited for it may be right."""
+        problem = time_problem("time", now_s)
+        if problem:
+            raise ClearwayError(f"question: {problem}")
         before = self._own_states.newest
         self._clock_s = max(self._clock_s, now_s)
         self._own_states.believe(self._clock_s)
@@ -285,7 +311,7 @@ class AvoidanceSystem:
             remembered=self._sensing.remembered_near(state.position_m),
             obstacle_map=self.obstacle_map,
             intruders=self._traffic(state, now_s),
-            state_age_s=now_s - self._own_states.latest.time_s,
+            state_age_s=abs(now_s - self._own_states.latest.time_s),
             range_sigma_m=self._sensing.sigma_m,
         )
 
