@@ -195,6 +195,22 @@ def interval_of(angle: float, edges: FloatArray) -> int:
     return last - 1
 
 
+def range_borders(edges: FloatArray) -> FloatArray:
+    """[layers + 1] radii at which `layer_of` changes, beyond the edges by the tolerance."""
+    shift = np.full(len(edges), BORDER_TOLERANCE)
+    shift[0] = -BORDER_TOLERANCE
+    borders: FloatArray = edges + shift
+    return borders
+
+
+def angle_borders(edges: FloatArray) -> FloatArray:
+    """[n + 1] angles at which `interval_of` changes, off the edges by the tolerance."""
+    shift = np.where(edges > BORDER_TOLERANCE, BORDER_TOLERANCE, -BORDER_TOLERANCE)
+    shift[[0, -1]] = -BORDER_TOLERANCE, BORDER_TOLERANCE
+    borders: FloatArray = edges + shift
+    return borders
+
+
 @compiled
 def cell_of_point(x: float, y: float, z: float, edges: GridEdges) -> int:
     """Flat cell index of one point in the grid frame; -1 outside, also for NaN."""

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.grid import AvoidanceGrid
+from clearway.reach.curves import PathAt, curve_parts
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
 SAMPLES = 4
@@ -31,6 +32,8 @@ class LatticePieces(NamedTuple):
     """[attitudes, movements] attitude at the movement's end; -1 where it is not allowed."""
     path: FloatArray
     """[attitudes, movements, steps, 3] displacement at equal times, yaw 0 at the start, z up."""
+    curve: FloatArray
+    """[attitudes, movements, parts, degree + 1, 3] the same way as polynomials, see `curves`."""
     turn_rad: FloatArray
     """[attitudes, movements] change of yaw."""
     length_m: FloatArray
@@ -138,6 +141,7 @@ def _pieces(
     following = np.array([[reached for reached, _ in row] for row in rows], dtype=np.int32)
     paths = np.array([[path for _, path in row] for row in rows])
     position = np.ascontiguousarray(paths[..., :3])
+    curve = _curves(automaton, position, attitudes[: len(rows)])
     chords = np.diff(position, axis=2, prepend=0.0)
     flown = np.linalg.norm(chords, axis=-1).sum(axis=-1)
     durations = np.array([movement.duration_s for movement in automaton.movements])
@@ -150,6 +154,7 @@ def _pieces(
     return LatticePieces(
         following=following,
         path=position,
+        curve=curve,
         turn_rad=np.ascontiguousarray(turned),
         length_m=np.ascontiguousarray(flown),
         # A path of length s and curvature k lies within k s^2 / 8 of its chord.
@@ -157,6 +162,32 @@ def _pieces(
         attitude_rad=np.array([[roll, pitch] for roll, pitch, _ in attitudes]),
         duration_s=durations,
     )
+
+
+def _curves(
+    automaton: MovementAutomaton,
+    position: FloatArray,
+    attitudes: list[tuple[float, float, Movement | None]],
+) -> FloatArray:
+    """[attitudes, movements, parts, degree + 1, 3]; positions that are known are not asked for."""
+    steps = position.shape[2]
+
+    def path_of(at: int, index: int) -> PathAt:
+        movement, (roll, pitch, _) = automaton.movements[index], attitudes[at]
+        state = np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
+
+        def path(shares: FloatArray) -> FloatArray:
+            if len(shares) == steps + 1:
+                return np.concatenate([np.zeros((1, 3)), position[at, index]])
+            times = movement.duration_s * shares[1:]
+            ends = [automaton.predict(state, movement, float(time))[:3] for time in times]
+            return np.array([np.zeros(3), *ends])
+
+        return path
+
+    paths = [path_of(*at) for at in np.ndindex(position.shape[:2])]
+    curves = curve_parts(paths)
+    return curves.reshape(*position.shape[:2], *curves.shape[1:])
 
 
 def grid_from_level(start_pitch_rad: float) -> FloatArray:

@@ -13,6 +13,14 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
 from clearway.reach.lattice import SAMPLES, Lattice, LatticePieces, grid_from_level
+from clearway.reach.passage import (
+    CellBorders,
+    CrossingSearch,
+    borders_of,
+    cell_at,
+    crossing_search,
+    crossings,
+)
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
 
 Int32Array = npt.NDArray[np.int32]
@@ -35,6 +43,7 @@ def reach_set_of(
     attitude, depth, flown, starts, ends = _chain(
         parent, movement, lattice.start[start_pitch_rad], pieces
     )
+    borders = borders_of(grid.edges)
     samples, cell_start, cell_index, end_cell, exit_kind = _through_cells(
         parent,
         movement,
@@ -43,6 +52,8 @@ def reach_set_of(
         pieces,
         grid_from_level(start_pitch_rad),
         grid.edges,
+        borders,
+        crossing_search(borders),
     )
     states = np.empty((len(parent), 6))
     states[:, :3] = samples[:, -1]
@@ -208,6 +219,8 @@ def _through_cells(
     pieces: LatticePieces,
     rotation: FloatArray,
     edges: GridEdges,
+    borders: CellBorders,
+    search: CrossingSearch,
 ) -> tuple[FloatArray, Int32Array, Int32Array, Int32Array, npt.NDArray[np.int8]]:
     """Samples, cells passed (CSR), cell and kind of exit at the end of every node."""
     nodes, steps = len(parent), pieces.path.shape[2]
@@ -216,23 +229,36 @@ def _through_cells(
     end_cell = np.full(nodes, -1, dtype=np.int32)
     exit_kind = np.zeros(nodes, dtype=np.int8)
     cell_start = np.zeros(nodes + 1, dtype=np.int32)
-    cells = np.empty(nodes * steps, dtype=np.int32)
+    cells = np.empty(4 * nodes + 64, dtype=np.int32)
+    curve = np.empty(pieces.curve.shape[3:])
     filled = 0
     for n in range(nodes):
         path = pieces.path[attitude[n, 0], movement[n]]
+        parts = pieces.curve[attitude[n, 0], movement[n]]
         yaw = starts[n, 3]
         origin = (starts[n, 0], starts[n, 1], starts[n, 2], np.cos(yaw), np.sin(yaw))
-        for step in range(steps):
-            x, y, z = _point(origin, path[step], rotation)
-            if (step + 1) % stride == 0:
-                sample = samples[n, (step + 1) // stride - 1]
-                sample[0], sample[1], sample[2] = x, y, z
-            cell = cell_of_point(x, y, z, edges)
-            if cell >= 0 and not _passed(cell, n, filled, parent, cell_start, cells):
-                cells[filled] = cell
-                filled += 1
-        cell_start[n + 1] = filled
+        for sample in range(SAMPLES):
+            x, y, z = _point(origin, path[(sample + 1) * stride - 1], rotation)
+            samples[n, sample, 0], samples[n, sample, 1], samples[n, sample, 2] = x, y, z
+        for part in range(len(parts)):
+            for k in range(len(curve)):
+                curve[k, 0], curve[k, 1], curve[k, 2] = _point(origin, parts[part, k], rotation)
+            number = crossings(curve, borders, search)
+            if filled + number + 2 > len(cells):
+                cells = np.append(cells, np.empty(len(cells) + number, dtype=np.int32))
+            before = 0.0
+            for crossing in range(number + 1):
+                after = search.crossings[crossing] if crossing < number else 1.0
+                cell = cell_at(0.5 * (before + after), search, edges)
+                before = after
+                if cell >= 0 and not _passed(cell, n, filled, parent, cell_start, cells):
+                    cells[filled] = cell
+                    filled += 1
         place = end_place(origin, path, rotation, edges)
+        if place >= 0 and not _passed(place, n, filled, parent, cell_start, cells):
+            cells[filled] = place
+            filled += 1
+        cell_start[n + 1] = filled
         end_cell[n] = max(place, -1)
         exit_kind[n] = exit_of(place, edges)
     return samples, cell_start, cells[:filled].copy(), end_cell, exit_kind
