@@ -65,9 +65,8 @@ class Mission:
         for name in ("waypoints_m", "landing_m"):
             if array_problem(name, getattr(self, name), (None, 3)):
                 problems.append(f"{name}: coordinates must be finite numbers, at most 1e9")
-        if problems:
-            return problems
-        gaps = np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
+        with np.errstate(invalid="ignore", over="ignore"):  # What is not finite is named above.
+            gaps = np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
         for index in np.flatnonzero(gaps < self.reach_radius_m):
             problems.append(
                 f"waypoints_m[{index + 1}]: {gaps[index]:.3g} m from the one before, "

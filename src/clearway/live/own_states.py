@@ -34,8 +34,6 @@ class OwnStates:
 
         clock_s: the latest time told by anything else, -inf before any.
         """
-        if not np.all(np.isfinite(state.vector)) or not np.isfinite(state.time_s):
-            return ["state: not finite"]
         early, self._early = self._early, None
         flaws = []
         if early is not None and early.time_s <= state.time_s <= early.time_s + self._ahead_s:
