@@ -25,6 +25,7 @@ imports: $(VENV)/.dev
 unit: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile
 
+# What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
 

@@ -21,11 +21,11 @@ def kept(settings: EncounterSettings) -> Callable[[bool], Row]:
         tally = flown(settings, range(number), PROCESSES)
         low, high = tally.interval
         return Row(
-            f"{number} encounters {settings.in_words}: distance kept, of those that can be",
+            f"{number} encounters {settings.in_words}: distance kept, of those avoidable",
             f"{tally.kept} of {tally.avoidable}",
             f"95 % Wilson {100.0 * low:.2f} to {100.0 * high:.2f} %, "
             f"nearest {tally.min_distance_m:.2f} of {tally.distance_to_keep_m:g} m",
-            Target(f">= {100.0 * tally.required:g} %", tally.share >= tally.required),
+            Target(f">= {100.0 * tally.required:g} %", tally.verdict),
         )
 
     return measure

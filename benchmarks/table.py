@@ -11,19 +11,31 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from clearway.base.verdict import DemandVerdict
+
 COLUMNS = ("name", "what", "median", "p99 or spread", "target", "against a reference")
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A demand and whether it is met."""
+    """A demand and whether it is met; where there is an interval, whether that shows it."""
 
     text: str
-    met: bool
+    met: bool | DemandVerdict
 
     def __str__(self) -> str:
-        return f"{self.text}: {'met' if self.met else 'MISSED'}"
+        return f"{self.text}: {self._said}"
+
+    @property
+    def _said(self) -> str:
+        if isinstance(self.met, bool):
+            return "met" if self.met else "MISSED"
+        return "not shown yet" if self.met is DemandVerdict.NOT_SHOWN else str(self.met)
+
+    @property
+    def missed(self) -> bool:
+        return self.met is False or self.met is DemandVerdict.MISSED
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +99,7 @@ def print_table(results: Results) -> None:
     for column in COLUMNS:
         table.add_column(column, no_wrap=column == "name")
     for benchmark, row in results.rows:
-        colour = "" if row.target is None else "green" if row.target.met else "bold red"
+        colour = "" if row.target is None else "bold red" if row.target.missed else "green"
         target = Text(str(row.target or ""), style=colour)
         table.add_row(benchmark.name, row.what, row.result, row.spread, target, row.reference)
     console.print(table)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from clearway.base.version import __version__
+
 if TYPE_CHECKING:
     from clearway.avoidance.costs import Prices
     from clearway.avoidance.decide import Decision, decide
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
     from clearway.traffic import Intruder
     from clearway.vehicle.automaton import MovementAutomaton
 
-__version__ = "0.1.0"
 
 __all__ = [
     "AvoidanceGrid",

@@ -8,6 +8,7 @@ from functools import partial
 
 import pytest
 
+from clearway.base.version import __version__
 from clearway.studies.encounter_model import made_up_model
 from clearway.studies.risk.encounter import draw_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation_of
@@ -19,13 +20,18 @@ run = partial(run_clearway, "risk")
 
 def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
     done = run("--count", 5, "-p", "mvp", "--workers", 1, "--json", "--out", "all", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 3, "five encounters show nothing: " + done.stderr
     assert "made up" in done.stderr
     told = json.loads(done.stdout)
     assert told["encounters"] == 5
     assert set(told["planners"]) == {"mvp"}
     measure = told["planners"]["mvp"]["lost_well_clear"]
     assert measure["ratio"] == pytest.approx(measure["unresolved"] + measure["induced"])
+    assert measure["verdict"] == "not shown"
+    assert measure["ratio_95"][1] > measure["limit"]
+    assert told["provenance"]["clearway"] == __version__
+    assert told["provenance"]["command"].startswith("clearway risk --count 5 -p mvp")
+    assert json.loads((tmp_path / "all" / "risk.json").read_text()) == told
     rows = list(csv.DictReader((tmp_path / "all" / "encounters.csv").read_text().splitlines()))
     assert [(row["number"], row["planner"]) for row in rows[:2]] == [
         ("0", "straight"),
@@ -34,6 +40,12 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
     encounter = draw_encounter(made_up_model(), 4, RiskSettings())
     straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
     assert float(rows[-2]["nearest_m"]) == pytest.approx(straight.nearest_m, abs=1e-3)
+
+
+def test_one_encounter_shows_nothing(tmp_path):
+    done = run("--count", 1, "--workers", 1, cwd=tmp_path)
+    assert done.returncode == 3
+    assert "not shown" in done.stdout or "no case" in done.stdout
 
 
 def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.frames import enu_from_geodetic
 from clearway.mavlink.clock import WRAP_S, Tick, VehicleClock

@@ -33,7 +33,14 @@ from clearway.avoidance.fusion import (
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of, grid_frame, margin_m
+from clearway.avoidance.situation import (
+    Situation,
+    goal_of,
+    grid_frame,
+    margin_m,
+    margin_slope,
+)
+from clearway.avoidance.verify import sloping
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray, State
@@ -77,6 +84,7 @@ def decide(
     _check_grids(planner, situation)
     margin = margin_m(settings, situation)
     prepared = planner.prepared_at(situation.state)
+    prepared = with_slope(prepared, margin_slope(settings, situation))
     seen = _see(planner, situation, margin, prepared.reach_m)
     cells = assess_cells(
         seen.evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
@@ -225,6 +233,13 @@ def _rule_view(
         seen.hazards.moving,
         seen.intruders,
     )
+
+
+def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
+    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
+    if slope <= 0.0:
+        return prepared
+    return replace(prepared, paths=sloping(prepared.paths, slope))
 
 
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.base.checks import (
     LARGEST,
     LATEST_S,
@@ -23,6 +23,7 @@ from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
+from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
 PLANNED_REACH = 0.9
@@ -55,6 +56,8 @@ class Situation:
     """As reported, each with its own time."""
     state_age_s: float = 0.0
     """Age of the measurement behind `state`."""
+    unsure_m: float = 0.0
+    """How far off `state` may be since its time, or what was flown since, is not known."""
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
@@ -72,6 +75,7 @@ class Situation:
             None if self.from_m is None else vector_problem("from_m", self.from_m, 3),
             above_zero_problem("reach_radius_m", self.reach_radius_m),
             number_problem("state_age_s", self.state_age_s, 0.0, LATEST_S),
+            number_problem("unsure_m", self.unsure_m, 0.0, np.inf),
             number_problem("range_sigma_m", self.range_sigma_m),
             _kind_problem("detections", self.detections, Detection),
             _kind_problem("intruders", self.intruders, Intruder),
@@ -99,8 +103,26 @@ def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
         "safety margin",
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
-        + settings.own_drift_mps * situation.state_age_s,
+        + settings.own_drift_mps * situation.state_age_s
+        + situation.unsure_m,
     )
+
+
+def margin_slope(settings: AvoidanceSettings, situation: Situation) -> float:
+    """Metres that the margin grows by per metre of distance from the vehicle.
+
+    What is known in the world frame, be it map, traffic or an earlier return, is turned into the
+    vehicle's frame by an attitude that may be wrong: it then lies off by that angle times its
+    distance, whatever it is.
+    """
+    return slope_of(settings.sigmas * situation.state.attitude_std_rad)
+
+
+def widest_margin_m(planner: Planner, situation: Situation) -> float:
+    """The margin at the range of the grid."""
+    settings = planner.settings
+    slope = margin_slope(settings, situation)
+    return margin_m(settings, situation) + slope * planner.grid.range_m
 
 
 def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None:

@@ -42,6 +42,12 @@ def paths_of(reach_set: ReachSet) -> Paths:
     return Paths(reach_set.parent, reach_set.samples_m, reach_set.sagitta_m, reach_set.end_time_s)
 
 
+def sloping(paths: Paths, slope: float) -> Paths:
+    """Paths that lack `slope` more clearance for every metre of distance from their start."""
+    farthest = np.sqrt(np.einsum("nsi,nsi->ns", paths.samples_m, paths.samples_m)).max(axis=1)
+    return paths._replace(sagitta_m=paths.sagitta_m + slope * farthest)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Verification:
     """Outcome for candidates in the order in which they were held against the evidence."""

@@ -6,11 +6,13 @@ once; each command imports what it needs when it runs.
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 import typer
 
-from clearway import __version__
+from clearway.base.provenance import began_as
+from clearway.base.version import __version__
 from clearway.cli.assess import assess
 from clearway.cli.campaign import campaign
 from clearway.cli.compare import compare
@@ -75,4 +77,5 @@ def _options(
 
 def main() -> None:
     """Entry point of the `clearway` command."""
+    began_as(sys.argv[1:])
     app()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.cli.progress import Beside, progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, NOT_SHOWN, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.studies.campaigns.engines import Engine
@@ -74,7 +74,11 @@ def campaign(
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
-    """Fly a campaign, or go on with it: exit status 0 if its first planner was safe throughout."""
+    """Fly a campaign, or go on with it.
+
+    Exit status 0 if its first planner was safe throughout, 1 if not, 3 if families were skipped for
+    want of their data.
+    """
     if list_families:
         _list(as_json)
         return
@@ -164,6 +168,8 @@ def _finish(
     first = asked.file.planners[0]
     if any(not row.safe for row in flown.rows if row.planner == first):
         leave(NOT_REACHED)
+    if flown.skipped:
+        leave(NOT_SHOWN)
 
 
 def _print_again(results: Path, docs: list[Path], as_json: bool) -> None:

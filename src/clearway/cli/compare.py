@@ -113,6 +113,7 @@ def _result(
     """The object that `--json` prints: planners in order, each with its flights."""
     from dataclasses import asdict
 
+    from clearway.base.provenance import provenance
     from clearway.io.json_values import rounded
     from clearway.missions.run_files import summary
 
@@ -125,7 +126,8 @@ def _result(
         runs = [flight.run for flight in flown if flight.planner == row.planner]
         rows.append({**values, "runs": [summary(run, row.planner) for run in runs]})
     seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
-    return {"mission": mission, "seeds": seeds, "planners": rows}
+    made = provenance([mission])
+    return {"mission": mission, "seeds": seeds, "planners": rows, "provenance": made}
 
 
 def _write(

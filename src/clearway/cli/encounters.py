@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say, table_console
+from clearway.cli.report import (
+    NOT_REACHED,
+    leave,
+    leave_by,
+    number_pair,
+    print_json,
+    say,
+    table_console,
+)
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
@@ -81,7 +89,12 @@ def encounters(
         typer.Option(help="Write every encounter to this CSV file.", rich_help_panel=OUTPUT),
     ] = None,
 ) -> None:
-    """Fly random encounters on collision courses: exit status 0 if enough keep their distance."""
+    """Fly random encounters on collision courses, and hold the lower end of the interval against
+    the share that must keep its distance.
+
+    Exit status 0 where enough is shown, 1 where it is shown not to be enough, 3 where neither is:
+    99.9 % takes some 3,900 encounters without a failure.
+    """
     from clearway.studies.encounters.encounter import EncounterSettings
 
     position_noise, velocity_noise = number_pair("--noise", noise, "0.3,0.1")
@@ -105,8 +118,7 @@ def encounters(
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
         _print_table(tallies)
-    if any(tally.share < tally.required for tally in tallies):
-        leave(NOT_REACHED)
+    leave_by(tally.verdict for tally in tallies)
 
 
 def _every_kind() -> list[EncounterSettings]:
@@ -144,6 +156,7 @@ def _summary(tally: EncounterTally) -> dict[str, Any]:
         "share": tally.share,
         "wilson_95": [low, high],
         "required": tally.required,
+        "verdict": str(tally.verdict),
         "min_distance_m": finite(tally.min_distance_m),
         "distance_to_keep_m": tally.distance_to_keep_m,
         "with_emergency": sum(outcome.emergencies > 0 for outcome in tally.outcomes),
@@ -160,7 +173,6 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
         table.add_column(column, justify="left" if column == "kind" else "right")
     for tally in tallies:
         low, high = tally.interval
-        met = tally.share >= tally.required
         table.add_row(
             tally.settings.in_words,
             str(len(tally.outcomes)),
@@ -169,7 +181,7 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
             f"{100.0 * tally.share:.2f} %",
             f"{100.0 * low:.2f} to {100.0 * high:.2f} %",
             f"{tally.min_distance_m:.3f} of {tally.distance_to_keep_m:g} m",
-            f"{100.0 * tally.required:g} %: {'met' if met else 'MISSED'}",
+            f"{100.0 * tally.required:g} %: {tally.verdict}",
         )
     console.print(table)
     for tally in tallies:

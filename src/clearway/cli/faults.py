@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import print_json, say, table_console
+from clearway.cli.report import NOT_REACHED, leave, print_json, say, table_console
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
@@ -74,7 +74,9 @@ def faults(
         print_json({"points": [_record(point) for point in points]})
     else:
         _print_table(points)
-    say(f"wrote faults.png, faults.csv to {folder}")
+    say(f"wrote faults.png, faults.csv, faults.json to {folder}")
+    if any(point.kept < len(point.flights) for point in points):
+        leave(NOT_REACHED)
 
 
 def _known(names: list[str]) -> list[str]:
@@ -157,12 +159,16 @@ def _record(point: Point) -> dict[str, Any]:
 
 def _write(points: Sequence[Point], folder: Path) -> None:
     import csv
+    import json
 
+    from clearway.base.provenance import provenance
     from clearway.io.staging import staged
     from clearway.studies.figures.faults import draw_faults
 
     with staged(folder) as scratch:
         draw_faults(_panels(points)).savefig(scratch / "faults.png", dpi=100)
+        told = {"points": [_record(point) for point in points], "provenance": provenance()}
+        (scratch / "faults.json").write_text(json.dumps(told, indent=2) + "\n")
         with (scratch / "faults.csv").open("w", newline="") as file:
             writer = csv.writer(file)
             writer.writerow(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from clearway.missions.in_place import InPlaceFlight
     from clearway.traffic.recorded.picture import AirPicture
 
+WELL_CLEAR_BALL_M = math.ceil(math.hypot(2000.0, 250.0) * FOOT_M)
+"""About the cylinder of 2,000 ft and 250 ft."""
 WAYS = (
     ("as recorded", "recorded"),
     ("without avoidance", "without_avoidance"),
@@ -102,6 +105,7 @@ def _in_words(result: Mapping[str, Any]) -> str:
         f"{result['turning_radius_m']:.0f} m",
         f"to keep            {result['keep_m']:.0f} m: margin {result['margin_m']:.0f} m, and "
         f"{off:.0f} m that the height may be off",
+        _judged_by(result["margin_m"]),
         "",
         _row(("", "horizontal", "vertical", "(ft)", "time", "well clear", "near mid-air", "path")),
         *(_way_in_words(label, result[key]) for label, key in WAYS),
@@ -119,6 +123,16 @@ def _in_words(result: Mapping[str, Any]) -> str:
             f"{result['recorded']['unheard_s']:.0f} s, which count in no distance"
         )
     return "\n".join(lines)
+
+
+def _judged_by(margin_m: float) -> str:
+    """What the exit status is about, and what it is not."""
+    if margin_m >= WELL_CLEAR_BALL_M:
+        return "judged by          that distance, which covers well clear"
+    return (
+        f"judged by          that distance; well clear, shown beside it, is wider: ask for it with "
+        f"--margin {WELL_CLEAR_BALL_M:.0f}"
+    )
 
 
 def _way_in_words(label: str, way: Mapping[str, Any]) -> str:

@@ -6,10 +6,12 @@ import functools
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.base.verdict import DemandVerdict, worst_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,6 +21,8 @@ Result = TypeVar("Result")
 
 NOT_REACHED = 1
 BAD_INPUT = 2
+NOT_SHOWN = 3
+"""Neither shown nor missed, or something that was asked for was skipped."""
 INTERRUPTED = 130
 
 
@@ -60,6 +64,13 @@ def leave(status: int) -> NoReturn:
     raise SystemExit(status)
 
 
+def leave_by(verdicts: Iterable[DemandVerdict]) -> None:
+    """End the command if any demand is missed, or not shown."""
+    worst = worst_of(verdicts)
+    if worst is not DemandVerdict.SHOWN:
+        leave(NOT_REACHED if worst is DemandVerdict.MISSED else NOT_SHOWN)
+
+
 def say(message: str) -> None:
     """A message to the user: on standard error, so that results stay alone on output."""
     print(message, file=sys.stderr)
@@ -73,7 +84,10 @@ def table_console() -> Console:
     return console if console.is_terminal else Console(width=160)
 
 
-def print_json(result: dict[str, Any]) -> None:
-    """One JSON object on standard output."""
-    print(json.dumps(result, allow_nan=False))
+def print_json(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> None:
+    """One JSON object on standard output, with where it comes from; inputs: files it is made of."""
+    from clearway.base.provenance import provenance
+
+    told = result if "provenance" in result else {**result, "provenance": provenance(inputs)}
+    print(json.dumps(told, allow_nan=False))
     sys.stdout.flush()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.base.verdict import DemandVerdict
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, number_pair, print_json, say
+from clearway.cli.report import leave_by, number_pair, print_json, say
 from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
-STANDARD = {"near_collision": 0.18, "lost_well_clear": 0.40}
-"""Largest risk ratios of ASTM F3442 with intruders that report themselves."""
 
 
 def risk(
@@ -68,12 +67,16 @@ def risk(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for encounters.csv, or with --only for the picture.",
+            help="Folder for encounters.csv and risk.json, or with --only for the picture.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,
 ) -> None:
-    """Risk ratios: exit status 0 if the first planner's are within those of ASTM F3442."""
+    """Risk ratios, held against ASTM F3442's by the upper ends of their intervals.
+
+    Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
+    neither is shown.
+    """
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.summary import summary
 
@@ -92,16 +95,18 @@ def risk(
         _fly_one(network, only, planners, settings, seed, out, as_json)
         return
     result = _flown(network, planners, range(first, first + count), settings, seed, workers)
-    if out is not None:
-        _write(result, out)
     told = summary(result, network)
     if as_json:
         print_json(told)
     else:
         print_tables(result, told, model)
-    ratios = told["planners"][planners[0]]
-    if any((ratios[name]["ratio"] or 0.0) > most for name, most in STANDARD.items()):
-        leave(NOT_REACHED)
+    if out is not None:
+        _write(result, told, out)
+    leave_by(
+        DemandVerdict(measure["verdict"])
+        for measure in told["planners"][planners[0]].values()
+        if isinstance(measure, dict) and "verdict" in measure
+    )
 
 
 def _layers(text: str) -> tuple[int, ...]:
@@ -179,10 +184,13 @@ def _fly_one(
             print(line)
 
 
-def _write(result: RiskStudy, folder: Path) -> None:
+def _write(result: RiskStudy, told: dict[str, Any], folder: Path) -> None:
+    import json
+
     from clearway.io.staging import staged
     from clearway.studies.risk.summary import write_encounters
 
     with staged(folder) as scratch:
         write_encounters(result, scratch / "encounters.csv")
-    say(f"wrote encounters.csv to {folder}")
+        (scratch / "risk.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
+    say(f"wrote encounters.csv, risk.json to {folder}")

@@ -21,7 +21,7 @@ def print_tables(result: RiskStudy, summary: dict[str, Any], model: Path | None)
 
     console = table_console()
     console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
-    table = Table(title="risk ratios, 95 % bootstrap; of it unresolved + induced")
+    table = Table(title="risk ratios with 95 % intervals; of it unresolved + induced")
     table.add_column("planner")
     for name in MEASURES.values():
         table.add_column(name, justify="right")
@@ -42,7 +42,9 @@ def _cell(measure: dict[str, Any]) -> str:
         return "no case"
     low, high = measure["ratio_95"]
     split = f"{measure['unresolved']:.3f} + {measure['induced']:.3f}"
-    return f"{measure['ratio']:.3f} [{low:.3f}, {high:.3f}]\n{split}"
+    ends = f"[{low:.3f}, {'no bound' if high is None else f'{high:.3f}'}]"
+    said = f"\n<= {measure['limit']:g}: {measure['verdict']}" if "verdict" in measure else ""
+    return f"{measure['ratio']:.3f} {ends}\n{split}{said}"
 
 
 def _print_cases(

@@ -78,6 +78,7 @@ def traffic(
 
     Exit status 1: the encounter was flown, and the margin lost or the end not reached.
     """
+    from clearway.base.provenance import provenance
     from clearway.missions.traffic_result import traffic_result
 
     pictures = _pictures(files, own)
@@ -88,13 +89,16 @@ def traffic(
         flown = FlownAs(margin_m=margin_m, bank_deg=bank_deg)
         fly_recorded(_only(pictures), encounter, in_place_of, flown, out, as_json)
         return
-    result = {"recordings": [traffic_result(picture) for picture in pictures]}
-    if out is not None:
-        _write(pictures, result, out)
+    result: dict[str, Any] = {
+        "recordings": [traffic_result(picture) for picture in pictures],
+        "provenance": provenance(files),
+    }
     if as_json:
         print_json(result)
     else:
         print("\n\n".join(_in_words(one, most) for one in result["recordings"]))
+    if out is not None:
+        _write(pictures, result, out)
 
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:

@@ -7,11 +7,11 @@ import numpy as np
 from clearway.avoidance.decide import Decision, in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, grid_frame, margin_m
-from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance
+from clearway.avoidance.situation import Situation, grid_frame, margin_m, margin_slope
+from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray
-from clearway.live.own_states import TIME_TOLERANCE_S
 from clearway.live.plan import Plan
+from clearway.live.readings import TIME_TOLERANCE_S
 
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 
@@ -25,7 +25,8 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
         return None
     margin = margin_m(planner.settings, situation)
     hazards = in_reach(planner, situation, margin).hazards
-    found = path_clearance(paths, len(paths.parent) - 1, hazards)
+    sloped = sloping(paths, margin_slope(planner.settings, situation))
+    found = path_clearance(sloped, len(paths.parent) - 1, hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
         return None

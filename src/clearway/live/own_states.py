@@ -10,60 +10,69 @@ import numpy as np
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import wrap_angle
 from clearway.base.state import State
+from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 
-TIME_TOLERANCE_S = 1e-6
-"""Times no farther apart are one: seconds since 1970 are told to a quarter of it."""
+
+class Flown:
+    """All movements flown in the last seconds, and those being flown now.
+
+    Between two plans, and after the last, what is flown is not known.
+    """
+
+    def __init__(self, automaton: MovementAutomaton, history_s: float) -> None:
+        self._automaton, self._history_s = automaton, history_s
+        self._buffers: deque[MovementBuffer] = deque()
+
+    def then(self, buffer: MovementBuffer) -> None:
+        """From the start of a buffer on it is flown, and no longer what was before (6.3)."""
+        if not buffer.entries:
+            return
+        if self._buffers:
+            self._buffers[-1], _ = self._buffers[-1].split(buffer.start_s)
+        self._buffers.append(buffer)
+        oldest = buffer.start_s - self._history_s
+        while self._buffers[0].end_s < oldest or not self._buffers[0].entries:
+            self._buffers.popleft()
+
+    def carry(self, state: State, time_s: float) -> State:
+        """A state carried to a later time along all that was flown since (4.16)."""
+        if time_s - state.time_s <= 1e-9:
+            return state
+        vector = state.vector
+        for buffer in self._between(state.time_s, time_s):
+            vector = buffer.rollout(self._automaton, vector, np.inf).states[-1]
+        return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+
+    def unknown_s(self, start_s: float, end_s: float) -> float:
+        """For how long of a time it is not known what was flown."""
+        known = sum(
+            entry.duration_s for buffer in self._between(start_s, end_s) for entry in buffer.entries
+        )
+        unknown = end_s - start_s - known
+        return unknown if unknown > TIME_TOLERANCE_S else 0.0
+
+    def _between(self, start_s: float, end_s: float) -> list[MovementBuffer]:
+        parts = (buffer.split(start_s)[1].split(end_s)[0] for buffer in self._buffers)
+        return [part for part in parts if part.entries]
 
 
 class OwnStates:
-    """The own states of the last seconds, in the order of their times.
+    """The own states of the last seconds, in the order of their times."""
 
-    A state far ahead of the clock waits: believed at once, one with a wrong time would shut out all
-    that follow. The next state, or the clock itself, shows whether its time has come.
-    """
-
-    def __init__(self, history_s: float, ahead_s: float) -> None:
-        self._history_s, self._ahead_s = history_s, ahead_s
+    def __init__(self, history_s: float, flown: Flown) -> None:
+        self._history_s, self._flown = history_s, flown
         self._states: deque[State] = deque()
-        self._early: State | None = None
 
-    def take(self, state: State, clock_s: float) -> list[str]:
-        """Keep a state; returns why it, or one that waited for it, cannot be used.
-
-        clock_s: the latest time told by anything else, -inf before any.
-        """
-        early, self._early = self._early, None
-        flaws = []
-        if early is not None and early.time_s <= state.time_s <= early.time_s + self._ahead_s:
-            self._keep(early)
-            clock_s = early.time_s
-        elif early is not None:
-            flaws.append("state: from the future")
-        if np.isfinite(clock_s) and state.time_s > clock_s + self._ahead_s:
-            self._early = state
-        elif self._states and state.time_s <= self._states[-1].time_s:
-            flaws.append("state: late or repeated")
-        else:
-            self._keep(state)
-        return flaws
-
-    def believe(self, clock_s: float) -> None:
-        """Keep a state that waited, if the clock has come near to its time."""
-        if self._early is not None and self._early.time_s <= clock_s + self._ahead_s:
-            self._keep(self._early)
-            self._early = None
-
-    def _keep(self, state: State) -> None:
+    def take(self, state: State) -> str | None:
+        """Keep a state; returns why it cannot be used, or None."""
+        if self._states and state.time_s <= self._states[-1].time_s:
+            return "state: late or repeated"
         self._states.append(state)
         while self._states[0].time_s < state.time_s - self._history_s:
             self._states.popleft()
-
-    @property
-    def newest(self) -> State | None:
-        """None if no own state has come yet."""
-        return self._states[-1] if self._states else None
+        return None
 
     @property
     def latest(self) -> State:
@@ -77,29 +86,26 @@ class OwnStates:
         return bool(self._states) and not time_s < self._states[0].time_s - TIME_TOLERANCE_S
 
     def at(self, time_s: float) -> State:
-        """Own state at a past time, interpolated between the kept ones."""
-        later = next((s for s in self._states if s.time_s >= time_s), self._states[-1])
+        """Own state at a time: along what was flown, through the states that came.
+
+        Between two states the way flown from the first is bent to end in the second, evenly over
+        the time; where nothing is known to be flown that is a straight line.
+        """
+        if time_s >= self._states[-1].time_s:
+            return self._flown.carry(self._states[-1], time_s)
+        later = next(s for s in self._states if s.time_s >= time_s)
         earlier = next((s for s in reversed(self._states) if s.time_s <= time_s), later)
         span = later.time_s - earlier.time_s
         if span <= 0.0:
             return earlier
         share = (time_s - earlier.time_s) / span
-        turned = wrap_angle(later.attitude_rad - earlier.attitude_rad)
+        there, end = self._flown.carry(earlier, time_s), self._flown.carry(earlier, later.time_s)
         return replace(
             earlier,
-            position_m=earlier.position_m + share * (later.position_m - earlier.position_m),
-            attitude_rad=earlier.attitude_rad + share * turned,
+            position_m=there.position_m + share * (later.position_m - end.position_m),
+            attitude_rad=there.attitude_rad
+            + share * wrap_angle(later.attitude_rad - end.attitude_rad),
+            position_std_m=max(earlier.position_std_m, later.position_std_m),
+            attitude_std_rad=max(earlier.attitude_std_rad, later.attitude_std_rad),
             time_s=time_s,
         )
-
-
-def carried_on(
-    state: State, now_s: float, buffer: MovementBuffer, automaton: MovementAutomaton
-) -> State:
-    """A state carried to a later time along the movements being flown (4.16)."""
-    if now_s - state.time_s <= 1e-9:
-        return state
-    _, ahead = buffer.split(state.time_s)
-    flown, _ = ahead.split(now_s)
-    vector = flown.rollout(automaton, state.vector, np.inf).states[-1]
-    return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=now_s)

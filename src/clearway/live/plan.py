@@ -9,7 +9,7 @@ import numpy as np
 from clearway.avoidance.choice import Commitment, Side
 from clearway.avoidance.decide import Decision
 from clearway.base.state import State
-from clearway.live.own_states import TIME_TOLERANCE_S
+from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 

@@ -76,8 +76,6 @@ class RangeSensing:
 
     def flaw_of(self, scan: Scan) -> str | None:
         """Why a scan cannot be used, or None."""
-        if scan.sensor not in self.sensors:
-            return "scan: unknown sensor"
         if scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
             return "scan: late or repeated"
         return None
@@ -92,6 +90,7 @@ class RangeSensing:
             scan,
             state,
             tolerance_m=sigmas * state.position_std_m,
+            angle_rad=sigmas * state.attitude_std_rad,
             ground_m=self._ground_m,
         )
         if self._court is not None:
@@ -193,14 +192,14 @@ class RangeSensing:
         level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
         return Ground.at_height(level, self._ground_m, 0.0)
 
-    def remembered_near(self, position_m: FloatArray) -> PointHazards:
+    def remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
         """Points of this and earlier scans that a trajectory from there could come near to.
 
         Those of sensors that measure worse than the best are grown by the difference here, since a
         decision grows all alike.
         """
         settings = self._planner.settings
-        reach = self._planner.grid.range_m + 2.0 * settings.safety_margin_m
+        reach = self._planner.grid.range_m + max(2.0 * settings.safety_margin_m, margin_m)
         best = self.sigma_m
         near = []
         for name, memory in self._believed_memories():

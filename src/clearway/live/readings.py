@@ -14,6 +14,9 @@ from clearway.traffic import Intruder
 
 Reading = State | Scan | Intruder
 
+TIME_TOLERANCE_S = 1e-6
+"""Times no farther apart are one: seconds since 1970 are told to a quarter of it."""
+
 
 NAMES: dict[type, str] = {State: "state", Scan: "scan", Intruder: "intruder"}
 """How counts call what comes in."""
@@ -40,11 +43,10 @@ class DataLimits:
     """Scans; without a fresh one the sensor's columns count as unseen."""
     intruder_s: float = 10.0
     """Intruder reports."""
-    ahead_s: float = 5.0
-    """Scans and reports later than the latest own state or question by more have a wrong clock; an
-    own state has one unless the next or a question bears it out."""
+    ahead_s: float = 0.25
+    """Readings that lie farther ahead of the question have a wrong clock; nearer ones wait."""
     history_s: float = 10.0
-    """Own states kept, to place late scans."""
+    """Own states, and movements flown, are kept for so long: late scans are placed by them."""
     memory_s: float = 120.0
     """Points remembered after they were last seen."""
     patience_turns: float = 1.5

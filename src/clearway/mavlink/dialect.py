@@ -13,9 +13,13 @@ ATTITUDE = 30
 LOCAL_POSITION_NED = 32
 GLOBAL_POSITION_INT = 33
 GPS_GLOBAL_ORIGIN = 49
+LOCAL_POSITION_NED_COV = 64
+EKF_STATUS_REPORT = 193
+ESTIMATOR_STATUS = 230
 HOME_POSITION = 242
 ADSB_VEHICLE = 246
 OBSTACLE_DISTANCE = 330
+ODOMETRY = 331
 
 OBSTACLE_AVOIDANCE = 196
 """MAV_COMP_ID_OBSTACLE_AVOIDANCE: our component in the vehicle's system."""
@@ -26,9 +30,9 @@ Message = Any
 
 @lru_cache(maxsize=1)
 def dialect() -> Any:
-    """The module of MAVLink 2's common messages; MissingExtraError without pymavlink."""
+    """The module of MAVLink 2 with ArduPilot's messages; MissingExtraError without pymavlink."""
     try:
-        return import_module("pymavlink.dialects.v20.common")
+        return import_module("pymavlink.dialects.v20.ardupilotmega")
     except ImportError as cause:
         raise MissingExtraError("a MAVLink link", "mavlink") from cause
 

@@ -59,11 +59,13 @@ class OwnMotion:
         yaw = math.atan2(y, x) if level >= 0.5 * least_mps else self.heading_rad
         return math.atan2(-z, level), yaw
 
-    def state(self, least_mps: float, position_std_m: float) -> State:
+    def state(
+        self, least_mps: float, position_std_m: float, attitude_std_rad: float = 0.0
+    ) -> State:
         """The own state that decisions start from."""
         pitch, yaw = self.direction(least_mps)
         attitude = np.array([0.0, pitch, yaw])
-        return State(self.position_m, attitude, self.time_s, position_std_m)
+        return State(self.position_m, attitude, self.time_s, position_std_m, attitude_std_rad)
 
 
 class OwnPlace:

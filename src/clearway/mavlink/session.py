@@ -17,6 +17,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
 from clearway.mavlink import dialect as known
+from clearway.mavlink.accuracy import StatedAccuracy
 from clearway.mavlink.adsb import AdsbPicture, AdsbSettings
 from clearway.mavlink.clock import Tick, VehicleClock
 from clearway.mavlink.dialect import Message
@@ -32,6 +33,12 @@ from clearway.mavlink.setpoints import SetPoint
 from clearway.sensors import Lidar
 from clearway.traffic import Intruder
 
+ACCURACIES = (
+    known.LOCAL_POSITION_NED_COV,
+    known.ODOMETRY,
+    known.ESTIMATOR_STATUS,
+    known.EKF_STATUS_REPORT,
+)
 HEARTBEAT_S = 1.0
 """Between our heartbeats."""
 SLOWEST = 0.3
@@ -50,6 +57,7 @@ class SessionSettings:
     lead_s: float = 0.05
     """How far ahead on the plan set-points are: half a tick, since each counts for one."""
     position_std_m: float = 0.0
+    """Of the own position at least; the link may tell more."""
     limits: LinkLimits = field(default_factory=LinkLimits)
     speedup: float | None = 1.0
     """Of the vehicle's clock against ours; None for lock-step."""
@@ -97,6 +105,7 @@ class Session:
         self._sensor = sensor
         self._clock = VehicleClock(settings.speedup)
         self._place = OwnPlace(settings.mission_origin, counts)
+        self._accuracy = StatedAccuracy(settings.position_std_m, counts)
         self._traffic = AdsbPicture(settings.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
         self._reports: dict[str, Intruder] = {}
@@ -129,6 +138,8 @@ class Session:
             self._place.take_origin(message)
         elif number == known.HOME_POSITION:
             self._place.take_home(message)
+        elif number in ACCURACIES:
+            self._accuracy.take(message, number)
         elif number == known.ADSB_VEHICLE:
             self._take_traffic(message, wall_s)
         elif number == known.OBSTACLE_DISTANCE:
@@ -157,7 +168,9 @@ class Session:
 
     def _take_motion(self, motion: OwnMotion) -> None:
         speed = self.system.planner.speed_mps
-        state = motion.state(SLOWEST * speed, self.settings.position_std_m)
+        state = motion.state(
+            SLOWEST * speed, self._accuracy.position_std_m, self._accuracy.attitude_std_rad
+        )
         follows = self.settings.act and self.mode is not None and self.mode.follows
         planned = self._planned(state.time_s) if follows else None
         if planned is not None:
@@ -182,6 +195,7 @@ class Session:
         now = self._clock.now(wall_s)
         for scan in self._distances.placed():
             self.system.update(scan)
+        self.system.catch_up(now)
         before, self.state = self.state, self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
         close: list[PredictedApproach] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
 from clearway.missions.run_files import decision_times_ms
 
@@ -38,6 +39,7 @@ def in_place_result(found: InPlaceFlight, clock: Clock) -> dict[str, Any]:
         "with_avoidance": _way(found.avoiding, clock, part.from_s) | _run(found.run),
         "path_added_m": rounded(found.added_m),
         "notes": list(found.setup.notes),
+        "provenance": provenance([file.traffic.recording] if file.traffic.recording else []),
     }
 
 

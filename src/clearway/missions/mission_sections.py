@@ -157,5 +157,7 @@ class SimulationSection(Section):
     """Steady wind that carries the vehicle, world frame; unknown to it."""
     position_sigma_m: NotNegative = 0.0
     """Standard deviation of the own position as measured; stated to the vehicle."""
+    attitude_sigma_deg: NotNegative = 0.0
+    """Standard deviation of the own pitch and yaw as measured; stated to the vehicle."""
     time_limit_s: Positive | None = None
     """End of a flight that does not arrive; default: six straight flights and a minute."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.sim import LoggedDecision, Run
@@ -48,6 +49,7 @@ def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
         "effort_m2ps3": rounded(run.metrics.effort_m2ps3),
         "corrections": run.corrections,
         "data_left_out": dict(sorted(run.counts.items())),
+        "provenance": provenance(),
     }
 
 

@@ -25,6 +25,7 @@ from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.faults import Faults
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
@@ -165,7 +166,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         lidars=tuple(part.to_lidar(grid) for part in file.lidar),
         world=world.there,
         obstacle_map=world.charted,
-        simulation=SimulationSettings(**file.simulation.model_dump(), faults=faults),
+        simulation=_simulation(file, faults),
         limits=DataLimits(patience_turns=file.safety.patience_turns),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground_m is None else ground_m,
@@ -194,3 +195,9 @@ def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: Avoidanc
             f"grid.range_m: {grid.range_m:.3g} m is too short to turn away in time; one movement "
             f"({step:.3g} m), the turning radius and the margin ({needed:.3g} m) must fit in it",
         )
+
+
+def _simulation(file: MissionFile, faults: Faults) -> SimulationSettings:
+    told = file.simulation.model_dump()
+    sigma_rad = float(np.radians(told.pop("attitude_sigma_deg")))
+    return SimulationSettings(**told, attitude_sigma_rad=sigma_rad, faults=faults)

@@ -24,6 +24,7 @@ from clearway.sensors.passing import (
     returns_in_world,
     sensor_at,
 )
+from clearway.sensors.unsure import radii_unsure, turned_by
 from clearway.sensors.voxels import merge_balls, number_voxels, slot_of, table_bits, voxel_key
 
 
@@ -90,28 +91,37 @@ def update_memory(
     state: State,
     *,
     tolerance_m: float = 0.0,
+    angle_rad: float = 0.0,
     ground_m: float = -np.inf,
 ) -> PointMemory:
     """Memory after a scan taken at `state`: forget what it passed through, remember its returns.
 
     tolerance_m: uncertainty of the pose, added to the range by which beams must pass a point.
+    angle_rad: how far the attitude may be off: returns stand for all places where they may be, and
+    a point is passed only if it is whichever way the attitude is off.
     ground_m: returns at or below this height of the world frame are not remembered, nor are
     blind, too far and own-airframe ones. A voxel hit by this scan is never forgotten.
     """
     tolerance_m += 0.5 * memory.voxel_m + 3.0 * lidar.sigma_m
     sensor = sensor_at(lidar, state, tolerance_m)
     points, radii = returns_in_world(scan.points_m, sensor, float(memory.reach_m), float(ground_m))
+    radii = radii_unsure(points, radii, state, angle_rad)
     raster = beam_raster(lidar.pattern)
-    passes = count_passes(
-        memory.position_m,
-        memory.radius_m,
-        memory.voxel_m,
-        memory.passes,
-        nearest_returns(scan.points_m, raster),
-        sensor,
-        raster,
-    )
-    return remember(memory, points, radii, passes, scan.time_s)
+    nearest = nearest_returns(scan.points_m, raster)
+    passes = [
+        count_passes(
+            memory.position_m,
+            memory.radius_m,
+            memory.voxel_m,
+            memory.passes,
+            nearest,
+            sensor_at(lidar, turned, tolerance_m),
+            raster,
+        )
+        for turned in turned_by(state, angle_rad)
+    ]
+    passed = passes[0] if len(passes) == 1 else np.min(passes, axis=0)
+    return remember(memory, points, radii, passed, scan.time_s)
 
 
 def remember(

@@ -27,6 +27,7 @@ from clearway.sensors.passing import (
     sensor_at,
 )
 from clearway.sensors.standing import Standing
+from clearway.sensors.unsure import radii_unsure, turned_by
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation [3, 3] and translation [3]."""
@@ -170,20 +171,35 @@ def remembered_after(
     state: State,
     *,
     tolerance_m: float = 0.0,
+    angle_rad: float = 0.0,
     ground_m: float = -np.inf,
 ) -> PointMemory:
     """Memory of one sensor after a reading; see `update_memory`, which does it for a `Lidar`."""
     if isinstance(sensor, LidarSensor):
         return update_memory(
-            memory, sensor.lidar, scan, state, tolerance_m=tolerance_m, ground_m=ground_m
+            memory,
+            sensor.lidar,
+            scan,
+            state,
+            tolerance_m=tolerance_m,
+            angle_rad=angle_rad,
+            ground_m=ground_m,
         )
     tolerance_m += 0.5 * memory.voxel_m + 3.0 * sensor.sigma_m
     points, radii = sensor.returns(scan, state, memory.reach_m, ground_m)
-    passed = sensor.passes(scan, state, memory.position_m, memory.radius_m, tolerance_m)
+    points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+    radii = radii_unsure(points, np.asarray(radii, dtype=np.float64), state, angle_rad)
+    passed = np.all(
+        [
+            sensor.passes(scan, turned, memory.position_m, memory.radius_m, tolerance_m)
+            for turned in turned_by(state, angle_rad)
+        ],
+        axis=0,
+    )
     passes = memory.passes + np.asarray(passed, dtype=np.int64)
     return remember(
         memory,
-        np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3),
+        points,
         np.ascontiguousarray(radii, dtype=np.float64),
         np.ascontiguousarray(passes),
         scan.time_s,

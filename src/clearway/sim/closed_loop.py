@@ -97,6 +97,13 @@ class _Flight(Generic[D]):
         state = self.motion.state
         error = self.state_rng.normal(0.0, 1.0, 3) * sigma
         measured = replace(state, position_m=state.position_m + error, position_std_m=sigma)
+        if settings.attitude_sigma_rad > 0.0:
+            turned = self.state_rng.normal(0.0, 1.0, 2) * settings.attitude_sigma_rad
+            measured = replace(
+                measured,
+                attitude_rad=state.attitude_rad + np.concatenate([[0.0], turned]),
+                attitude_std_rad=settings.attitude_sigma_rad,
+            )
         seen_from = self.motion.at(max(self.mission.start.time_s, now - settings.scan_latency_s))
         world = self._world_at(seen_from.time_s)
         scans = [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]

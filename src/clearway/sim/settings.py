@@ -29,6 +29,8 @@ class SimulationSettings:
     """Steady wind that carries the vehicle, world frame."""
     position_sigma_m: float = 0.0
     """Standard deviation of the own position as measured, stated to the system."""
+    attitude_sigma_rad: float = 0.0
+    """Standard deviation of the own pitch and yaw as measured, stated to the system."""
     time_limit_s: float | None = None
     """None allows six times the straight flight and a minute."""
     faults: Faults = NO_FAULTS
@@ -36,7 +38,8 @@ class SimulationSettings:
     def __post_init__(self) -> None:
         if not 0.0 < self.step_s <= LARGEST_STEP_S:
             raise ClearwayError(f"step_s: must be within (0, {LARGEST_STEP_S}], got {self.step_s}")
-        for name in ("scan_latency_s", "state_noise_mps", "input_noise", "position_sigma_m"):
+        noises = ("state_noise_mps", "input_noise", "position_sigma_m", "attitude_sigma_rad")
+        for name in ("scan_latency_s", *noises):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(f"{name}: must be a number >= 0, got {getattr(self, name)}")
         if not np.all(np.isfinite(self.wind_mps)):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
@@ -110,6 +110,14 @@ class MovementBuffer:
             return self
         kept, _ = self.split(following.start_s)
         return MovementBuffer(kept.entries + following.entries)
+
+    def shifted(self, moved: Callable[[float], float]) -> MovementBuffer:
+        """The same movements by another clock."""
+        entries, at = [], moved(self.start_s)
+        for entry in self.entries:
+            entries.append(replace(entry, start_s=at))
+            at += entry.duration_s
+        return MovementBuffer(tuple(entries))
 
     def rollout(
         self, automaton: MovementAutomaton, state: npt.ArrayLike, step_s: float = 0.05

@@ -14,7 +14,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Mission, Mode
-from clearway.live.own_states import TIME_TOLERANCE_S
+from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.sim.baselines.manoeuvre import Manoeuvre, Rule
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer

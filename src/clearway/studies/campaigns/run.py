@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clearway import __version__
 from clearway.base.errors import InputError
+from clearway.base.provenance import provenance
+from clearway.base.version import __version__
 from clearway.studies.campaigns.engines import Engine
 from clearway.studies.campaigns.families import AbsentDataError
 from clearway.studies.campaigns.file import Campaign
@@ -61,7 +62,11 @@ def run_campaign(
             if watch is not None:
                 watch(row, len(wanted) - len(left) + number, len(wanted))
         ordered = tuple(by_family(rows.values(), tasks))
-        write_results(results, ordered, {**settings, "skipped": json.dumps(skipped)})
+        write_results(
+            results,
+            ordered,
+            {**settings, "skipped": json.dumps(skipped), "provenance": json.dumps(provenance())},
+        )
         (folder / JOURNAL).unlink()
     return CampaignProgress(ordered, len(left), skipped)
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from clearway import __version__
 from clearway.base.errors import FlightRefusedError
+from clearway.base.version import __version__
 from clearway.io.json_values import finite
 from clearway.sim import Run
 from clearway.sim.pilot import Steering

@@ -19,6 +19,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson
 from clearway.base.state import State
+from clearway.base.verdict import DemandVerdict, at_least
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -78,6 +79,11 @@ class EncounterTally:
     @property
     def interval(self) -> tuple[float, float]:
         return wilson(self.kept, self.avoidable)
+
+    @property
+    def verdict(self) -> DemandVerdict:
+        """Whether it is shown that enough keep their distance."""
+        return at_least(*self.interval, self.required)
 
     @property
     def failures(self) -> tuple[EncounterOutcome, ...]:

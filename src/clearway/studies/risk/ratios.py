@@ -1,8 +1,9 @@
-"""Rates and risk ratios of a study, weighted, with bootstrap intervals.
+"""Rates and risk ratios of a study, weighted, with intervals for rare events.
 
 A rate is per encounter, which is an aircraft that enters the encounter cylinder. A risk ratio is
 the rate with avoidance over that without. It is the sum of two parts: unresolved cases, which are
-bad with and without it, and induced ones, which are bad only with it.
+bad with and without it, and induced ones, which are bad only with it. Each part has its interval:
+unresolved ones are a share of the cases without avoidance, induced ones rare events beside them.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.base.intervals import CONFIDENCE, RESAMPLES
-from clearway.base.state import IntArray
+from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
+from clearway.base.state import BoolArray
 from clearway.studies.risk.flight import STRAIGHT
 from clearway.studies.risk.study import RiskStudy
 
@@ -24,30 +25,28 @@ MEASURES = {
     "margin_lost": "margin loss",
 }
 """Fields of `Separation` that count, and what they are called."""
-BLOCK = 100
-"""Resamples at a time."""
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A figure with its interval; NaN where nothing can be said."""
-
-    value: float
-    low: float
-    high: float
+LIMITS = {"near_collision": 0.18, "lost_well_clear": 0.40}
+"""Largest risk ratios of ASTM F3442 with intruders that report themselves."""
+OUTER = {
+    "collision": "near_collision",
+    "near_collision": "lost_well_clear",
+    "lost_well_clear": "margin_lost",
+    "margin_lost": "margin_lost",
+}
+"""The next larger volume: what is inside of one is inside of the other."""
 
 
 @dataclass(frozen=True, slots=True)
 class Risk:
     """One measure of one planner."""
 
-    rate: Estimate
+    rate: Interval
     """Per encounter."""
-    ratio: Estimate
+    ratio: Interval
     """To straight flight."""
-    unresolved: Estimate
+    unresolved: Interval
     """Part of the ratio that is bad with and without."""
-    induced: Estimate
+    induced: Interval
     """Part of the ratio that is bad only with avoidance."""
     cases: tuple[int, ...]
     """Numbers of the encounters that were bad."""
@@ -61,39 +60,29 @@ def weights_of(study: RiskStudy) -> FloatArray:
 
 
 def risk(study: RiskStudy, planner: str, measure: str) -> Risk:
-    """One measure, of a planner or of straight flight; intervals by resampling encounters."""
+    """One measure, of a planner or of straight flight, with 95 % intervals.
+
+    An event that was not seen is taken to weigh what those of the next larger volume do, of which
+    it would be one.
+    """
     weights = weights_of(study)
     numbers = np.array([outcome.number for outcome in study.outcomes])
     without, bad = (_flags(study, name, measure) for name in (STRAIGHT, planner))
-    parts = {
-        "all": weights,
-        "without": weights * without,
-        "bad": weights * bad,
-        "unresolved": weights * (without & bad),
-        "induced": weights * (~without & bad),
-    }
-    sums = {name: float(part.sum()) for name, part in parts.items()}
-    drawn = _resampled(np.stack(list(parts.values())), study.seed)
-    again = dict(zip(parts, drawn, strict=True))
-
-    def estimate(over: str, under: str) -> Estimate:
-        if sums[under] <= 0.0:
-            return Estimate(np.nan, np.nan, np.nan)
-        value = sums[over] / sums[under]
-        if sums[over] == 0.0:
-            return Estimate(0.0, 0.0, _none_seen(parts[under]))
-        usable = again[under] > 0.0
-        shares = again[over][usable] / again[under][usable]
-        low, high = np.quantile(shares, [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE])
-        return Estimate(value, float(low), float(high))
-
+    induced = bad & ~without
+    unseen = _weight_of_one(study, planner, measure, weights)
+    before = poisson_sum(weights[without], unseen)
+    every = float(weights.sum())
+    unresolved = weighted_share(bad[without], weights[without])
+    of_induced = ratio_of(poisson_sum(weights[induced], unseen), before)
+    if not np.any(without):
+        unresolved = Interval(np.nan, 0.0, np.inf)
     return Risk(
-        rate=estimate("bad", "all"),
-        ratio=estimate("bad", "without"),
-        unresolved=estimate("unresolved", "without"),
-        induced=estimate("induced", "without"),
+        rate=Interval(*(end / every for end in poisson_sum(weights[bad], unseen))),
+        ratio=sum_of(unresolved, of_induced),
+        unresolved=unresolved,
+        induced=of_induced,
         cases=tuple(int(number) for number in numbers[bad]),
-        induced_cases=tuple(int(number) for number in numbers[bad & ~without]),
+        induced_cases=tuple(int(number) for number in numbers[induced]),
     )
 
 
@@ -103,31 +92,14 @@ def mean_aside_m(study: RiskStudy, planner: str) -> float:
     return float(weights_of(study) @ aside / len(aside))
 
 
-def _flags(
-    study: RiskStudy, planner: str, measure: str
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _flags(study: RiskStudy, planner: str, measure: str) -> BoolArray:
     return np.array([bool(getattr(outcome.of(planner), measure)) for outcome in study.outcomes])
 
 
-def _none_seen(weighted: FloatArray) -> float:
-    """Upper end where nothing was seen, by the number of equal trials that the weights are worth.
-
-    That is Clopper and Pearson's: resampling what never happened would say that it never will.
-    """
-    trials = weighted.sum() ** 2 / (weighted**2).sum()
-    return float(1.0 - (0.5 - 0.5 * CONFIDENCE) ** (1.0 / trials))
-
-
-def _resampled(parts: FloatArray, seed: int) -> FloatArray:
-    """[parts, resamples] sums of parts [parts, n] over encounters drawn with replacement."""
-    count = parts.shape[1]
-    rng = np.random.default_rng([seed, 72])
-    sums = [parts @ _picks(count, rng).T for _ in range(RESAMPLES // BLOCK)]
-    return np.concatenate(sums, axis=1)
-
-
-def _picks(count: int, rng: np.random.Generator) -> IntArray:
-    """[block, n] how often each encounter is drawn."""
-    drawn = rng.integers(count, size=(BLOCK, count))
-    drawn += count * np.arange(BLOCK)[:, None]
-    return np.bincount(drawn.ravel(), minlength=BLOCK * count).reshape(BLOCK, count)
+def _weight_of_one(study: RiskStudy, planner: str, measure: str, weights: FloatArray) -> float:
+    """Mean weight, by weight, of what came into the next larger volume; else of all."""
+    near = np.zeros(len(weights), dtype=np.bool_)
+    for name in (STRAIGHT, planner):
+        near |= _flags(study, name, measure) | _flags(study, name, OUTER[measure])
+    of = weights[near] if np.any(near) else weights
+    return float((of**2).sum() / of.sum())

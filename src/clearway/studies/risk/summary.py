@@ -6,10 +6,13 @@ import csv
 from pathlib import Path
 from typing import Any
 
+from clearway.base.intervals import Interval
+from clearway.base.provenance import provenance
+from clearway.base.verdict import at_most
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import STRAIGHT
-from clearway.studies.risk.ratios import MEASURES, Estimate, mean_aside_m, risk
+from clearway.studies.risk.ratios import LIMITS, MEASURES, mean_aside_m, risk
 from clearway.studies.risk.study import RiskStudy
 
 
@@ -30,6 +33,7 @@ def summary(result: RiskStudy, model: EncounterModel) -> dict[str, Any]:
             name: _measures(result, name) | {"with_emergency": emergencies[name]}
             for name in result.planners
         },
+        "provenance": provenance([model.source]),
     }
 
 
@@ -44,15 +48,20 @@ def _measures(result: RiskStudy, planner: str) -> dict[str, Any]:
             "ratio": finite(found.ratio.value),
             "ratio_95": _interval(found.ratio),
             "unresolved": finite(found.unresolved.value),
+            "unresolved_95": _interval(found.unresolved),
             "induced": finite(found.induced.value),
+            "induced_95": _interval(found.induced),
             "cases": list(found.cases),
             "induced_cases": list(found.induced_cases),
         }
+        if name in LIMITS and planner != STRAIGHT:
+            shown = at_most(found.ratio.low, found.ratio.high, LIMITS[name])
+            measures[name] |= {"limit": LIMITS[name], "verdict": str(shown)}
     measures["mean_aside_m"] = mean_aside_m(result, planner)
     return measures
 
 
-def _interval(estimate: Estimate) -> list[float | None]:
+def _interval(estimate: Interval) -> list[float | None]:
     return [finite(estimate.low), finite(estimate.high)]
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from clearway import __version__
 from clearway.base.frames import FloatArray
+from clearway.base.version import __version__
 from clearway.io.json_values import rounded
 from clearway.missions.run_files import summary
 from clearway.missions.setup import FlightSetup
