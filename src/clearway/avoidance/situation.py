@@ -75,7 +75,7 @@ class Situation:
             None if self.from_m is None else vector_problem("from_m", self.from_m, 3),
             above_zero_problem("reach_radius_m", self.reach_radius_m),
             number_problem("state_age_s", self.state_age_s, 0.0, LATEST_S),
-            number_problem("unsure_m", self.unsure_m, 0.0, np.inf),
+            number_problem("unsure_m", self.unsure_m, 0.0, LARGEST * LARGEST),
             number_problem("range_sigma_m", self.range_sigma_m),
             _kind_problem("detections", self.detections, Detection),
             _kind_problem("intruders", self.intruders, Intruder),
