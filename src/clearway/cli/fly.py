@@ -77,7 +77,7 @@ def fly(
     folder = out or folder_of(file.mission.name)
     written = write_flight(run, setup, file, folder, plots, planner, mcap=mcap, parquet=parquet)
     if as_json:
-        print_json(summary(run, planner))
+        print_json(summary(run, planner) | {"notes": list(setup.notes)})
     else:
         print(_in_words(run, planner))
     say(f"wrote {', '.join(written)} to {folder}")

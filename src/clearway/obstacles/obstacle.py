@@ -168,7 +168,8 @@ def _problems(obstacle: Obstacle) -> list[str]:
     needed, given = SHAPE_SIZES[obstacle.shape], tuple(obstacle.size_m)
     if len(given) != needed:
         problems.append(f"size_m: a {obstacle.shape} needs {needed} lengths, got {len(given)}")
-    problems += found(above_zero_problem("size_m", size) for size in given)
+    if any(above_zero_problem("size_m", size) for size in given):
+        problems.append(f"size_m: lengths must be positive and finite, got {list(given)}")
     radius = obstacle.radius_m
     unusable = number_problem("radius_m", radius)
     if unusable:
