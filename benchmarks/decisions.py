@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
 from clearway.live import AvoidanceSystem, DataLimits
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -32,7 +32,7 @@ def static_mission(
     rating: str = "total", beams_per_cell: tuple[int, int] | None = None
 ) -> FlightSetup:
     """Section 6.4, with another rating or scanner if so wished."""
-    file = read_mission(MISSION).changed("rating", name=rating)
+    file = read_mission_file(MISSION).changed("rating", name=rating)
     if beams_per_cell is not None:
         (lidar,) = file.lidar
         other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})

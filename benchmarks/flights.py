@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks.decisions import static_mission, with_seed
 from benchmarks.table import Benchmark, Row, Target
+from clearway.avoidance.fusion import RATINGS
 from clearway.cli.progress import progress_bar
 from clearway.live import AvoidanceSystem
 from clearway.sim import Run, SimulationSettings, simulate
@@ -141,7 +142,7 @@ def static_missions(rating: str) -> Callable[[bool], Row]:
 BENCHMARKS = (
     *(
         Benchmark(f"static mission, {rating}", static_missions(rating), headline=True)
-        for rating in ("total", "printed", "visible", "evidence")
+        for rating in RATINGS
     ),
     Benchmark("ball worlds, fresh", ball_worlds(0.0), headline=True),
     Benchmark("ball worlds, 1 s old", ball_worlds(1.0), headline=True),

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.flights import Outcome, flown, outcome_of
 from clearway.live import AvoidanceSystem
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.sim import SimulationSettings, simulate
 from clearway.sim.worlds import ball_world
@@ -26,7 +26,7 @@ LATENCIES_S = (0.0, 1.0)
 @cache
 def setup_with(method: str) -> FlightSetup:
     """The static mission with another reach set."""
-    return prepare(read_mission("static-obstacles").changed("reach_set", method=method))
+    return prepare(read_mission_file("static-obstacles").changed("reach_set", method=method))
 
 
 @dataclass(frozen=True, slots=True)

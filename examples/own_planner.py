@@ -12,18 +12,11 @@
 import sys
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
 import clearway as cw
 from clearway.live.mission import Mode
-from clearway.sim.baselines import BaselinePilot, Manoeuvre
-
-matplotlib.use("agg")
-import matplotlib.pyplot as plt
-
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "clearway-out/examples")
-folder.mkdir(parents=True, exist_ok=True)
+from clearway.sim.baselines import BaselinePilot, Craft, Manoeuvre, Rule
 
 # %% [markdown]
 # ## The rule
@@ -60,60 +53,91 @@ def swerve(situation: cw.Situation, before: Manoeuvre | None) -> Manoeuvre:
 
 
 # %% [markdown]
+# ## Beside clearway's own planners
+#
+# Every command that takes planners by name takes `module:name` too, with a function that makes the
+# rule for a vehicle: its movements, its grid, its margin are known before take-off. It is called
+# for every flight, so that a rule may remember.
+#
+#     cd examples
+#     clearway compare forest --planners clearway,own_planner:make --seeds 3
+#     clearway fly static-obstacles --planner own_planner:make
+#     clearway encounters -p own_planner:make --count 100
+#     clearway risk -p own_planner:make --count 100
+#
+# In a campaign file it is one of `planners = ["clearway", "own_planner:make"]`.
+
+
+# %%
+def make(craft: Craft) -> Rule:
+    """The rule is the same for every vehicle."""
+    del craft
+    return swerve
+
+
+# %% [markdown]
 # ## The same world for both
 #
 # A wood of trunks that no map shows, from a seed. `BaselinePilot` takes clearway's own sensing and
 # mission control, and the rule.
 
 # %%
-rng = np.random.default_rng(3)
-places = np.column_stack([rng.uniform(8.0, 50.0, 22), rng.uniform(-8.0, 8.0, 22)])
-wood = cw.ObstacleMap(
-    [cw.Obstacle.cuboid([x, y, 0.0], [1.0, 1.0, 40.0], name="trunk") for x, y in places]
-)
-grid = cw.AvoidanceGrid.uniform(range_m=10.0)
-library = cw.ReachLibrary.load_or_build(cw.MovementAutomaton.plane(speed_mps=1.0), grid)
-planner = cw.Planner.of(library)
-lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=10.0), sigma_m=0.02)
-mission = cw.Mission("wood", cw.State(np.zeros(3)), np.array([[60.0, 0.0, 0.0]]))
-limits = cw.SimulationSettings(seed=1, time_limit_s=200.0)
-
-
-def system() -> cw.AvoidanceSystem:
-    """Fresh for every flight."""
-    return cw.AvoidanceSystem(planner, mission, [lidar])
-
-
-runs = {}
-for name, pilot in (("clearway", system()), ("swerve", BaselinePilot(system(), swerve))):
-    pilot.warm_up()
-    runs[name] = cw.simulate(pilot, wood, [lidar], limits)
-
-print(f"{'planner':<12}{'reached':<9}{'nearest':<10}{'violations':<12}{'crashed':<9}path")
-for name, run in runs.items():
-    print(
-        f"{name:<12}{'yes' if run.reached else 'NO':<9}"
-        f"{run.metrics.min_obstacle_distance_m:.2f} m    {run.metrics.margin_violations:<12}"
-        f"{'YES' if run.crashed_s else 'no':<9}{run.metrics.path_length_m:.1f} m"
+if __name__ == "__main__":
+    rng = np.random.default_rng(3)
+    places = np.column_stack([rng.uniform(8.0, 50.0, 22), rng.uniform(-8.0, 8.0, 22)])
+    wood = cw.ObstacleMap(
+        [cw.Obstacle.cuboid([x, y, 0.0], [1.0, 1.0, 40.0], name="trunk") for x, y in places]
     )
-for entry in runs["swerve"].decisions[:3]:
-    print(f"  {entry.flight.time_s:.0f} s {entry.flight.movements[0]}: {entry.flight.explanation}")
+    grid = cw.AvoidanceGrid.uniform(range_m=10.0)
+    library = cw.ReachLibrary.load_or_build(cw.MovementAutomaton.plane(speed_mps=1.0), grid)
+    planner = cw.Planner.of(library)
+    lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=10.0), sigma_m=0.02)
+    mission = cw.Mission("wood", cw.State(np.zeros(3)), np.array([[60.0, 0.0, 0.0]]))
+    limits = cw.SimulationSettings(seed=1, time_limit_s=200.0)
+
+    def system() -> cw.AvoidanceSystem:
+        """Fresh for every flight."""
+        return cw.AvoidanceSystem(planner, mission, [lidar])
+
+    runs = {}
+    for name, pilot in (("clearway", system()), ("swerve", BaselinePilot(system(), swerve))):
+        pilot.warm_up()
+        runs[name] = cw.simulate(pilot, wood, [lidar], limits)
+
+    print(f"{'planner':<12}{'reached':<9}{'nearest':<10}{'violations':<12}{'crashed':<9}path")
+    for name, run in runs.items():
+        print(
+            f"{name:<12}{'yes' if run.reached else 'NO':<9}"
+            f"{run.metrics.min_obstacle_distance_m:.2f} m    {run.metrics.margin_violations:<12}"
+            f"{'YES' if run.crashed_s else 'no':<9}{run.metrics.path_length_m:.1f} m"
+        )
+    for entry in runs["swerve"].decisions[:3]:
+        flight = entry.flight
+        print(f"  {flight.time_s:.0f} s {flight.movements[0]}: {flight.explanation}")
 
 # %% [markdown]
 # ## Both from above
 #
-# `clearway compare` does this for clearway and its ten rivals on any mission.
+# `clearway compare` does this for any planners on any mission.
 
 # %%
-figure, axes = plt.subplots(figsize=(12, 3.8), layout="constrained")
-for x, y in places:
-    axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, color="tab:brown"))
-for (name, run), colour in zip(runs.items(), ("tab:blue", "tab:orange"), strict=True):
-    axes.plot(run.states[:, 0], run.states[:, 1], color=colour, label=name)
-axes.plot(*mission.waypoints_m[-1][:2], "s", color="tab:green", label="waypoint")
-axes.set_xlabel("x (m)")
-axes.set_ylabel("y (m)")
-axes.set_aspect("equal")
-axes.legend()
-figure.savefig(folder / "own_planner.png", dpi=100)
-print(f"wrote {folder / 'own_planner.png'}")
+if __name__ == "__main__":
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(12, 3.8), layout="constrained")
+    for x, y in places:
+        axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, color="tab:brown"))
+    for (name, run), colour in zip(runs.items(), ("tab:blue", "tab:orange"), strict=True):
+        axes.plot(run.states[:, 0], run.states[:, 1], color=colour, label=name)
+    axes.plot(*mission.waypoints_m[-1][:2], "s", color="tab:green", label="waypoint")
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_aspect("equal")
+    axes.legend()
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "clearway-out/examples")
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / "own_planner.png", dpi=100)
+    print(f"wrote {folder / 'own_planner.png'}")

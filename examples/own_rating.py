@@ -13,17 +13,10 @@
 import sys
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
 import clearway as cw
 from clearway.avoidance.fusion import Evidence
-
-matplotlib.use("agg")
-import matplotlib.pyplot as plt
-
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "clearway-out/examples")
-folder.mkdir(parents=True, exist_ok=True)
 
 # %% [markdown]
 # ## The rating
@@ -42,23 +35,35 @@ def wary(evidence: Evidence, obstacle: np.ndarray, unknown: np.ndarray) -> np.nd
 
 
 # %% [markdown]
+# ## In a mission
+#
+# Wherever a rating is named, `module:name` is one too: on the command line, and in files, where the
+# module may lie beside the file.
+#
+#     cd examples
+#     clearway fly static-obstacles --rating own_rating:wary
+#
+# or `[rating] name = "own_rating:wary"` in a mission.
+
+# %% [markdown]
 # ## A world to try it in
 #
 # Two columns of trees with a gap, a LiDAR that looks through it, and a waypoint behind.
 
 # %%
-grid = cw.AvoidanceGrid.uniform(range_m=10.0)
-automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
-library = cw.ReachLibrary.load_or_build(automaton, grid)
-lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=10.0))
-trees = cw.ObstacleMap(
-    [
-        cw.Obstacle.ball([9.0, 1.2, 0.0], 1.6, "left tree"),
-        cw.Obstacle.ball([9.0, -3.4, 0.0], 1.6, "right tree"),
-        cw.Obstacle.ball([16.0, -1.0, 0.0], 2.0, "tree behind the gap"),
-    ]
-)
-mission = cw.Mission("gap", cw.State(np.zeros(3)), np.array([[26.0, 0.0, 0.0]]))
+if __name__ == "__main__":
+    grid = cw.AvoidanceGrid.uniform(range_m=10.0)
+    automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    library = cw.ReachLibrary.load_or_build(automaton, grid)
+    lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=10.0))
+    trees = cw.ObstacleMap(
+        [
+            cw.Obstacle.ball([9.0, 1.2, 0.0], 1.6, "left tree"),
+            cw.Obstacle.ball([9.0, -3.4, 0.0], 1.6, "right tree"),
+            cw.Obstacle.ball([16.0, -1.0, 0.0], 2.0, "tree behind the gap"),
+        ]
+    )
+    mission = cw.Mission("gap", cw.State(np.zeros(3)), np.array([[26.0, 0.0, 0.0]]))
 
 # %% [markdown]
 # ## Flown with both
@@ -69,24 +74,27 @@ mission = cw.Mission("gap", cw.State(np.zeros(3)), np.array([[26.0, 0.0, 0.0]]))
 # first, and how they are priced.
 
 # %%
-runs = {}
-for name, rating in (("total (clearway's own)", None), ("wary", wary)):
-    planner = cw.Planner.of(library, rating=rating)
-    system = cw.AvoidanceSystem(planner, mission, [lidar])
-    system.warm_up()
-    runs[name] = cw.simulate(system, trees, [lidar])
+if __name__ == "__main__":
+    runs = {}
+    for name, rating in (("total (clearway's own)", None), ("wary", wary)):
+        planner = cw.Planner.of(library, rating=rating)
+        system = cw.AvoidanceSystem(planner, mission, [lidar])
+        system.warm_up()
+        runs[name] = cw.simulate(system, trees, [lidar])
 
-print(f"{'rating':<24}{'reached':<9}{'nearest':<10}{'path':<9}{'cells, mean':<13}worst way chosen")
-means = {}
-for name, run in runs.items():
-    decisions = [entry.flight.decision for entry in run.decisions]
-    seen = [d.cells.rating[d.cells.evidence.seen].mean() for d in decisions]
-    means[name] = float(np.mean(seen))
     print(
-        f"{name:<24}{'yes' if run.reached else 'NO':<9}"
-        f"{run.metrics.min_obstacle_distance_m:.2f} m    {run.metrics.path_length_m:.1f} m   "
-        f"{means[name]:<13.3f}{min(d.choice.rating for d in decisions):.3f}"
+        f"{'rating':<24}{'reached':<9}{'nearest':<10}{'path':<9}{'cells, mean':<13}worst way chosen"
     )
+    means = {}
+    for name, run in runs.items():
+        decisions = [entry.flight.decision for entry in run.decisions]
+        seen = [d.cells.rating[d.cells.evidence.seen].mean() for d in decisions]
+        means[name] = float(np.mean(seen))
+        print(
+            f"{name:<24}{'yes' if run.reached else 'NO':<9}"
+            f"{run.metrics.min_obstacle_distance_m:.2f} m    {run.metrics.path_length_m:.1f} m   "
+            f"{means[name]:<13.3f}{min(d.choice.rating for d in decisions):.3f}"
+        )
 
 # %% [markdown]
 # ## What the cells look like
@@ -95,17 +103,25 @@ for name, run in runs.items():
 # wary rating darkens all that lies behind them.
 
 # %%
-figure, axes = plt.subplots(
-    1, 2, figsize=(12, 4.5), subplot_kw={"projection": "polar"}, layout="constrained"
-)
-for ax, (name, run) in zip(axes, runs.items(), strict=True):
-    decisions = [entry.flight.decision for entry in run.decisions]
-    decision = next(d for d in decisions if d.cells.evidence.detected.max() > 0.3)
-    rated = decision.cells.rating.reshape(grid.shape)[:, :, grid.shape[2] // 2]
-    mesh = ax.pcolormesh(grid.azimuth_edges_rad, grid.range_edges_m, rated, vmin=0, vmax=1)
-    ax.set_thetalim(-np.pi / 4, np.pi / 4)
-    ax.set_theta_zero_location("N")
-    ax.set_title(f"{name}, at {decision.state.position_m[0]:.0f} m of the way")
-figure.colorbar(mesh, ax=axes, label="rating")
-figure.savefig(folder / "own_rating.png", dpi=100)
-print(f"wrote {folder / 'own_rating.png'}")
+if __name__ == "__main__":
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(
+        1, 2, figsize=(12, 4.5), subplot_kw={"projection": "polar"}, layout="constrained"
+    )
+    for ax, (name, run) in zip(axes, runs.items(), strict=True):
+        decisions = [entry.flight.decision for entry in run.decisions]
+        decision = next(d for d in decisions if d.cells.evidence.detected.max() > 0.3)
+        rated = decision.cells.rating.reshape(grid.shape)[:, :, grid.shape[2] // 2]
+        mesh = ax.pcolormesh(grid.azimuth_edges_rad, grid.range_edges_m, rated, vmin=0, vmax=1)
+        ax.set_thetalim(-np.pi / 4, np.pi / 4)
+        ax.set_theta_zero_location("N")
+        ax.set_title(f"{name}, at {decision.state.position_m[0]:.0f} m of the way")
+    figure.colorbar(mesh, ax=axes, label="rating")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "clearway-out/examples")
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / "own_rating.png", dpi=100)
+    print(f"wrote {folder / 'own_rating.png'}")

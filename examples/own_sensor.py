@@ -14,17 +14,10 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
 import clearway as cw
 from clearway.sensors import Detection, RangeSensor, Standing, detection_of_cells
-
-matplotlib.use("agg")
-import matplotlib.pyplot as plt
-
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "clearway-out/examples")
-folder.mkdir(parents=True, exist_ok=True)
 
 # %% [markdown]
 # ## The radar
@@ -135,9 +128,6 @@ def cell_shares(grid: cw.AvoidanceGrid, places: np.ndarray) -> np.ndarray:
     return np.bincount(cells[cells >= 0], minlength=grid.cells) / len(places)
 
 
-radar = Radar()
-print("answers all questions of a range sensor:", isinstance(radar, RangeSensor))
-
 # %% [markdown]
 # ## What it is good for
 #
@@ -146,36 +136,41 @@ print("answers all questions of a range sensor:", isinstance(radar, RangeSensor)
 # for more where both look.
 
 # %%
-grid = cw.AvoidanceGrid.uniform(range_m=60.0, layers=12)
-automaton = cw.MovementAutomaton.plane(speed_mps=5.0)
-library = cw.ReachLibrary.load_or_build(automaton, grid)
-settings = cw.AvoidanceSettings(safety_margin_m=3.0, sensor_fusion="weighted")
-planner = cw.Planner.of(library, settings)
-towers = cw.ObstacleMap(
-    [
-        cw.Obstacle.cuboid([110.0, 2.0, 0.0], [8.0, 14.0, 80.0], name="tower"),
-        cw.Obstacle.cuboid([200.0, -8.0, 0.0], [8.0, 24.0, 80.0], name="second tower"),
-    ]
-)
-lidar = cw.Lidar(
-    "lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=15.0), sigma_m=0.03, dropout=0.05
-)
-mission = cw.Mission("fog", cw.State(np.zeros(3)), np.array([[280.0, 0.0, 0.0]]), 7.5)
-runs = {}
-for name, sensors in (("lidar alone", [lidar]), ("lidar and radar", [lidar, radar])):
-    system = cw.AvoidanceSystem(planner, mission, sensors)
-    system.warm_up()
-    runs[name] = cw.simulate(system, towers, sensors, cw.SimulationSettings(time_limit_s=200.0))
-
-print(f"{'sensors':<17}{'reached':<9}{'nearest':<10}{'emergencies':<13}{'first seen':<12}path")
-for name, run in runs.items():
-    first = next(e.flight for e in run.decisions if len(e.flight.decision.hazards.points.radius_m))
-    away = 106.0 - first.state.position_m[0]
-    print(
-        f"{name:<17}{'yes' if run.reached else 'NO':<9}"
-        f"{run.metrics.min_obstacle_distance_m:.2f} m{'':<4}{run.emergencies:<13}"
-        f"{away:.0f} m{'':<8}{run.metrics.path_length_m:.1f} m"
+if __name__ == "__main__":
+    radar = Radar()
+    print("answers all questions of a range sensor:", isinstance(radar, RangeSensor))
+    grid = cw.AvoidanceGrid.uniform(range_m=60.0, layers=12)
+    automaton = cw.MovementAutomaton.plane(speed_mps=5.0)
+    library = cw.ReachLibrary.load_or_build(automaton, grid)
+    settings = cw.AvoidanceSettings(safety_margin_m=3.0, sensor_fusion="weighted")
+    planner = cw.Planner.of(library, settings)
+    towers = cw.ObstacleMap(
+        [
+            cw.Obstacle.cuboid([110.0, 2.0, 0.0], [8.0, 14.0, 80.0], name="tower"),
+            cw.Obstacle.cuboid([200.0, -8.0, 0.0], [8.0, 24.0, 80.0], name="second tower"),
+        ]
     )
+    lidar = cw.Lidar(
+        "lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=15.0), sigma_m=0.03, dropout=0.05
+    )
+    mission = cw.Mission("fog", cw.State(np.zeros(3)), np.array([[280.0, 0.0, 0.0]]), 7.5)
+    runs = {}
+    for name, sensors in (("lidar alone", [lidar]), ("lidar and radar", [lidar, radar])):
+        system = cw.AvoidanceSystem(planner, mission, sensors)
+        system.warm_up()
+        runs[name] = cw.simulate(system, towers, sensors, cw.SimulationSettings(time_limit_s=200.0))
+
+    print(f"{'sensors':<17}{'reached':<9}{'nearest':<10}{'emergencies':<13}{'first seen':<12}path")
+    for name, run in runs.items():
+        first = next(
+            e.flight for e in run.decisions if len(e.flight.decision.hazards.points.radius_m)
+        )
+        away = 106.0 - first.state.position_m[0]
+        print(
+            f"{name:<17}{'yes' if run.reached else 'NO':<9}"
+            f"{run.metrics.min_obstacle_distance_m:.2f} m{'':<4}{run.emergencies:<13}"
+            f"{away:.0f} m{'':<8}{run.metrics.path_length_m:.1f} m"
+        )
 
 # %% [markdown]
 # ## Both from above
@@ -184,18 +179,26 @@ for name, run in runs.items():
 # `docs/sensors.md` for what happens to one that lies.
 
 # %%
-figure, axes = plt.subplots(figsize=(12, 3.6), layout="constrained")
-for tower in ((106.0, -5.0, 8.0, 14.0), (196.0, -20.0, 8.0, 24.0)):
-    axes.add_patch(plt.Rectangle(tower[:2], tower[2], tower[3], color="tab:brown"))
-for (name, run), colour in zip(runs.items(), ("tab:orange", "tab:blue"), strict=True):
-    axes.plot(run.states[:, 0], run.states[:, 1], color=colour, label=name)
-here = np.array([60.0, 0.0, 0.0])
-echoes = radar.scan(towers, cw.State(here), np.random.default_rng(1)).points_m + here
-label = "one radar reading, at x = 60 m"
-axes.plot(echoes[:, 0], echoes[:, 1], ".", color="tab:red", markersize=3, label=label)
-axes.set_xlabel("x (m)")
-axes.set_ylabel("y (m)")
-axes.set_aspect("equal")
-axes.legend(loc="lower left")
-figure.savefig(folder / "own_sensor.png", dpi=100)
-print(f"wrote {folder / 'own_sensor.png'}")
+if __name__ == "__main__":
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(12, 3.6), layout="constrained")
+    for tower in ((106.0, -5.0, 8.0, 14.0), (196.0, -20.0, 8.0, 24.0)):
+        axes.add_patch(plt.Rectangle(tower[:2], tower[2], tower[3], color="tab:brown"))
+    for (name, run), colour in zip(runs.items(), ("tab:orange", "tab:blue"), strict=True):
+        axes.plot(run.states[:, 0], run.states[:, 1], color=colour, label=name)
+    here = np.array([60.0, 0.0, 0.0])
+    echoes = radar.scan(towers, cw.State(here), np.random.default_rng(1)).points_m + here
+    label = "one radar reading, at x = 60 m"
+    axes.plot(echoes[:, 0], echoes[:, 1], ".", color="tab:red", markersize=3, label=label)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_aspect("equal")
+    axes.legend(loc="lower left")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "clearway-out/examples")
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / "own_sensor.png", dpi=100)
+    print(f"wrote {folder / 'own_sensor.png'}")

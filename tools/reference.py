@@ -15,15 +15,23 @@ from textwrap import dedent
 from typing import Any, get_args
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
+from clearway.avoidance.fusion import RATINGS
+from clearway.base.variants import Variants
+from clearway.io.choices import OneOf
 from clearway.missions.mission_file import MissionFile, built_in_missions
 from clearway.missions.scene_file import SceneFile
-from clearway.sensors import NAMED_PATTERNS
+from clearway.missions.sensor_section import SENSORS
+from clearway.reach import METHODS
+from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
+from clearway.sensors.detection import RULES
+from clearway.sim.baselines import PLANNERS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"
 
 HEAD = """\
-<!-- Made by `python -m tools.reference --write`: change the models in src/clearway/io instead. -->
+<!-- Made by `python -m tools.reference --write`: change the models in clearway.missions. -->
 
 # Mission and scene files
 
@@ -83,12 +91,28 @@ obstacles = [0]
 ```
 """
 
+NAMES = """
+## Names
+
+What has a name in files and on the command line. Where a key says so, your own takes its place as
+`module:name` or `file.py:name`: a module beside the file that names it, in the current folder, or
+installed. [examples](../examples) has a planner, a rating, a sensor and a rule of one's own.
+"""
+REGISTRIES: tuple[Variants[Any], ...] = (
+    RATINGS,
+    PLANNERS,
+    SENSORS,
+    METHODS,
+    RULES,
+    COMBINE_RULES,
+)
 
 KINDS = {
     "number": "number",
     "integer": "whole number",
     "string": "text",
     "boolean": "true or false",
+    "object": "table",
 }
 
 
@@ -103,6 +127,8 @@ def page() -> str:
         *_tables(MissionFile, "", described),
         SCENES,
         *_tables(SceneFile, "", described),
+        NAMES,
+        *(_names(registry) for registry in REGISTRIES),
         f"\nSensors by name, for `pattern`: {patterns}.\n",
     ]
     return "".join(parts)
@@ -153,8 +179,28 @@ def _keys(model: type[BaseModel]) -> str:
             continue
         default = "**needed**" if field.is_required() else _default(field.get_default())
         value = _value(schema["properties"][name])
-        lines.append(f"| `{name}` | {value} | {default} | {meanings[name]} |")
+        lines.append(f"| `{name}` | {value} | {default} | {meanings[name]}{_variants(field)} |")
     return "\n".join(lines) + "\n"
+
+
+def _variants(field: FieldInfo) -> str:
+    """Where the choices of a registry are told."""
+    kinds = [
+        _plural(one.registry).lower()
+        for one in field.metadata
+        if isinstance(one, OneOf) and isinstance(one.registry, Variants)
+    ]
+    return "".join(f" See [{kind}](#{kind.replace(' ', '-')})." for kind in kinds)
+
+
+def _plural(registry: Variants[Any]) -> str:
+    return f"{registry.kind.capitalize()}s"
+
+
+def _names(registry: Variants[Any]) -> str:
+    """A table of the variants of a kind."""
+    rows = "".join(f"| `{name}` | {registry.about(name)} |\n" for name in registry)
+    return f"\n### {_plural(registry)}\n\n| name | what it is |\n| --- | --- |\n{rows}"
 
 
 def _meanings(model: type[BaseModel]) -> dict[str, str]:
@@ -184,7 +230,9 @@ def _value(schema: dict[str, Any]) -> str:
         kinds = [_value(part) for part in schema["anyOf"] if part.get("type") != "null"]
         return " or ".join(kinds)
     if "enum" in schema or "const" in schema:
-        return _choice(schema.get("enum") or [schema["const"]])
+        names = schema.get("enum", [schema.get("const")])
+        own = [f"your own, `{schema['own']}`"] if "own" in schema else []
+        return " or ".join([*([_choice(names)] if names else []), *own])
     if schema["type"] == "array":
         return _list(schema)
     return KINDS[schema["type"]] + _limits(schema)

@@ -31,7 +31,7 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sim import SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.baselines import CLEARWAY, Craft, pilot_named
 from clearway.sim.scripted import ScriptedIntruder, Traffic
 from clearway.studies.encounters.encounter import Encounter
 from clearway.studies.encounters.flights import (
@@ -96,9 +96,8 @@ def _ours(name: str, encounter: Encounter) -> FloatArray:
     far = np.array([[lasts_s(encounter) + 3.0 * RANGE_M, 0.0, 0.0]])
     mission = Mission(f"level {encounter.seed}", State(np.zeros(3)), far, REACH_RADIUS_M)
     system = AvoidanceSystem(planner, mission, address="ownship")
-    rival = not name.startswith(CLEARWAY)
     craft = Craft(planner, 0.3, planner.automaton.turning_radius_m)
-    pilot = BaselinePilot(system, rule_named(name, craft)) if rival else system
+    pilot = pilot_named(name.partition(",")[0], system, craft)
     intruder = ScriptedIntruder(
         "intruder", 0.0, encounter.position_m, encounter.velocity_mps,
         radius_m=RADIUS_M, spawn="world",

@@ -15,20 +15,31 @@ if TYPE_CHECKING:
     from clearway.avoidance.costs import Prices
     from clearway.avoidance.decide import Decision, decide
     from clearway.avoidance.planner import AvoidanceSettings, Planner
+    from clearway.avoidance.scene import SceneAssessment
     from clearway.avoidance.situation import Situation
     from clearway.base.errors import ClearwayError
     from clearway.base.grid import AvoidanceGrid
     from clearway.base.state import State
+    from clearway.io.maps.maps import read_map
+    from clearway.io.traffic.traffic import read_traffic
     from clearway.live import AvoidanceSystem
     from clearway.live.mission import Mission
+    from clearway.missions.assess import assess
+    from clearway.missions.fly import fly
+    from clearway.missions.mission_file import MissionFile
+    from clearway.missions.recorded_scan import RecordedScan, read_scan, read_scans
+    from clearway.missions.world_file import read_mission
     from clearway.obstacles.obstacle import Obstacle
     from clearway.obstacles.obstacle_map import ObstacleMap
     from clearway.obstacles.point_world import PointWorld
     from clearway.reach import ReachLibrary, ReachSet, build_reach_set
     from clearway.sensors import BeamPattern, Lidar, Scan
-    from clearway.sim import SimulationSettings, simulate
+    from clearway.sim import Run, SimulationSettings, simulate
+    from clearway.studies.figures.flight_set import draw_flight
     from clearway.traffic import Intruder
+    from clearway.traffic.recorded.picture import air_picture
     from clearway.vehicle.automaton import MovementAutomaton
+    from clearway.view.plot.assessment import draw_assessment
 
 
 __all__ = [
@@ -41,6 +52,7 @@ __all__ = [
     "Intruder",
     "Lidar",
     "Mission",
+    "MissionFile",
     "MovementAutomaton",
     "Obstacle",
     "ObstacleMap",
@@ -49,13 +61,26 @@ __all__ = [
     "Prices",
     "ReachLibrary",
     "ReachSet",
+    "RecordedScan",
+    "Run",
     "Scan",
+    "SceneAssessment",
     "SimulationSettings",
     "Situation",
     "State",
     "__version__",
+    "air_picture",
+    "assess",
     "build_reach_set",
     "decide",
+    "draw_assessment",
+    "draw_flight",
+    "fly",
+    "read_map",
+    "read_mission",
+    "read_scan",
+    "read_scans",
+    "read_traffic",
     "simulate",
 ]
 
@@ -69,6 +94,7 @@ _ROOM_OF = {
     "Intruder": "traffic",
     "Lidar": "sensors",
     "Mission": "live.mission",
+    "MissionFile": "missions.mission_file",
     "MovementAutomaton": "vehicle.automaton",
     "Obstacle": "obstacles.obstacle",
     "ObstacleMap": "obstacles.obstacle_map",
@@ -77,12 +103,25 @@ _ROOM_OF = {
     "Prices": "avoidance.costs",
     "ReachLibrary": "reach",
     "ReachSet": "reach",
+    "RecordedScan": "missions.recorded_scan",
+    "Run": "sim",
     "Scan": "sensors",
+    "SceneAssessment": "avoidance.scene",
     "SimulationSettings": "sim",
     "Situation": "avoidance.situation",
     "State": "base.state",
+    "air_picture": "traffic.recorded.picture",
+    "assess": "missions.assess",
     "build_reach_set": "reach",
     "decide": "avoidance.decide",
+    "draw_assessment": "view.plot.assessment",
+    "draw_flight": "studies.figures.flight_set",
+    "fly": "missions.fly",
+    "read_map": "io.maps.maps",
+    "read_mission": "missions.world_file",
+    "read_scan": "missions.recorded_scan",
+    "read_scans": "missions.recorded_scan",
+    "read_traffic": "io.traffic.traffic",
     "simulate": "sim",
 }
 

@@ -39,8 +39,8 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target"]
     subprocess.run([*install, str(place), str(wheel)], check=True, capture_output=True)
     code = (
-        "import clearway; from clearway.missions.mission_file import read_mission;"
-        "print(clearway.__file__); print(read_mission('static-obstacles').mission.name)"
+        "import clearway; from clearway.missions.mission_file import read_mission_file;"
+        "print(clearway.__file__); print(read_mission_file('static-obstacles').mission.name)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],

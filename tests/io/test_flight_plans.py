@@ -7,7 +7,7 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.base.frames import enu_from_geodetic
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 
 HOME = (47.3977507, 8.5456075, 488.9)
@@ -57,7 +57,7 @@ def plan(tmp_path, *items, **parts):
 def read(path):
     """The mission of a plan, and what was said about it."""
     said = []
-    return read_mission(str(path), said.append), "\n".join(said)
+    return read_mission_file(str(path), said.append), "\n".join(said)
 
 
 # Real files

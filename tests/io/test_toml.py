@@ -142,3 +142,17 @@ def test_a_written_model_reads_back(tmp_path: Path) -> None:
     world = World(span_deg=(1.0, 2.0), ball=(Ball(position_m=(1, 2, 3)),) * 2, home=None)
     write_toml(world, tmp_path / "a.toml")
     assert read_model(tmp_path / "a.toml", World) == world
+
+
+@pytest.mark.parametrize("points", ["[[1, 2]]", '[["a", 2, 3]]', "[[nan, 2, 3]]", "[[1, 2, 3, 4]]"])
+def test_a_list_of_wrong_entries_is_not_called_too_short(tmp_path, points):
+    from clearway.missions.mission_file import MissionFile
+
+    path = tmp_path / "mission.toml"
+    path.write_text(f'[mission]\nname = "x"\nwaypoints_m = {points}\n')
+    with pytest.raises(InputError) as caught:
+        read_model(path, MissionFile)
+    assert len(caught.value.problems) == 1
+    path.write_text('[mission]\nname = "x"\nwaypoints_m = []\n')
+    with pytest.raises(InputError, match="should have at least 1 item, not 0, got"):
+        read_model(path, MissionFile)

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.scan_formats import read_points
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from own_process import flown_in
 from repository import REPOSITORY
 
@@ -37,7 +37,7 @@ def flown(name: str, data_dir: Path, folder: Path) -> tuple[dict[str, Any], Any,
 
 def held(result: dict[str, Any], name: str) -> None:
     """Reached, with the margin and without an emergency."""
-    mission = read_mission(str(MISSIONS / f"{name}.toml"))
+    mission = read_mission_file(str(MISSIONS / f"{name}.toml"))
     assert result["mission"] == name
     assert result["reached"] is True
     assert result["waypoints_reached"] == len(mission.mission.waypoints_m)

@@ -10,7 +10,7 @@ pytest.importorskip("pyproj")
 pytest.importorskip("shapely")
 
 from clearway.base.errors import InputError
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from own_process import flown_in
 from repository import REPOSITORY
@@ -74,7 +74,7 @@ def saved(tmp_path, text=MISSION, north_deg=0.0003):
     (tmp_path / "zone.json").write_text(json.dumps(zone(north_deg, hours)))
     path = tmp_path / "mission.toml"
     path.write_text(text)
-    return read_mission(str(path))
+    return read_mission_file(str(path))
 
 
 def names(world):
@@ -157,7 +157,7 @@ def test_input_errors_are_what_the_command_line_reports(tmp_path):
 
 def flown(name, data_dir, folder):
     """JSON, positions [n, 3] and setup of an example, wherever the data folder is."""
-    mission = read_mission(str(MISSIONS / f"{name}.toml"))
+    mission = read_mission_file(str(MISSIONS / f"{name}.toml"))
     text = (MISSIONS / f"{name}.toml").read_text()
     files = [line.split('"')[1] for line in text.splitlines() if f'"{DATA}' in line]
     assert len(files) == len(mission.map.files)
@@ -171,7 +171,7 @@ def flown(name, data_dir, folder):
     assert result["safety_margin_m"] == mission.safety.margin_m
     assert result["min_obstacle_distance_m"] >= mission.safety.margin_m
     assert result["margin_violations"] == result["emergencies"] == 0
-    return result, track, prepare(read_mission(str(folder / "mission.toml")))
+    return result, track, prepare(read_mission_file(str(folder / "mission.toml")))
 
 
 def test_over_the_streets_of_delft(data_dir, tmp_path):

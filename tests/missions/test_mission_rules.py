@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -62,7 +62,7 @@ size_m = [6, 6, 20]
     assert {note["name"] for note in notes} >= {"keep out of school", "near the route"}
     assert any(note["decided"] for note in notes if note["name"] == "keep out of school")
     assert set(notes[0]) == {"name", "reason", "forbidden", "broken", "decided"}
-    again = read_mission(str(out / "mission.toml"))
+    again = read_mission_file(str(out / "mission.toml"))
     assert [rule.name for rule in prepare(again).planner.rules] == [
         "keep out of school",
         "altitude floor",
@@ -73,9 +73,9 @@ size_m = [6, 6, 20]
 
 def test_a_volume_counts_at_its_times_only(tmp_path):
     volume = '[[keep_out]]\nshape = "ball"\nposition_m = [15, 0, 0]\nradius_m = 3\n'
-    later = prepare(read_mission(str(mission(tmp_path, volume + "from_s = 40\n")))).fly()
+    later = prepare(read_mission_file(str(mission(tmp_path, volume + "from_s = 40\n")))).fly()
     assert np.abs(later.states[:, 1]).max() < 0.1
-    now = prepare(read_mission(str(mission(tmp_path, volume + "until_s = 40\n")))).fly()
+    now = prepare(read_mission_file(str(mission(tmp_path, volume + "until_s = 40\n")))).fly()
     assert np.linalg.norm(now.states[:, :3] - [15, 0, 0], axis=1).min() >= 3.0 - 0.05
 
 
@@ -98,7 +98,7 @@ def test_a_volume_counts_at_its_times_only(tmp_path):
 )
 def test_impossible_rules_are_refused(tmp_path, rules, said):
     with pytest.raises(InputError) as refused:
-        prepare(read_mission(str(mission(tmp_path, rules))))
+        prepare(read_mission_file(str(mission(tmp_path, rules))))
     assert said in str(refused.value)
 
 
@@ -113,7 +113,7 @@ def test_the_command_line_refuses_them_in_a_sentence(tmp_path):
 
 
 def test_the_example_obeys_the_rules_of_the_air():
-    setup = prepare(read_mission(str(EXAMPLE)))
+    setup = prepare(read_mission_file(str(EXAMPLE)))
     run = setup.fly()
     assert run.reached
     assert run.metrics.margin_violations == 0
@@ -168,7 +168,7 @@ known = "map"
 terrain_m = 8
 """
     )
-    setup = prepare(read_mission(str(path)))
+    setup = prepare(read_mission_file(str(path)))
     (rule,) = setup.planner.rules
     assert rule.name == "terrain clearance"
     run = setup.fly()
@@ -187,4 +187,4 @@ def test_the_place_of_a_mission_has_to_lie_in_the_terrain(tmp_path):
         + 'origin_geodetic = [10, 10, 0]\n[map]\nfiles = ["terrain.tif"]\n[rules]\nterrain_m = 8\n'
     )
     with pytest.raises(InputError, match="the mission's place in it"):
-        prepare(read_mission(str(path)))
+        prepare(read_mission_file(str(path)))

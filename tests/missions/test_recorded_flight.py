@@ -22,7 +22,7 @@ from clearway.io.toml import parse_model
 from clearway.io.traffic.traffic import read_traffic
 from clearway.live.mission import Mission, Progress, advanced
 from clearway.missions.in_place import fly_in_place
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.traffic.recorded import (
     TrafficRecording,
@@ -295,7 +295,7 @@ def test_an_encounter_flown_from_the_command_line(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "encounter.json").read_text()) == result
     assert (tmp_path / "out" / "encounter.png").read_bytes().startswith(b"\x89PNG")
     # The mission that it wrote flies the same flight again.
-    again = prepare(read_mission(str(tmp_path / "out" / "mission.toml"))).fly()
+    again = prepare(read_mission_file(str(tmp_path / "out" / "mission.toml"))).fly()
     rows = (tmp_path / "out" / "track.csv").read_text().splitlines()
     assert len(rows) == len(again.time_s) + 1
     assert rows[-1].split(",")[1] == f"{again.states[-1, 0]:.6f}"
@@ -345,7 +345,7 @@ def test_a_mission_amid_a_recording(tmp_path: Path) -> None:
             f'lidar = []\n[mission]\nname = "m"\norigin_geodetic = {list(ORIGIN)}\n'
             f"waypoints_m = [[100.0, 0.0, 0.0]]\n[traffic]\n{lines}\n"
         )
-        return read_mission(str(mission))
+        return read_mission_file(str(mission))
 
     setup = prepare(write())
     assert setup.recorded is not None

@@ -9,7 +9,7 @@ pytest.importorskip("pyarrow")
 
 from pyarrow import parquet
 
-from clearway.missions.run_files import decision_record, summary
+from clearway.missions.run_files import decision_record
 from clearway.missions.run_tables import DECISIONS, INTRUDERS, TRACK, write_tables
 from flown_missions import flown
 
@@ -63,12 +63,12 @@ def test_every_table_tells_of_which_run_it_is(tables):
     assert set(tables) == {DECISIONS, TRACK, INTRUDERS}
     for table in tables.values():
         about = json.loads(table.schema.metadata[b"clearway"])
-        assert about == json.loads(json.dumps(summary(flown().run)))
+        assert about == json.loads(json.dumps(flown().run.summary()))
 
 
 def test_other_planners_have_nulls_where_they_tell_nothing(tmp_path):
     run = flown().setup.fly_with("straight")
-    write_tables(run, tmp_path, "straight")
+    write_tables(run, tmp_path)
     table = parquet.read_table(tmp_path / DECISIONS)
     assert table["clearance_m"].null_count == len(run.decisions)
     assert table["explanation"].null_count == 0

@@ -10,7 +10,7 @@ import pytest
 import clearway as cw
 from clearway.base.errors import ClearwayError, InputError
 from clearway.io.toml import parse_model
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.sensors import (
     Court,
@@ -265,7 +265,7 @@ def test_alone_a_sensor_is_as_before(library: cw.ReachLibrary) -> None:
 
 def test_the_example_mission_with_a_liar() -> None:
     path = REPOSITORY / "examples" / "missions" / "lying-sensor.toml"
-    file = read_mission(str(path))
+    file = read_mission_file(str(path))
     setup = prepare(file)
     assert [sensor.standing.precision for sensor in setup.lidars] == [0.9, 1.0, 0.9]
     assert setup.planner.settings.sensor_fusion == "weighted"

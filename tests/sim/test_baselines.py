@@ -8,16 +8,16 @@ import pytest
 
 from clearway.base.errors import ClearwayError
 from clearway.missions.setup import FlightSetup, prepare
-from clearway.missions.world_file import find_mission
+from clearway.missions.world_file import read_mission
 from clearway.sim import Run
-from clearway.sim.baselines import BASELINES, PLANNERS, BaselinePilot, Manoeuvre, rule_named
+from clearway.sim.baselines import CLEARWAY, PLANNERS, BaselinePilot, Manoeuvre, pilot_named
 from clearway.sim.pilot import Steering
 from clearway.sim.worlds import FAMILIES, made_world
 
 
 @cache
 def setup(mission: str = "static-obstacles") -> FlightSetup:
-    return prepare(find_mission(mission))
+    return prepare(read_mission(mission))
 
 
 @cache
@@ -79,9 +79,9 @@ def test_the_predecessor_knows_nothing_of_traffic():
     np.testing.assert_array_equal(blind.states, straight.states)
 
 
-@pytest.mark.parametrize("planner", sorted(BASELINES))
+@pytest.mark.parametrize("planner", sorted(set(PLANNERS) - {CLEARWAY}))
 def test_a_map_alone_is_known_to_all_but_the_predecessor_and_the_blind(planner):
-    told = replace(setup(), lidars=(), obstacle_map=setup().world)
+    told = replace(setup(), sensors=(), obstacle_map=setup().world)
     told = replace(told, simulation=replace(told.simulation, time_limit_s=15.0))
     run = told.fly_with(planner)
     knows_no_map = planner == "straight" or planner.startswith("deterministic")
@@ -114,7 +114,7 @@ def test_a_rule_is_asked_with_its_last_manoeuvre():
 
 def test_an_unknown_planner_says_which_there_are():
     with pytest.raises(ClearwayError, match="potential-field"):
-        rule_named("best", setup().craft)
+        pilot_named("best", setup().system(), setup().craft)
 
 
 @pytest.mark.parametrize("family", sorted(FAMILIES))

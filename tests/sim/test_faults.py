@@ -10,7 +10,7 @@ import pytest
 from clearway.base.errors import ClearwayError, InputError
 from clearway.io.marked_page import put_between_marks
 from clearway.missions.fault_section import FaultsSection
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.sensors import Scan
 from clearway.sim.faults import NO_FAULTS, Faults
@@ -78,17 +78,17 @@ def test_a_mission_file_says_what_goes_wrong(tmp_path):
         '[mission]\nname = "m"\nwaypoints_m = [[20, 0, 0]]\n[simulation]\nwind_mps = [0, 0.2, 0]\n'
         "[faults]\nblind_deg = [-5, 5]\ndead_from_s = 3\nreport_loss = 0.5\n"
     )
-    settings = prepare(read_mission(str(path))).simulation
+    settings = prepare(read_mission_file(str(path))).simulation
     assert settings.faults == Faults(0.0, np.radians(-5.0), np.radians(5.0), 3.0, 0.5, 0.0, 0.0)
     assert settings.wind_mps == (0.0, 0.2, 0.0)
     path.write_text(path.read_text().replace("[-5, 5]", "[5, -5]"))
     with pytest.raises(InputError, match="blind_deg must be"):
-        read_mission(str(path))
+        read_mission_file(str(path))
     assert FaultsSection().to_faults() == NO_FAULTS
 
 
 def test_wind_carries_the_vehicle():
-    file = read_mission("static-obstacles").changed("simulation", time_limit_s=2.0)
+    file = read_mission_file("static-obstacles").changed("simulation", time_limit_s=2.0)
     still = prepare(file).fly().states[-1]
     blown = prepare(file.changed("simulation", wind_mps=(0.0, 0.1, 0.0))).fly().states[-1]
     assert blown[1] - still[1] == pytest.approx(0.2, abs=0.01)
@@ -144,7 +144,7 @@ def test_the_command_draws_tabulates_and_writes_missions(tmp_path):
     assert missions.returncode == 0, missions.stderr
     lost = out / "report-loss-1-tracker-1.toml"
     assert str(lost) in missions.stdout
-    again = prepare(read_mission(str(lost))).fly()
+    again = prepare(read_mission_file(str(lost))).fly()
     assert again.crashed_s is not None
 
 

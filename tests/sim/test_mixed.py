@@ -15,7 +15,7 @@ from clearway.avoidance.verify import path_clearance
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.toml import parse_model
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
@@ -28,7 +28,7 @@ MARGIN_M, RADIUS_M = 0.6, 0.6
 
 @lru_cache
 def setup() -> FlightSetup:
-    return prepare(read_mission("mixed"))
+    return prepare(read_mission_file("mixed"))
 
 
 @lru_cache
@@ -135,13 +135,13 @@ LOADED_IN_FLIGHT = """
 import gc
 from numba.core.dispatcher import Dispatcher
 from clearway.missions.setup import prepare
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 
 def loaded():
     found = (each for each in gc.get_objects() if isinstance(each, Dispatcher))
     return {each.py_func.__name__ for each in found if each.overloads}
 
-setup = prepare(read_mission("mixed"))
+setup = prepare(read_mission_file("mixed"))
 setup.system().warm_up()
 before = loaded()
 assert setup.fly().reached

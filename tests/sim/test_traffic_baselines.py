@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.missions.setup import prepare
-from clearway.missions.world_file import find_mission
+from clearway.missions.world_file import read_mission
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.baselines.known import MovingBalls
 from clearway.sim.baselines.mvp import resolutions
@@ -138,7 +138,7 @@ def test_inside_the_zone_the_whole_intrusion_is_asked_for():
 
 @cache
 def setup():
-    return prepare(find_mission("intruders-collision"))
+    return prepare(read_mission("intruders-collision"))
 
 
 @pytest.mark.parametrize("planner", ["velocity-obstacle", "mvp"])

@@ -6,7 +6,7 @@ import pytest
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.intervals import wilson
 from clearway.io.toml import parse_model
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.studies.encounters.encounter import (
     STANDARD_KINDS,
@@ -145,7 +145,7 @@ def test_wilson_intervals_as_published(successes, trials, low, high):
 )
 def test_the_missions_of_6_5(name, straight, hits):
     """Straight flight collides where intruders were moved to do so, and passes as printed."""
-    setup = prepare(read_mission(name))
+    setup = prepare(read_mission_file(name))
     run = setup.fly()
     assert run.safe
     assert run.emergencies == 0
@@ -160,7 +160,7 @@ def test_the_missions_of_6_5(name, straight, hits):
 
 @pytest.mark.parametrize(("price", "passes"), [(0.0, "ahead"), (4.0, "behind")])
 def test_a_price_for_crossing_ahead_passes_behind(price, passes):
-    tables = read_mission("intruders").effective()
+    tables = read_mission_file("intruders").effective()
     tables["prices"]["ahead"] = price
     run = prepare(parse_model("test", tables, MissionFile)).fly()
     assert run.safe
@@ -174,7 +174,7 @@ def test_a_price_for_crossing_ahead_passes_behind(price, passes):
 
 
 def test_a_mission_with_noisy_reports_is_flown_through_the_tracker():
-    tables = read_mission("intruders-collision").effective()
+    tables = read_mission_file("intruders-collision").effective()
     tables["traffic"] |= {
         "position_sigma_m": 0.3,
         "velocity_sigma_mps": 0.1,

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.sim import Run
 
@@ -82,6 +82,6 @@ def flown(text: str = SHORT) -> Flown:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mission.toml"
         path.write_text(text)
-        file = read_mission(path)
+        file = read_mission_file(path)
     setup = prepare(file)
     return Flown(file, setup, setup.fly())

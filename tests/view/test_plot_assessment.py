@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection
 
 from clearway.avoidance.scene import SceneAssessment, assess_scene
 from clearway.missions.scene_reading import scene_of
-from clearway.view.plot.assessment import draw_assessment, worst_on_the_way
+from clearway.view.plot.assessment import assessment_figures, worst_on_the_way
 from clearway.view.plot.cells import cell_wedges
 
 BALL: dict[str, Any] = {"shape": "ball", "position_m": [5, 0, 0], "radius_m": 1.0}
@@ -55,7 +55,7 @@ def test_wedges_lie_in_their_cells() -> None:
 )
 def test_every_cell_of_every_row_is_drawn(tmp_path: Path, grid: dict[str, Any]) -> None:
     assessment = assess({"grid": grid, "obstacle": [BALL], "scan": {"simulate": {}}})
-    figures = draw_assessment(
+    figures = assessment_figures(
         assessment.cells,
         assessment.reach,
         assessment.reach_set,

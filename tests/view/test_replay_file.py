@@ -238,7 +238,7 @@ def test_voxel_centres_hold_every_point_once():
 def test_a_run_of_another_planner_has_decisions_without_cells(tmp_path):
     short = flown()
     run = short.setup.fly_with("straight")
-    write_mcap(run, short.setup, "", tmp_path / "run.mcap", planner="straight")
+    write_mcap(run, short.setup, "", tmp_path / "run.mcap")
     recording = read_run(tmp_path)
     assert recording.mission["planner"] == "straight"
     assert len(recording.decisions) == len(run.decisions) > 0

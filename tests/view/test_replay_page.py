@@ -255,7 +255,7 @@ def test_a_damaged_page_says_that_it_cannot_be_shown(browser, recording, tmp_pat
 
 def test_a_run_without_cells_is_shown_too(browser, tmp_path):
     path = tmp_path / "run.mcap"
-    write_mcap(flown().setup.fly_with("straight"), flown().setup, "", path, planner="straight")
+    write_mcap(flown().setup.fly_with("straight"), flown().setup, "", path)
     (tmp_path / "page.html").write_text(page_of(read_run(path)))
     told = at(browser, (tmp_path / "page.html").as_uri(), "t=5")
     assert "error" not in told

@@ -29,6 +29,7 @@ from clearway.avoidance.verify import (
     path_clearance,
     paths_of,
 )
+from clearway.base.brief import brief
 from clearway.base.checks import positive
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -122,6 +123,8 @@ class Choice:
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedReachSet:
@@ -147,6 +150,8 @@ class PreparedReachSet:
     """[nodes] whether the path to the node's end keeps the automaton's pitch limit."""
     reach_m: float
     """How far from the vehicle its paths lead, at least the range of the grid."""
+
+    __repr__ = brief
 
     @classmethod
     def of(

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
@@ -36,6 +37,9 @@ class Goal(NamedTuple):
     reach_radius_m: float
     final: bool
     """No waypoint follows."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +78,8 @@ class Prices:
         if problems:
             raise InputError("prices", problems)
 
+    __repr__ = brief
+
 
 StageCost = Callable[[ReachSet, Prices], FloatArray]
 """Cost [nodes] of each movement of a reach set, in metres; evaluated once per reach set."""
@@ -88,6 +94,9 @@ class Arrival(NamedTuple):
     """[nodes] it does so in this movement."""
     miss_m: FloatArray
     """[nodes] closest approach to the target on the path so far."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], FloatArray]

@@ -41,8 +41,10 @@ from clearway.avoidance.situation import (
     margin_slope,
 )
 from clearway.avoidance.verify import sloping
+from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.traffic import Intruder, up_seen_from
 from clearway.traffic.models.many import seen_at
@@ -71,11 +73,30 @@ class Decision:
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
 
+    def __repr__(self) -> str:
+        return one_line("Decision", (runs(self.movements), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is flown and why, and the plan and the returns from above."""
+        position, world_from_grid = grid_frame(self.state)
+        seen = self.hazards.points.position_m @ world_from_grid.T + position
+        marks = [Marks(seen, "#c0392b", joined=False), Marks(self.path_m, "#d62728")]
+        return html_table(runs(self.movements), self._facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        choice = self.choice
+        return {
+            "clearance": f"{choice.clearance_m:.2f} m clear of {self.margin_m:.2f} m asked",
+            "rating": f"rating {choice.rating:.3f}",
+            "basis": str(choice.basis),
+        }
+
 
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
-    """Fuse, rate, verify and choose at one decision time, (4.19), (4.20), (4.6).
+    """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6).
 
     Raises ClearwayError for detections of another grid, and for costs or a margin that are no
     finite numbers.
@@ -251,7 +272,7 @@ def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
 def _decide_within(
     planner: Planner, prepared: PreparedReachSet, choice: Choice, hazards: Hazards, margin: float
 ) -> float:
-    """Time for which the plan may be flown without a new decision (6.4, item 6).
+    """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
     turn away inside it; with evidence in reach, at the end of the movement.

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
-from clearway.base.errors import ClearwayError
+from clearway.base.errors import OwnCodeError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.own_code import callable_own, guarded
 from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.base.variants import Variants
 from clearway.reach.tree import ReachSet
 
 
@@ -36,6 +40,8 @@ class Evidence:
     """[cells] true where the safety margin around the evidence reaches into the cell."""
     seen: BoolArray
     """[cells] true where some beam of some sensor looks into the cell's column."""
+
+    __repr__ = brief
 
     @classmethod
     def free(cls, grid: AvoidanceGrid) -> Evidence:
@@ -79,20 +85,40 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
     return (1.0 - evidence.intruder) * (seen_free + hidden_free)
 
 
-RATINGS: dict[str, Rating] = {
-    "total": total,
-    "printed": printed,
-    "visible": visible,
-    "evidence": evidence_only,
-}
+def _own_rating(label: str, found: Any) -> Rating:
+    """A user's rating; what is no number within [0, 1] for every cell is refused in flight too."""
+    function = guarded(label, callable_own(label, found, ("evidence", "obstacle", "unknown")))
+
+    def rating(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+        said = function(evidence, obstacle, unknown)
+        try:
+            rated = np.ascontiguousarray(said, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise OwnCodeError(label, f"gave {type(said).__name__}, no numbers") from None
+        if rated.shape != obstacle.shape:
+            raise OwnCodeError(
+                label, f"gave an array {rated.shape}; one number a cell is {obstacle.shape}"
+            )
+        if not (rated.min() >= 0.0 and rated.max() <= 1.0):
+            raise OwnCodeError(
+                label, f"gave {rated.min():g} to {rated.max():g}: a rating is within [0, 1]"
+            )
+        return rated
+
+    return rating
+
+
+RATINGS: Variants[Rating] = Variants(
+    "rating",
+    {"total": total, "printed": printed, "visible": visible, "evidence": evidence_only},
+    _own_rating,
+)
+"""Ratings by name; add one here."""
 
 
 def rating_named(name: str) -> Rating:
-    """The rating of that name; raises ClearwayError listing the valid ones."""
-    try:
-        return RATINGS[name]
-    except KeyError:
-        raise ClearwayError(f"rating {name!r}: valid ratings are {', '.join(RATINGS)}") from None
+    """The rating of that name, or a user's as `module:name`; else ClearwayError with the valid."""
+    return RATINGS.named(name)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +132,8 @@ class CellAssessment:
     """[cells] P_O (4.17)."""
     rating: FloatArray
     """[cells] how safe a passage is, in [0, 1]."""
+
+    __repr__ = brief
 
 
 def assess_cells(
@@ -134,9 +162,12 @@ class ReachAssessment:
     """Reachability of nodes, trajectories and cells, and what the next decision will have."""
 
     node_rating: FloatArray
-    """[nodes] product of cell ratings from the start to the end of the node, (4.22)."""
+    """[nodes] product of cell ratings from the start to the end of the node: (4.22), def. 20."""
     reachability: FloatArray
-    """[cells] best rating of any trajectory up to and including the cell (4.23); 0 if none."""
+    """[cells] best rating of any trajectory up to and including the cell; 0 if none.
+
+    (4.23), def. 21.
+    """
     passed: BoolArray
     """[cells] true where some trajectory passes: 0 there means blocked, elsewhere no trajectory."""
     trajectories: IntArray
@@ -145,6 +176,8 @@ class ReachAssessment:
     """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
     continuations: FloatArray
     """[nodes] share of continuations rated at or above the threshold."""
+
+    __repr__ = brief
 
 
 def rate_reach_set(

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -34,6 +35,9 @@ class PointHazards(NamedTuple):
     radius_m: FloatArray
     """[m] half the beam spacing there, plus what thinning and noise add."""
 
+    def __repr__(self) -> str:
+        return brief(self)
+
 
 class MovingHazards(NamedTuple):
     """Balls that move in a straight line and grow with time."""
@@ -46,6 +50,9 @@ class MovingHazards(NamedTuple):
     """[k] at the start."""
     growth_mps: FloatArray
     """[k] growth of the radius: spread and uncertainty."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 class PointBins(NamedTuple):
@@ -66,6 +73,9 @@ class PointBins(NamedTuple):
     width_m: float
     largest_m: float
     """Largest radius."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 def no_points() -> PointHazards:
@@ -91,6 +101,8 @@ class Hazards:
     """Distance from the vehicle to the nearest thing that is known, but out of reach and not among
     these; inf without any."""
     bins: PointBins = field(init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bins", bin_points(*self.points))

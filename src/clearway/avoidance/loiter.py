@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.avoidance.clearance import Found, circle_clearance
 from clearway.avoidance.hazards import PointBins
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray
@@ -37,6 +38,9 @@ class LoiterCircles(NamedTuple):
     """[3] vertical in the grid frame."""
     radius_m: float
     """Turning radius; 0 where nothing needs to circle."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 NO_LOITER = LoiterCircles(

@@ -16,6 +16,7 @@ from clearway.avoidance.costs import (
 )
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
+from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
@@ -50,6 +51,8 @@ class AvoidanceSettings:
     sensor_fusion: str = "conjunction"
     """How several sensors become one: (5.38), or weighted by precision and trust."""
     prices: Prices = field(default_factory=Prices)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         rating_named(self.rating)
@@ -118,6 +121,17 @@ class Planner:
             terminal_cost,
             tuple(rules),
             rating,
+        )
+
+    def __repr__(self) -> str:
+        return one_line(
+            "Planner",
+            (
+                f"{len(self.automaton.movements)} movements up to {self.speed_mps:g} m/s",
+                f"{len(self.prepared_sets)} reach sets to {self.grid.range_m:g} m",
+                f"margin {self.settings.safety_margin_m:g} m",
+                f"{len(self.rules)} rules",
+            ),
         )
 
     @property

@@ -19,10 +19,12 @@ from clearway.avoidance.fusion import (
     rate_reach_set,
     rating_named,
 )
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import State
+from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.state import IntArray, State
 from clearway.obstacles.cells import base_probability
 from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -58,6 +60,8 @@ class SceneScan:
     pattern_from: str
     """"stated", "file" (which names the sensor), "estimated" or "simulated"."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneIntruder:
@@ -69,6 +73,8 @@ class SceneIntruder:
     """False, True for the paper's (5.5), or the name of a timed rule."""
     up: FloatArray | None = None
     """[3] world up in the grid's frame; None as the state says."""
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +134,8 @@ class Scene:
     reach: ReachSettings = field(default_factory=ReachSettings)
     rating: RatingSettings = field(default_factory=RatingSettings)
 
+    __repr__ = brief
+
     @property
     def speed_mps(self) -> float:
         """Speed of the reach set's vehicle."""
@@ -151,7 +159,33 @@ class SceneAssessment:
     reach_set: ReachSet
     reach: ReachAssessment
     space: SpaceCells
-    """What each cell is: free, occupied, hidden or mixed (3.5)."""
+    """What each cell is: free, occupied, hidden or mixed (section 3.5)."""
+
+    def __repr__(self) -> str:
+        return one_line("SceneAssessment", (in_brief(self.scene.name), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what was found, and returns and trajectories above the threshold."""
+        free = self._free[:: max(1, len(self._free) // 40)]
+        samples = self.reach_set.samples_m
+        ways = [samples[self.reach_set.path(int(node))].reshape(-1, 3) for node in free]
+        marks = [Marks(way, "#a6cde3", size=0.8) for way in ways]
+        marks += [Marks(one.points_m, "#c0392b", joined=False) for one in self.detections]
+        return html_table(self.scene.name, self._facts, sketch_from_above(marks))
+
+    @property
+    def _free(self) -> IntArray:
+        """Nodes that end trajectories rated above the threshold."""
+        ends = self.reach_set.trajectories
+        return ends[self.reach.node_rating[ends] >= self.scene.rating.threshold]
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        cells, ends = self.cells.obstacle, self.reach_set.trajectories
+        return {
+            "obstacles": f"{np.count_nonzero(cells)} of {len(cells)} cells with obstacles",
+            "trajectories": f"{len(self._free):,} of {len(ends):,} trajectories free",
+        }
 
 
 def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:

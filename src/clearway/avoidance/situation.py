@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,
     LATEST_S,
@@ -86,6 +87,8 @@ class Situation:
             place, radius = self.remembered
             yield array_problem("remembered.position_m", place, (None, 3))
             yield array_problem("remembered.radius_m", radius, (len(place),), 0.0, LARGEST)
+
+    __repr__ = brief
 
 
 def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:

@@ -16,6 +16,7 @@ import numpy as np
 from clearway.avoidance.clearance import Found, Span, span_clearance, span_of
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IndexArray, IntArray
@@ -35,6 +36,9 @@ class Paths(NamedTuple):
     samples_m: FloatArray
     sagitta_m: FloatArray
     end_time_s: FloatArray
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 def paths_of(reach_set: ReachSet) -> Paths:

@@ -1,8 +1,9 @@
 """Frames: world, body, NED/ENU and geodetic; Cartesian and spherical ("planar") coordinates.
 
 Inside, frames are right-handed with z up: world is x forward or east, y left or north; body is
-x forward, y left. Roll, pitch and yaw are (3.34)-(3.37) as corrected: pitch is positive nose down,
-yaw positive left. A name says the target frame first: `world_from_body @ p_body = p_world`.
+x forward, y left. The world is the global frame of def. 16, the body the local one of
+def. 17. Roll, pitch and yaw are as in (3.37) corrected: pitch is positive nose down, yaw positive
+left. A name says the target frame first: `world_from_body @ p_body = p_world`.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
 
 @compiled
 def _rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """(3.37) for one attitude."""
+    """(3.37) for one attitude: the product of yaw (3.36), pitch (3.35) and roll (3.34)."""
     sin_roll, cos_roll = np.sin(roll), np.cos(roll)
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
     sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
@@ -55,7 +56,7 @@ def body_from_world(attitude_rad: npt.ArrayLike) -> FloatArray:
 
 
 def attitude_from_rotation(world_from_body: npt.ArrayLike) -> FloatArray:
-    """Roll, pitch, yaw [..., 3] of a rotation [..., 3, 3]; roll is 0 where pitch is +-90 deg."""
+    """Roll, pitch, yaw [..., 3] of a rotation [..., 3, 3]; roll is 0 at pitch +-90 deg (3.38)."""
     rotation = np.asarray(world_from_body, dtype=np.float64)
     pitch = np.arcsin(np.clip(-rotation[..., 2, 0], -1.0, 1.0))
     locked = np.hypot(rotation[..., 2, 1], rotation[..., 2, 2]) < 1e-12
@@ -75,14 +76,20 @@ def wrap_angle(angle_rad: npt.ArrayLike) -> FloatArray:
 
 
 def spherical_from_cartesian(points_m: npt.ArrayLike) -> FloatArray:
-    """Distance, azimuth (left positive), elevation (up positive) [..., 3], eqs. (3.43)-(3.46)."""
+    """Distance, azimuth (left positive), elevation (up positive) [..., 3].
+
+    (3.43), (3.44), (3.45) and (3.46).
+    """
     x, y, z = np.moveaxis(np.asarray(points_m, dtype=np.float64), -1, 0)
     horizontal = np.hypot(x, y)
     return np.stack([np.hypot(horizontal, z), np.arctan2(y, x), np.arctan2(z, horizontal)], axis=-1)
 
 
 def cartesian_from_spherical(spherical: npt.ArrayLike) -> FloatArray:
-    """Points [..., 3] in metres of distance, azimuth, elevation [..., 3], eqs. (3.39)-(3.42)."""
+    """Points [..., 3] in metres of distance, azimuth, elevation [..., 3].
+
+    (3.39), (3.40), (3.41) and (3.42).
+    """
     distance, azimuth, elevation = np.moveaxis(np.asarray(spherical, dtype=np.float64), -1, 0)
     horizontal = np.cos(elevation) * distance
     return np.stack(
@@ -94,7 +101,7 @@ def cartesian_from_spherical(spherical: npt.ArrayLike) -> FloatArray:
 def world_points_from_body(
     points_body_m: npt.ArrayLike, position_world_m: npt.ArrayLike, attitude_rad: npt.ArrayLike
 ) -> FloatArray:
-    """Points [n, 3] of the body frame in the world frame, eq. (3.47)."""
+    """Points [n, 3] of the body frame in the world frame: (3.47), def. 18."""
     points = np.asarray(points_body_m, dtype=np.float64)
     position = np.asarray(position_world_m, dtype=np.float64)
     rotated: FloatArray = points @ body_from_world(attitude_rad)
@@ -104,7 +111,7 @@ def world_points_from_body(
 def body_points_from_world(
     points_world_m: npt.ArrayLike, position_world_m: npt.ArrayLike, attitude_rad: npt.ArrayLike
 ) -> FloatArray:
-    """Points [n, 3] of the world frame in the body frame, eq. (3.48) corrected."""
+    """Points [n, 3] of the world frame in the body frame: (3.48) corrected, def. 19."""
     position = np.asarray(position_world_m, dtype=np.float64)
     offset: FloatArray = np.asarray(points_world_m, dtype=np.float64) - position
     rotated: FloatArray = offset @ world_from_body(attitude_rad)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import one_line
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
@@ -81,6 +82,20 @@ class AvoidanceGrid:
                 np.radians(np.linspace(bottom, top, rows + 1)),
             )
 
+    def __repr__(self) -> str:
+        near, far = self.range_edges_m[[0, -1]]
+        right, left = np.degrees(self.azimuth_edges_rad[[0, -1]])
+        bottom, top = np.degrees(self.elevation_edges_rad[[0, -1]])
+        return one_line(
+            "AvoidanceGrid",
+            (
+                f"{self.layers} x {self.columns} x {self.rows} cells",
+                f"{near:g} to {far:g} m",
+                f"azimuth {right:g} to {left:g} deg",
+                f"elevation {bottom:g} to {top:g} deg",
+            ),
+        )
+
     @property
     def layers(self) -> int:
         return len(self.range_edges_m) - 1
@@ -133,7 +148,10 @@ class AvoidanceGrid:
         )
 
     def patch_area_m2(self, radius_m: float) -> FloatArray:
-        """[columns, rows] area of each column's patch at a radius, eqs. (5.43), (5.44)."""
+        """[columns, rows] area of each column's patch at a radius: (5.43), (5.44).
+
+        The integral of the area element (3.54), whose E, F and G are those of (3.53).
+        """
         return (
             radius_m**2
             * np.diff(self.azimuth_edges_rad)[:, None]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
@@ -47,6 +48,8 @@ class State:
     position_std_m: float = 0.0
     attitude_std_rad: float = 0.0
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         problems = found(
             (
@@ -75,11 +78,13 @@ class State:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
-    """A flown or planned path: states at times, and the movements that make it."""
+    """A flown or planned path (3.12): states at times, and the movements that make it."""
 
     time_s: FloatArray
     """[n] ascending."""
     states: FloatArray
-    """[n, 6] world frame: x, y, z, roll, pitch, yaw."""
+    """[n, 6] world frame: x, y, z, roll, pitch, yaw (4.13)."""
     movements: tuple[str, ...] = ()
     """Names of the movements in the buffer, in order."""
+
+    __repr__ = brief

@@ -15,6 +15,7 @@ from clearway.base.provenance import began_as
 from clearway.base.version import __version__
 from clearway.cli.assess import assess
 from clearway.cli.campaign import campaign
+from clearway.cli.choices import Command, Group
 from clearway.cli.compare import compare
 from clearway.cli.encounters import encounters
 from clearway.cli.faults import faults
@@ -38,23 +39,23 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("fly")(run_guarded(fly))
-app.command("compare")(run_guarded(compare))
-app.command("campaign")(run_guarded(campaign))
-app.command("assess")(run_guarded(assess))
-app.command("encounters")(run_guarded(encounters))
-app.command("pursuit")(run_guarded(pursuit))
-reach_sets = typer.Typer(add_completion=False)
+app.command("fly", cls=Command)(run_guarded(fly))
+app.command("compare", cls=Command)(run_guarded(compare))
+app.command("campaign", cls=Command)(run_guarded(campaign))
+app.command("assess", cls=Command)(run_guarded(assess))
+app.command("encounters", cls=Command)(run_guarded(encounters))
+app.command("pursuit", cls=Command)(run_guarded(pursuit))
+reach_sets = typer.Typer(add_completion=False, cls=Group)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
-reach_sets.command("compare")(run_guarded(compare_reach_sets))
+reach_sets.command("compare", cls=Command)(run_guarded(compare_reach_sets))
 app.add_typer(reach_sets, name="reach-set")
-app.command("faults")(run_guarded(faults))
-app.command("map")(run_guarded(show_map))
-app.command("mavlink")(run_guarded(mavlink))
-app.command("replay")(run_guarded(replay))
-app.command("reproduce")(run_guarded(reproduce))
-app.command("risk")(run_guarded(risk))
-app.command("traffic")(run_guarded(traffic))
+app.command("faults", cls=Command)(run_guarded(faults))
+app.command("map", cls=Command)(run_guarded(show_map))
+app.command("mavlink", cls=Command)(run_guarded(mavlink))
+app.command("replay", cls=Command)(run_guarded(replay))
+app.command("reproduce", cls=Command)(run_guarded(reproduce))
+app.command("risk", cls=Command)(run_guarded(risk))
+app.command("traffic", cls=Command)(run_guarded(traffic))
 
 
 def _print_version(wanted: bool) -> None:

@@ -59,8 +59,8 @@ def assess(
     pattern: Annotated[
         str | None,
         typer.Option(
-            help="Sensor whose beams made the scan: vlp16, vls128, os1-128, os0-128; "
-            "auto estimates them from the points (default)."
+            help="Sensor whose beams made the scan: {patterns}; auto estimates them from the "
+            "points (default)."
         ),
     ] = None,
     range_m: Annotated[
@@ -77,16 +77,18 @@ def assess(
     ] = None,
     method: Annotated[
         str | None,
-        typer.Option(help="Reach set: flying, primitives, combined, harmonic, chaotic or full."),
+        typer.Option(help="Reach set: {methods}."),
     ] = None,
     speed: Annotated[
         float | None, typer.Option(help="Vehicle in m/s; default: one layer a second.")
     ] = None,
-    rating: Annotated[str | None, typer.Option(help="total, printed, visible or evidence.")] = None,
+    rating: Annotated[str | None, typer.Option(help="How safe a cell is: {ratings}.")] = None,
     unknown: Annotated[
         float | None, typer.Option(help="How far hidden space counts as blocked, 0 to 1.")
     ] = None,
-    detection: Annotated[str | None, typer.Option(help="ratio or surface.")] = None,
+    detection: Annotated[
+        str | None, typer.Option(help="How hits become P_OD: {detection}.")
+    ] = None,
     as_json: Annotated[
         bool,
         typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT),
@@ -230,10 +232,10 @@ def _write(
 def _figures(assessment: SceneAssessment) -> Mapping[str, Figure]:
     import numpy as np
 
-    from clearway.view.plot.assessment import draw_assessment
+    from clearway.view.plot.assessment import assessment_figures
 
     points = [np.zeros((0, 3)), *(d.points_m for d in assessment.detections)]
-    return draw_assessment(
+    return assessment_figures(
         assessment.cells,
         assessment.reach,
         assessment.reach_set,

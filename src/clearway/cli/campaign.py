@@ -23,7 +23,7 @@ RUN, OUTPUT = "Run", "Output"
 def campaign(
     file: Annotated[
         str | None,
-        typer.Argument(help="A campaign by name (standard, quick) or a campaign file (TOML)."),
+        typer.Argument(help="A campaign by name ({campaigns}) or a campaign file (TOML)."),
     ] = None,
     workers: Annotated[
         int | None,

@@ -24,10 +24,10 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     task = chosen(tasks_of(asked), key)[0]
     case = case_of(task)
     case.setup.refuse_impossible()
-    run = flown_with_bar(case.setup, task.planner)
+    run = flown_with_bar(case.setup, task.flown_by)
     row = row_of(task, run, Spent(0.0, 0.0))
     pictures = folder / "replays" / task.key.replace("/", "-")
-    written = write_flight(run, case.setup, case.file, pictures, True, task.planner)
+    written = write_flight(run, case.setup, case.file, pictures, True)
     before = _row_before(folder / RESULTS, task.key)
     other = _differences(before, row)
     if as_json:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ def compare(
         ),
     ],
     planners: Annotated[
-        str | None, typer.Option(help="Names with commas between; default: all.")
+        str | None, typer.Option(help="With commas between, of {planners}; default: all of ours.")
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Flights of each planner.")] = 1,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first flight.")] = 0,
@@ -44,9 +44,10 @@ def compare(
     """Fly several planners: exit status 0 if the first of them was safe in every flight."""
     from clearway.studies.comparison import standing
 
-    names = _names(planners)
+    beside = folder_of_file(mission)
+    names = _names(planners, beside)
     setup_of = _setups(mission)
-    flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds))
+    flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
     standings = [
         standing(name, [flight.run for flight in flown if flight.planner == name]) for name in names
     ]
@@ -62,13 +63,13 @@ def compare(
         leave(NOT_REACHED)
 
 
-def _names(planners: str | None) -> list[str]:
+def _names(planners: str | None, beside: Path | None) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
     from clearway.sim.baselines import PLANNERS, known_planner
 
     if planners is None:
         return list(PLANNERS)
-    return list(dict.fromkeys(known_planner(name.strip()) for name in planners.split(",")))
+    return list(dict.fromkeys(known_planner(name.strip(), beside) for name in planners.split(",")))
 
 
 def _setups(mission: str) -> SetupOf:
@@ -76,7 +77,7 @@ def _setups(mission: str) -> SetupOf:
     from functools import cache
 
     from clearway.missions.setup import prepare
-    from clearway.missions.world_file import find_mission
+    from clearway.missions.world_file import read_mission
     from clearway.sim.worlds import FAMILIES
 
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
@@ -84,14 +85,18 @@ def _setups(mission: str) -> SetupOf:
     @cache
     def setup(seed: int) -> FlightSetup:
         if mission in FAMILIES:
-            return prepare(find_mission(f"{mission}:{seed}"), say)
-        return prepare(find_mission(mission).changed("simulation", seed=seed), say)
+            return prepare(read_mission(f"{mission}:{seed}"), say)
+        return prepare(read_mission(mission).changed("simulation", seed=seed), say)
 
     return setup
 
 
 def _flown(
-    mission: str, setup_of: SetupOf, names: Sequence[str], seeds: Sequence[int]
+    mission: str,
+    setup_of: SetupOf,
+    names: Sequence[str],
+    seeds: Sequence[int],
+    beside: Path | None,
 ) -> list[ComparedFlight]:
     """All flights, with a progress bar."""
     from clearway.studies.comparison import fly_all
@@ -101,7 +106,7 @@ def _flown(
     with progress_bar(
         mission, len(names) * len(seeds), beside=("count", "status"), status=names[0]
     ) as bar:
-        for flight in fly_all(setup_of, names, seeds):
+        for flight in fly_all(setup_of, names, seeds, beside):
             flown.append(flight)
             bar.show(len(flown), status=names[len(flown) % len(names)])
     return flown
@@ -115,7 +120,6 @@ def _result(
 
     from clearway.base.provenance import provenance
     from clearway.io.json_values import rounded
-    from clearway.missions.run_files import summary
 
     rows: list[dict[str, Any]] = []
     for row in standings:
@@ -124,7 +128,7 @@ def _result(
             for key, value in asdict(row).items()
         }
         runs = [flight.run for flight in flown if flight.planner == row.planner]
-        rows.append({**values, "runs": [summary(run, row.planner) for run in runs]})
+        rows.append({**values, "runs": [run.summary() for run in runs]})
     seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
     made = provenance([mission])
     return {"mission": mission, "seeds": seeds, "planners": rows, "provenance": made}

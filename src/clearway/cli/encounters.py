@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 FAILURES_SHOWN = 12
+CSV_COLUMNS = ("kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner")
 
 
 def encounters(
@@ -72,6 +73,10 @@ def encounters(
             "--every-kind", help="Fly all kinds that the project is held to.", rich_help_panel=KIND
         ),
     ] = False,
+    planner: Annotated[
+        list[str] | None,
+        typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
+    ] = None,
     count: Annotated[int, typer.Option(min=1, help="Encounters.", rich_help_panel=RUN)] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Of the first one.", rich_help_panel=RUN)] = 0,
     only: Annotated[
@@ -93,7 +98,7 @@ def encounters(
     the share that must keep its distance.
 
     Exit status 0 where enough is shown, 1 where it is shown not to be enough, 3 where neither is:
-    99.9 % takes some 3,900 encounters without a failure.
+    99.9 % takes some 3,900 encounters without a failure. Of several planners the first counts.
     """
     from clearway.studies.encounters.encounter import EncounterSettings
 
@@ -107,18 +112,27 @@ def encounters(
         miss_m=miss,
         scale=scale,
     )
+    planners = _planners(planner)
     if only is not None:
-        _fly_one(only, settings, as_json)
+        _fly_one(only, settings, planners, as_json)
         return
     kinds = _every_kind() if every_kind else [settings]
-    tallies = [flown(kind, range(seed, seed + count), workers) for kind in kinds]
+    seeds = range(seed, seed + count)
+    tallies = [flown(kind, seeds, workers, name) for kind in kinds for name in planners]
     if out is not None:
         _write(tallies, out)
     if as_json:
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
         _print_table(tallies)
-    leave_by(tally.verdict for tally in tallies)
+    leave_by(tally.verdict for tally in tallies if tally.planner == planners[0])
+
+
+def _planners(names: list[str] | None) -> list[str]:
+    """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
+    from clearway.sim.baselines import CLEARWAY, known_planner
+
+    return list(dict.fromkeys(known_planner(name) for name in names or [CLEARWAY]))
 
 
 def _every_kind() -> list[EncounterSettings]:
@@ -127,12 +141,14 @@ def _every_kind() -> list[EncounterSettings]:
     return list(STANDARD_KINDS)
 
 
-def flown(settings: EncounterSettings, seeds: Sequence[int], workers: int) -> EncounterTally:
+def flown(
+    settings: EncounterSettings, seeds: Sequence[int], workers: int, planner: str
+) -> EncounterTally:
     """Fly encounters with a progress bar on standard error."""
     from clearway.studies.encounters.flights import fly_encounters
 
-    with progress_bar(settings.in_words, len(seeds)) as bar:
-        return fly_encounters(settings, seeds, workers, bar.advance)
+    with progress_bar(f"{planner}: {settings.in_words}", len(seeds)) as bar:
+        return fly_encounters(settings, seeds, workers, bar.advance, planner)
 
 
 def _summary(tally: EncounterTally) -> dict[str, Any]:
@@ -140,6 +156,7 @@ def _summary(tally: EncounterTally) -> dict[str, Any]:
     settings = tally.settings
     return {
         "kind": settings.in_words,
+        "planner": tally.planner,
         "detected_at_m": settings.detected_at_m,
         "deviates": settings.deviates,
         "spread_deg": [math.degrees(spread) for spread in settings.spread_rad]
@@ -169,12 +186,14 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
 
     console = table_console()
     table = Table()
-    for column in ("kind", "flown", "avoidable", "kept", "share", "Wilson 95 %", "nearest", "need"):
-        table.add_column(column, justify="left" if column == "kind" else "right")
+    several = len({tally.planner for tally in tallies}) > 1
+    texts = ("kind", "planner") if several else ("kind",)
+    for column in (*texts, "flown", "avoidable", "kept", "share", "Wilson 95 %", "nearest", "need"):
+        table.add_column(column, justify="left" if column in texts else "right")
     for tally in tallies:
         low, high = tally.interval
         table.add_row(
-            tally.settings.in_words,
+            *(tally.settings.in_words, tally.planner)[: len(texts)],
             str(len(tally.outcomes)),
             str(tally.avoidable),
             str(tally.kept),
@@ -186,10 +205,16 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
     console.print(table)
     for tally in tallies:
         for outcome in tally.failures[:FAILURES_SHOWN]:
-            print(f"{tally.settings.in_words}: {_in_words(outcome)}; see it with {_replay(tally)}")
+            print(f"{_kind(tally)}: {_in_words(outcome)}; see it with {_replay(tally)}")
         more = len(tally.failures) - FAILURES_SHOWN
         if more > 0:
-            print(f"{tally.settings.in_words}: {more} more")
+            print(f"{_kind(tally)}: {more} more")
+
+
+def _kind(tally: EncounterTally) -> str:
+    """The kind of encounter, and the planner where it is not clearway."""
+    by = "" if tally.planner == "clearway" else f", {tally.planner}"
+    return f"{tally.settings.in_words}{by}"
 
 
 def _in_words(outcome: EncounterOutcome) -> str:
@@ -210,22 +235,30 @@ def _replay(tally: EncounterTally) -> str:
         options.append(f"--miss {settings.miss_m:g}")
     if settings.scale != 1.0:
         options.append(f"--scale {settings.scale:g}")
+    if tally.planner != "clearway":
+        options.append(f"--planner {tally.planner}")
     return f"{' '.join(options)} --only SEED"
 
 
-def _fly_one(seed: int, settings: EncounterSettings, as_json: bool) -> None:
+def _fly_one(
+    seed: int, settings: EncounterSettings, planners: Sequence[str], as_json: bool
+) -> None:
     """Fly one encounter and say what was decided when."""
+    from clearway.base.errors import InputError
     from clearway.studies.encounters.encounter import random_encounter
     from clearway.studies.encounters.flights import fly_encounter, outcome_of
 
+    if len(planners) > 1:
+        raise InputError("--only", "tells of one flight: give one --planner")
     encounter = random_encounter(seed, settings)
-    run = fly_encounter(encounter, settings)
+    run = fly_encounter(encounter, settings, planners[0])
     outcome = outcome_of(encounter, settings, run)
     if as_json:
         print_json(
             {
                 "seed": seed,
                 "kind": settings.in_words,
+                "planner": planners[0],
                 "position_m": encounter.position_m.tolist(),
                 "velocity_mps": encounter.velocity_mps.tolist(),
                 "collision_s": encounter.collision_s,
@@ -258,7 +291,7 @@ def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
 
     with naming(path, "written"), path.open("w", newline="") as file:
         rows = csv.writer(file)
-        rows.writerow(("kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies"))
+        rows.writerow(CSV_COLUMNS)
         for tally in tallies:
             for each in tally.outcomes:
                 rows.writerow(
@@ -269,6 +302,7 @@ def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
                         int(each.kept),
                         int(each.avoidable),
                         each.emergencies,
+                        tally.planner,
                     )
                 )
     say(f"wrote {path}")

@@ -10,7 +10,7 @@ import typer
 
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.live.mission import Progress as MissionProgress
@@ -25,8 +25,8 @@ def fly(
     mission: Annotated[
         str,
         typer.Argument(
-            help="A mission by name (static-obstacles), a mission file (TOML), or a made-up world "
-            "and its seed (forest:3)."
+            help="A mission by name ({missions}), a mission file (TOML), or a made-up world and "
+            "its seed (forest:3)."
         ),
     ],
     out: Annotated[
@@ -38,14 +38,18 @@ def fly(
         typer.Option(help="Intruders appear relative to: nominal flight, ownship, or world."),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of noise and drop-outs.")] = None,
-    rating: Annotated[str | None, typer.Option(help="total, printed, visible or evidence.")] = None,
+    rating: Annotated[
+        str | None, typer.Option(help="How safe a cell is: {ratings}; default: the mission's.")
+    ] = None,
+    rule: Annotated[
+        list[str] | None,
+        typer.Option(help="A rule of your own, module:name; may be repeated."),
+    ] = None,
     verify: Annotated[
         str | None,
         typer.Option(help="evidence holds candidates against it; none flies on cell ratings."),
     ] = None,
-    planner: Annotated[
-        str, typer.Option(help="clearway, or a planner to compare it with: straight, vfh, ...")
-    ] = "clearway",
+    planner: Annotated[str, typer.Option(help="Who decides: {planners}.")] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
     mcap: Annotated[
         bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
@@ -59,44 +63,46 @@ def fly(
 ) -> None:
     """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
     from clearway.io.staging import folder_of
-    from clearway.missions.run_files import summary
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
-    from clearway.sim.baselines import known_planner
+    from clearway.sim.baselines import PLANNERS
 
-    known_planner(planner)
+    beside = folder_of_file(mission)
+    flown_by = PLANNERS.located(planner, beside)
     if parquet:
         check_tables()
-    file = _changed(_read(mission), seed, rating, verify, spawn)
+    file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
     for note in setup.notes:
         say(note)
     setup.refuse_impossible()
-    run = flown_with_bar(setup, planner)
+    run = flown_with_bar(setup, flown_by)
     folder = out or folder_of(file.mission.name)
-    written = write_flight(run, setup, file, folder, plots, planner, mcap=mcap, parquet=parquet)
+    written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
     if as_json:
-        print_json(summary(run, planner) | {"notes": list(setup.notes)})
+        print_json(run.summary() | {"notes": list(setup.notes)})
     else:
-        print(_in_words(run, planner))
+        print(_in_words(run))
     say(f"wrote {', '.join(written)} to {folder}")
     if not run.safe:
         leave(NOT_REACHED)
 
 
 def _read(mission: str) -> MissionFile:
-    from clearway.missions.world_file import find_mission
+    from clearway.missions.world_file import read_mission
 
-    return find_mission(mission, say)
+    return read_mission(mission, say)
 
 
 def _changed(
     file: MissionFile,
     seed: int | None,
     rating: str | None,
+    rules: list[str],
     verify: str | None,
     spawn: str | None,
+    beside: Path | None,
 ) -> MissionFile:
     """The mission with what the command line overrides, checked like a file."""
     from clearway.io.toml import parse_model
@@ -107,11 +113,12 @@ def _changed(
         tables["simulation"]["seed"] = seed
     if rating is not None:
         tables["rating"]["name"] = rating
+    tables["rules"]["own"] = [*tables["rules"].get("own", ()), *rules]
     if verify is not None:
         tables["verify"]["method"] = verify
     if spawn is not None:
         tables["traffic"]["spawn"] = spawn
-    return parse_model("command line", tables, MissionFile)
+    return parse_model("command line", tables, MissionFile, beside)
 
 
 def flown_with_bar(setup: FlightSetup, planner: str) -> Run[Steering]:
@@ -148,7 +155,6 @@ def write_flight(
     file: MissionFile,
     folder: Path,
     plots: bool,
-    planner: str,
     *,
     mcap: bool = True,
     parquet: bool = False,
@@ -156,7 +162,7 @@ def write_flight(
     """Everything that the flight leaves behind; all of it or nothing."""
     from clearway.io.staging import staged
     from clearway.io.toml import write_toml
-    from clearway.missions.run_files import summary, write_decisions, write_intruders, write_track
+    from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.missions.run_tables import write_tables
 
     with staged(folder) as scratch:
@@ -165,11 +171,11 @@ def write_flight(
         if run.intruder_tracks:
             write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
-        (scratch / "summary.json").write_text(json.dumps(summary(run, planner), indent=2) + "\n")
+        (scratch / "summary.json").write_text(json.dumps(run.summary(), indent=2) + "\n")
         if parquet:
-            write_tables(run, scratch, planner)
+            write_tables(run, scratch)
         if mcap:
-            record_run(run, setup, file, scratch, planner)
+            record_run(run, setup, file, scratch)
         if plots:
             _draw(run, setup, file, scratch)
         return sorted(path.name for path in scratch.iterdir())
@@ -177,28 +183,26 @@ def write_flight(
 
 def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:
     from clearway.sim import decided_by_clearway
-    from clearway.studies.figures.flight_set import draw_flight, draw_track
+    from clearway.studies.figures.flight_set import flight_figures, track_figures
     from clearway.view.plot.flight import Margins
 
     body = file.vehicle.body_radius_m
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
     margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
     if decided_by_clearway(run):
-        figures = draw_flight(run, margins, setup.world, setup.kept_out)
+        figures = flight_figures(run, margins, setup.world, setup.kept_out)
     else:
-        figures = draw_track(run, setup.world, margins)
+        figures = track_figures(run, setup.world, margins)
     for name, figure in figures:
         figure.savefig(folder / f"{name}.png", dpi=110)
 
 
-def _in_words(run: Run[Steering], planner: str) -> str:
+def _in_words(run: Run[Steering]) -> str:
     metrics = run.metrics
     goals = len(run.mission.waypoints_m)
-    from clearway.missions.run_files import decision_times_ms
-
-    times = decision_times_ms(run)
+    times = run.decision_ms
     lines = [
-        f"mission            {run.mission.name}, planner {planner}",
+        f"mission            {run.mission.name}, planner {run.planner}",
         f"reached            {'yes' if run.reached else 'NO'}, "
         f"{run.progress.waypoints_reached(run.mission)} of {goals} waypoints",
         f"time               {metrics.time_s:.2f} s",

@@ -83,9 +83,9 @@ def mavlink(
 
     dialect()
     from clearway.mavlink.setup import SessionOptions, set_up
-    from clearway.missions.mission_file import read_mission
+    from clearway.missions.mission_file import read_mission_file
 
-    file = read_mission(mission, say)
+    file = read_mission_file(mission, say)
     options = SessionOptions(
         connect=connect,
         rate_hz=rate,

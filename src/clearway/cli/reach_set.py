@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 
 def reach_set(
     context: typer.Context,
-    method: Annotated[
-        str,
-        typer.Option(
-            help="full, chaotic, harmonic, combined, primitives, dispersion, cover, late, flying."
-        ),
-    ] = "flying",
+    method: Annotated[str, typer.Option(help="What is kept: {methods}.")] = "flying",
     layers: given.Layers = 10,
     range_m: given.RangeM = None,
     columns: given.Columns = 7,
@@ -42,11 +37,9 @@ def reach_set(
         float, typer.Option(help="Pitch at the start, nose down.", rich_help_panel=given.VEHICLE)
     ] = 0.0,
     spread: Annotated[
-        int | None, typer.Option(help="Nodes per cell of chaotic and combined.")
+        int | None, typer.Option(help="Nodes per cell, of methods that have it.")
     ] = None,
-    harmonic: Annotated[
-        int | None, typer.Option(help="Nodes per cell of harmonic and combined.")
-    ] = None,
+    harmonic: Annotated[int | None, typer.Option(help="Harmonic nodes per cell, likewise.")] = None,
     side_exits: Annotated[
         bool, typer.Option(help="Keep trajectories that leave through the side.")
     ] = True,

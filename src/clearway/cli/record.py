@@ -19,7 +19,6 @@ def record_run(
     setup: FlightSetup,
     file: MissionFile,
     folder: Path,
-    planner: str = "clearway",
 ) -> None:
     """Write `run.mcap`; without the extra that it takes, a line says so."""
     from clearway.base.errors import MissingExtraError
@@ -28,6 +27,6 @@ def record_run(
     from clearway.view.replay.writing import write_mcap
 
     try:
-        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE, planner)
+        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE)
     except MissingExtraError as error:
         say(str(error))

@@ -59,6 +59,12 @@ def number_pair(option: str, text: str, example: str) -> tuple[float, float]:
     return first, second
 
 
+def folder_of_file(name_or_path: str) -> Path | None:
+    """Where modules of the user may lie beside the current folder: with a file that was given."""
+    path = Path(name_or_path)
+    return path.parent if path.is_file() else None
+
+
 def leave(status: int) -> NoReturn:
     """End the command with an exit status."""
     raise SystemExit(status)

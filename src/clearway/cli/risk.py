@@ -30,7 +30,7 @@ def risk(
     ] = None,
     planner: Annotated[
         list[str] | None,
-        typer.Option("--planner", "-p", help="Planner; may be repeated.", rich_help_panel=RUN),
+        typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
     ] = None,
     count: Annotated[int, typer.Option(min=1, help="Encounters.", rich_help_panel=RUN)] = 500,
     first: Annotated[

@@ -6,12 +6,13 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
 
 
@@ -20,23 +21,34 @@ class Section(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
+    def __repr__(self) -> str:
+        given = (n for n in type(self).model_fields if n in self.model_fields_set)
+        return one_line(type(self).__name__, (f"{n}={in_brief(getattr(self, n))}" for n in given))
+
+    __str__ = __repr__
+
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_model(path: str | Path, model: type[Model]) -> Model:
-    """The TOML file as `model`.
+    """The TOML file as `model`; modules that it names are looked for beside it.
 
     Raises InputError with one line for each problem in the file: the key's path, what is wrong,
     what was given and what is valid.
     """
-    return parse_model(str(path), read_toml(path), model)
+    return parse_model(str(path), read_toml(path), model, Path(path).parent)
 
 
-def parse_model(source: str, data: Mapping[str, Any], model: type[Model]) -> Model:
-    """Plain tables as `model`; `source` names them in the InputError."""
+def parse_model(
+    source: str, data: Mapping[str, Any], model: type[Model], folder: Path | None = None
+) -> Model:
+    """Plain tables as `model`; `source` names them in the InputError.
+
+    folder: where modules that they name are looked for before the current one.
+    """
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         problems = _problems(error, data, model)
     raise InputError(source, problems)
@@ -63,6 +75,8 @@ def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> l
     by_place: dict[str, list[str]] = {}
     given: dict[str, str] = {}
     for item in error.errors(include_url=False):
+        if _follows_from_others(item):
+            continue
         parts = _path_in_file(item, data)
         place = _place(parts)
         message = _message(item, model)
@@ -76,6 +90,13 @@ def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> l
         + given.get(place, "")
         for place, messages in by_place.items()
     ]
+
+
+def _follows_from_others(item: Any) -> bool:
+    """Whether a list only lacks entries because they are wrong themselves, which is said there."""
+    given = item["input"]
+    short = item["type"] == "too_short" and isinstance(given, Sized)
+    return short and item["ctx"]["actual_length"] < len(given)
 
 
 def _path_in_file(item: Any, data: Any) -> list[int | str]:
@@ -110,6 +131,7 @@ def _message(item: Any, model: type[BaseModel]) -> str:
         return "missing, but needed"
     message = str(item["msg"]).removeprefix("Value error, ")
     message = message.replace("Input should", "should").replace("String should", "should")
+    message = message.replace(" after validation", "")
     if kind == "literal_error" and isinstance(item["input"], str):
         choices = re.findall(r"'([^']*)'", str(item["ctx"]["expected"]))
         message += _nearest(item["input"], choices)

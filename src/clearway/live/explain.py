@@ -6,6 +6,7 @@ from clearway.avoidance.choice import Basis, Choice
 from clearway.avoidance.decide import Decision
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.rules import RuleNote
+from clearway.base.brief import runs
 from clearway.live.mission import Mode
 from clearway.obstacles.obstacle_map import ObstacleMap
 
@@ -14,7 +15,7 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
     """One line per decision for the log and for people."""
     choice = decision.choice
     parts = [
-        f"{mode}: {_buffer_in_words(decision.movements)}, {choice.side} of the way to the goal",
+        f"{mode}: {runs(decision.movements)}, {choice.side} of the way to the goal",
         f"P_R {choice.rating:.3f}, P_D {choice.feasibility:.3f}, {_clearance(decision)}",
         str(choice.basis),
     ]
@@ -29,17 +30,6 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
         parts.append(ruled_out)
     parts += [_rule_in_words(note) for note in choice.rules]
     return "; ".join(parts)
-
-
-def _buffer_in_words(movements: tuple[str, ...]) -> str:
-    """Movements with repeats counted: 2 x Left, 8 x Straight."""
-    runs: list[tuple[str, int]] = []
-    for name in movements:
-        if runs and runs[-1][0] == name:
-            runs[-1] = (name, runs[-1][1] + 1)
-        else:
-            runs.append((name, 1))
-    return ", ".join(name if count == 1 else f"{count} x {name}" for name, count in runs)
 
 
 def _clearance(decision: Decision) -> str:

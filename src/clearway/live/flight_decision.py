@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from clearway.avoidance.choice import Basis
 from clearway.avoidance.decide import Decision
+from clearway.base.brief import one_line, runs
+from clearway.base.notebook import html_table
 from clearway.base.state import State
 from clearway.live.mission import Mode
 
@@ -24,6 +26,18 @@ class FlightDecision:
     """Age of the oldest scan used; NaN without any."""
     counts: dict[str, int]
     """Data left out since the last decision, by reason."""
+
+    def __repr__(self) -> str:
+        return one_line(
+            "FlightDecision",
+            (f"{self.time_s:g} s", f"{self.mode}", f"goal {self.goal}", runs(self.movements)),
+        )
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the decision, with its explanation."""
+        return html_table(f"{self.time_s:g} s", {"why": self.explanation}) + (
+            self.decision._repr_html_()
+        )
 
     @property
     def state(self) -> State:

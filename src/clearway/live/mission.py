@@ -9,9 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.checks import above_zero_problem, array_problem, found
 from clearway.base.errors import InputError
 from clearway.base.frames import LEVEL, FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 
 Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
@@ -74,6 +76,25 @@ class Mission:
             )
         return problems
 
+    def __repr__(self) -> str:
+        facts = (f"{name}: {value}" for name, value in self._facts.items())
+        return one_line("Mission", (in_brief(self.name), *facts))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what it is, and the way from above."""
+        corners = np.concatenate([self.start.position_m[None], self.goals_m])
+        marks = [Marks(corners, "#9a9a9a"), Marks(self.goals_m, "#2e9e4f", joined=False, size=3.0)]
+        return html_table(f"Mission {self.name}", self._facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        facts = {
+            "waypoints": f"{len(self.waypoints_m)}",
+            "straight": f"{self.straight_length_m:.4g} m",
+            "reached within": f"{self.reach_radius_m:g} m",
+        }
+        return facts | ({"landing points": f"{len(self.landing_m)}"} if len(self.landing_m) else {})
+
     @cached_property
     def goals_m(self) -> FloatArray:
         """[n, 3] waypoints and then landing points."""
@@ -101,6 +122,8 @@ class Progress:
     """Intermediate goals before the goal."""
     detours: int = 0
     """Detours begun so far."""
+
+    __repr__ = brief
 
     def done(self, mission: Mission) -> bool:
         """Whether waypoints and landing points are all reached."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
@@ -28,6 +29,8 @@ class Moment:
     state: State
     scan: Scan
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlayedScan:
@@ -41,6 +44,8 @@ class PlayedScan:
     nearest_m: float
     """Distance of the nearest return from the sensor; inf without any."""
     decision: FlightDecision
+
+    __repr__ = brief
 
 
 def mission_along(states: Sequence[State], range_m: float, reach_radius_m: float) -> Mission:

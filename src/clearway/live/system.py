@@ -16,6 +16,7 @@ import numpy as np
 from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -103,6 +104,14 @@ class AvoidanceSystem:
         self._unchecked = False  # Whether the plan has not been held against the news.
         self._kept_m = np.inf  # The margin that it was last held against, at its widest.
         self._told: Counter[str] = Counter()
+
+    def __repr__(self) -> str:
+        sensors = ", ".join(self._sensing.sensors) or "no sensor"
+        left_out = f"{self.counts.total()} data left out"
+        return one_line(
+            "AvoidanceSystem",
+            (in_brief(self.mission.name), f"goal {self.progress.goal}", sensors, left_out),
+        )
 
     # --- readings -------------------------------------------------------------------------
 

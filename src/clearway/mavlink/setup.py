@@ -58,7 +58,7 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         for note in setup.notes:
             notice(note)
         sensor = sensor_of(file, setup, math.radians(options.fan_deg))
-        system = replace(setup, lidars=() if sensor is None else (sensor,)).system()
+        system = replace(setup, sensors=() if sensor is None else (sensor,)).system()
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
         _warm_up_more(setup)

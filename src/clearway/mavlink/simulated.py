@@ -34,7 +34,7 @@ from clearway.mavlink.signing import SignatureCheck, read_key
 from clearway.mavlink.simulated_telemetry import adsb, attitude, distances, position, slow
 from clearway.mavlink.simulated_vehicle import VehicleTruth
 from clearway.mavlink.wire import frames_in
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -245,7 +245,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         key = None if options.signing_key is None else read_key(options.signing_key)
-        file = read_mission(options.mission)
+        file = read_mission_file(options.mission)
         setup = prepare(file)
         link = open_link(options.connect, Counter())
     except ClearwayError as error:

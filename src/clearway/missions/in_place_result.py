@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
-from clearway.missions.run_files import decision_times_ms
 
 if TYPE_CHECKING:
     from clearway.missions.in_place import InPlaceFlight, Way
@@ -81,7 +80,7 @@ def _run(run: Run) -> dict[str, Any]:
         "margin_violations": run.metrics.margin_violations,
         "emergencies": run.emergencies,
         "decisions": len(run.decisions),
-        "decision_ms": decision_times_ms(run),
+        "decision_ms": run.decision_ms,
         "data_left_out": dict(sorted(run.counts.items())),
     }
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.base.grid import AvoidanceGrid
+from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import NotNegative, Numbers, Point, Positive
 from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, named_pattern
-from clearway.sim.lying_lidar import LyingLidar
+from clearway.sim.lying_lidar import LIES, LyingLidar
 
 
 class LidarSection(Section):
@@ -45,7 +46,7 @@ class LidarSection(Section):
     """Among several sensors: share of its hits that lie in the cell that they are told for."""
     trust: float = Field(default=1.0, gt=0.0, le=1.0)
     """Among several sensors: how far its word counts; contradiction by others lowers it."""
-    lie: Literal["none", "blind", "ghost-wall"] = "none"
+    lie: Annotated[str, OneOf(LIES, besides=("none",))] = "none"
     """What it tells in place of the truth: nothing at all, or a wall at half its range that travels
     along."""
     lies_from_s: NotNegative = 0.0

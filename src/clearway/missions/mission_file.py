@@ -11,7 +11,9 @@ from pydantic import Field, model_validator
 
 from clearway.avoidance.costs import Prices
 from clearway.avoidance.planner import AvoidanceSettings
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
@@ -32,6 +34,7 @@ from clearway.missions.place_sections import MapSection, PointCloudSection, Worl
 from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.sections import GridSection
+from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 
 OWN_ADDRESS = "ownship"
@@ -60,6 +63,7 @@ class MissionFile(Section):
     traffic: TrafficSection = TrafficSection()
     intruder: Annotated[tuple[FlyingIntruderSection, ...], Field(strict=False)] = ()
     lidar: Annotated[tuple[LidarSection, ...], Field(strict=False)] = (LidarSection(),)
+    sensor: Annotated[tuple[SensorSection, ...], Field(strict=False)] = ()
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
     keep_out: Annotated[tuple[KeepOutSection, ...], Field(strict=False)] = ()
 
@@ -110,6 +114,22 @@ class MissionFile(Section):
             self.mission.pass_within_m,
         )
 
+    def __repr__(self) -> str:
+        tables = sorted(self.model_fields_set - {"mission"})
+        facts = (in_brief(self.mission.name), f"{len(self.mission.waypoints_m)} waypoints", *tables)
+        return one_line("MissionFile", facts)
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the tables that differ from the defaults, and the way from above."""
+        tables = self.model_dump(exclude_unset=True, exclude_none=True)
+        facts = {name: _in_short(table) for name, table in tables.items() if table}
+        way = np.array([self.vehicle.position_m, *self.mission.waypoints_m])
+        goals = Marks(way[1:], "#2e9e4f", joined=False, size=3.0)
+        sketch = sketch_from_above([Marks(way, "#9a9a9a"), goals])
+        return html_table(f"Mission {self.mission.name}", facts, sketch)
+
     @property
     def follows_dynamic_objects(self) -> bool:
         """Whether what LiDAR alone sees move counts as traffic, said or by default."""
@@ -141,12 +161,44 @@ class MissionFile(Section):
         return tables
 
     def changed(self, section: str, **values: object) -> MissionFile:
-        """The same mission with some values of one section replaced."""
-        part = getattr(self, section).model_copy(update=values)
-        return self.model_copy(update={section: part})
+        """The same mission with some values of one table replaced, checked as a file would be.
+
+        section: name of the table, `simulation` for instance; of a table that there may be several
+        of (`lidar`, `intruder`, `obstacle`, `keep_out`), all are changed. Values are those of a
+        mission file, numbers and arrays of NumPy too. Raises InputError naming every unknown
+        table or key and every wrong value, with what is valid.
+        """
+        given = {key: _plain(value) for key, value in values.items()}
+        tables: dict[str, object] = {name: getattr(self, name) for name in self.model_fields_set}
+        part = getattr(self, section, None) if section in type(self).model_fields else None
+        source = f"mission {self.mission.name!r}"
+        if isinstance(part, tuple):
+            if not part:
+                raise InputError(source, f"{section}: there is none to change")
+            tables[section] = tuple(_with(one, given) for one in part)
+        else:
+            tables[section] = _with(part, given)
+        return parse_model(source, tables, type(self))
 
 
-def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile:
+def _in_short(table: object) -> str:
+    """A table of keys in one line; of several tables their number."""
+    if not isinstance(table, dict):
+        return in_brief(table)
+    return ", ".join(f"{key} = {in_brief(value)}" for key, value in table.items())
+
+
+def _with(section: Section | None, values: dict[str, object]) -> dict[str, object]:
+    """The keys of a table that were given, and others over them."""
+    return (section.model_dump(exclude_unset=True) if section is not None else {}) | values
+
+
+def _plain(value: object) -> object:
+    """Numbers and arrays of NumPy as Python's own, which alone a file can hold."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def read_mission_file(name_or_path: str, notice: Notice | None = None) -> MissionFile:
     """A mission of clearway by name, a mission file, or a flight plan of a ground station.
 
     notice: called with what was assumed or left out. Raises InputError with every problem of a
@@ -161,10 +213,11 @@ def read_mission(name_or_path: str, notice: Notice | None = None) -> MissionFile
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
     if plan_reader(path) is not None:
-        return parse_model(str(path), planned_tables(path, None, notice), MissionFile)
+        return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
     if path.suffix != ".toml":
         refuse_others(path, "fly")
-    mission = parse_model(str(path), with_plan(path, read_toml(path), notice), MissionFile)
+    tables = with_plan(path, read_toml(path), notice)
+    mission = parse_model(str(path), tables, MissionFile, path.parent)
     return _with_files_beside(path, mission)
 
 

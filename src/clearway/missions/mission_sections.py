@@ -6,8 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from clearway.avoidance.fusion import RATINGS
+from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import NotNegative, Point, Positive, Share
+from clearway.reach import METHODS
+from clearway.sensors import COMBINE_RULES
+from clearway.sensors.detection import RULES
 from clearway.vehicle.automaton import MovementAutomaton
 
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
@@ -63,10 +68,8 @@ class VehicleSection(Section):
 class ReachSetSection(Section):
     """`[reach_set]`: the trajectories to choose from."""
 
-    method: Literal[
-        "flying", "primitives", "cover", "late", "dispersion", "combined", "harmonic", "chaotic"
-    ] = "flying"
-    """How trajectories are selected; flying contains turns of any length, then straight."""
+    method: Annotated[str, OneOf(METHODS, without=("full",))] = "flying"
+    """How trajectories are selected."""
 
 
 class SafetySection(Section):
@@ -91,20 +94,18 @@ class SafetySection(Section):
 class RatingSection(Section):
     """`[rating]`: how evidence becomes a rating, and what a trajectory must have of it."""
 
-    name: Literal["total", "printed", "visible", "evidence"] = "total"
-    """total weighs what is seen, what the map says and what is hidden; printed is (4.22), visible
-    that of 2.2.2, evidence 1 - P_O."""
+    name: Annotated[str, OneOf(RATINGS)] = "total"
+    """How safe a cell is, by its evidence."""
     unknown: Share = 0.0
     """How far hidden space counts as blocked, u."""
     unknown_unseen: Share = 1.0
     """The same for columns that no beam looks into."""
     threshold: Share = 0.3
     """P_R that a trajectory must have."""
-    detection: Literal["ratio", "surface"] = "ratio"
-    """Hits by beams of the column (5.41), or by those that a reference surface returns."""
-    sensors: Literal["conjunction", "weighted"] = "conjunction"
-    """How several sensors become one: (5.38), or weighted by precision and trust; see
-    [sensors.md](sensors.md)."""
+    detection: Annotated[str, OneOf(RULES)] = "ratio"
+    """How hits become P_OD."""
+    sensors: Annotated[str, OneOf(COMBINE_RULES)] = "conjunction"
+    """How several sensors become one; see [sensors.md](sensors.md)."""
 
 
 class VerifySection(Section):

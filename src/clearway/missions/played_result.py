@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 
+from clearway.base.brief import runs
 from clearway.io.json_values import finite
 from clearway.live.playback import PlayedScan
 from clearway.missions.played_scene import Playback
@@ -81,6 +81,5 @@ def _number(value: float | None, width: int = 11) -> str:
 
 def _runs(movements: list[str]) -> str:
     """The first movements, repeats counted."""
-    runs = [(name, len(list(group))) for name, group in groupby(movements)]
-    told = ", ".join(name if n == 1 else f"{n} x {name}" for name, n in runs[:3])
-    return told + (" ..." if len(runs) > 3 else "")
+    told = runs(movements).split(", ")
+    return ", ".join(told[:3]) + (" ..." if len(told) > 3 else "")

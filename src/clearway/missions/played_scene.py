@@ -10,6 +10,7 @@ from pathlib import Path
 
 from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.avoidance.scene import Scene
+from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud
@@ -44,6 +45,8 @@ class Playback:
     left_out: Counter[str]
     """Scans without a decision, by reason."""
     notes: tuple[str, ...]
+
+    __repr__ = brief
 
 
 def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:

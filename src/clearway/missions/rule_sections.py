@@ -7,19 +7,19 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.avoidance.rules import (
+from clearway.avoidance.rules.airspace import (
     GroundHeights,
-    Rule,
     altitude_ceiling,
     altitude_floor,
-    horizontal_only,
     keep_out,
     near_route,
-    right_of_way,
     terrain_clearance,
-    vertical_only,
 )
+from clearway.avoidance.rules.own import OWN_RULES
+from clearway.avoidance.rules.rule import Rule
+from clearway.avoidance.rules.traffic import horizontal_only, right_of_way, vertical_only
 from clearway.base.errors import InputError
+from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import ObstacleSection
 
@@ -41,6 +41,8 @@ class RulesSection(Section):
     """Head on turn right, pass behind who comes from the right, overtake on the right."""
     route_m: Annotated[float, Field(gt=0.0)] | None = None
     """Half the width of a corridor along the legs."""
+    own: Annotated[tuple[Annotated[str, OneOf(OWN_RULES)], ...], Field(strict=False)] = ()
+    """Rules of your own, after these, the most important first; see [rules.md](rules.md)."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -86,7 +88,7 @@ def mission_rules(
     ground: GroundHeights | None,
     mission: str,
 ) -> tuple[Rule, ...]:
-    """Rules of a mission, the most important first: places, then separation, then the route.
+    """Rules of a mission, the most important first: places, separation, the route, users' own.
 
     Raises InputError where a height above ground is asked for and no ground is known.
     """
@@ -114,4 +116,5 @@ def mission_rules(
         rules.append(vertical_only(within))
     if section.route_m is not None:
         rules.append(near_route(section.route_m))
+    rules += [OWN_RULES.named(name) for name in section.own]
     return tuple(rules)

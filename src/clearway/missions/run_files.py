@@ -1,4 +1,4 @@
-"""What a flight leaves behind: track.csv, decisions.jsonl, summary.json, and the JSON of a run."""
+"""What a flight leaves behind: track.csv, intruders.csv and decisions.jsonl."""
 
 from __future__ import annotations
 
@@ -10,59 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from clearway.base.provenance import provenance
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 
 TRACK_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
-
-
-def summary(run: Run[Steering], planner: str = "clearway") -> dict[str, Any]:
-    """The object that `fly --json` prints."""
-    distance, traffic = run.metrics.min_obstacle_distance_m, run.metrics.intruders
-    straight = run.metrics.straight
-    return {
-        "mission": run.mission.name,
-        "planner": planner,
-        "reached": run.reached,
-        "waypoints_reached": run.progress.waypoints_reached(run.mission),
-        "time_s": round(run.metrics.time_s, 6),
-        "path_length_m": round(run.metrics.path_length_m, 6),
-        "min_obstacle_distance_m": rounded(distance),
-        "min_intruder_distance_m": rounded(traffic.min_distance_m) if traffic else None,
-        "closest_intruder": traffic.closest_name if traffic else None,
-        "straight_flight_intruder_distance_m": rounded(straight.min_distance_m)
-        if straight
-        else None,
-        "safety_margin_m": run.safety_margin_m,
-        "margin_violations": run.metrics.margin_violations,
-        "emergencies": run.emergencies,
-        "decisions": len(run.decisions),
-        "decision_ms": decision_times_ms(run),
-        "seed": run.seed,
-        "crashed_s": run.crashed_s,
-        "tracking_mean_m": rounded(float(run.metrics.tracking_m.mean())),
-        "tracking_max_m": rounded(float(run.metrics.tracking_m.max())),
-        "climb_m": rounded(run.metrics.climb_m),
-        "effort_m2ps3": rounded(run.metrics.effort_m2ps3),
-        "corrections": run.corrections,
-        "data_left_out": dict(sorted(run.counts.items())),
-        "provenance": provenance(),
-    }
-
-
-def decision_times_ms(run: Run[Steering]) -> dict[str, float | None]:
-    """Time from the sensor's arrays in hand to the explained decision."""
-    elapsed = np.array([entry.elapsed_s for entry in run.decisions]) * 1e3
-    if not len(elapsed):
-        return {"p50": None, "p99": None, "max": None}
-    return {
-        "p50": round(float(np.percentile(elapsed, 50)), 4),
-        "p99": round(float(np.percentile(elapsed, 99)), 4),
-        "max": round(float(elapsed.max()), 4),
-    }
 
 
 def write_track(run: Run[Steering], path: Path) -> None:

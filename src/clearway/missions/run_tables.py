@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clearway.base.errors import MissingExtraError
-from clearway.missions.run_files import TRACK_COLUMNS, decision_record, summary
+from clearway.missions.run_files import TRACK_COLUMNS, decision_record
 from clearway.sim import Run
 from clearway.sim.pilot import Steering
 
@@ -43,7 +43,7 @@ def check_tables() -> None:
         raise MissingExtraError("writing Parquet", "parquet") from cause
 
 
-def write_tables(run: Run[Steering], folder: Path, planner: str = "clearway") -> None:
+def write_tables(run: Run[Steering], folder: Path) -> None:
     """`decisions.parquet`, `track.parquet` and, if there were any, `intruders.parquet`.
 
     Every table carries the JSON of `summary.json` in its metadata, under `clearway`. Raises
@@ -52,7 +52,7 @@ def write_tables(run: Run[Steering], folder: Path, planner: str = "clearway") ->
     check_tables()
     from pyarrow.parquet import write_table
 
-    about = {"clearway": json.dumps(summary(run, planner))}
+    about = {"clearway": json.dumps(run.summary())}
     tables = {DECISIONS: decision_table(run), TRACK: track_table(run)}
     if run.intruder_tracks:
         tables[INTRUDERS] = intruder_table(run)

@@ -8,14 +8,21 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from clearway.avoidance.fusion import RATINGS
+from clearway.base.variants import in_words
+from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import GridSection, Numbers, ObstacleSection, Point, Share, said
+from clearway.reach.sets import METHODS, tuning_of
+from clearway.sensors.detection import RULES
 from clearway.traffic import Intruder
+from clearway.traffic.models.combined import MODELS
+from clearway.traffic.models.timing import TIMED_RULES
 
 Pair = Annotated[tuple[float, float], Field(strict=False)]
-ModelName = Literal["line", "body", "spread"]
+ModelName = Annotated[str, OneOf(MODELS, without=("tube", "lattice"))]
 Tuning = Annotated[int, Field(ge=1, le=1000)]
-TimedRule = Literal["vehicle", "intruder", "shorter", "future", "future-printed"]
+TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 
 
 class SceneVehicleSection(Section):
@@ -111,7 +118,7 @@ class IntruderSection(Section):
     """Of its body."""
     models: Annotated[tuple[ModelName, ...], Field(strict=False)] | None = None
     """Default: line, and body with a radius, and spread with a spread."""
-    timed: bool | TimedRule = False
+    timed: bool | TimedRuleName = False
     """Whether meeting it at the vehicle's time counts; true is the paper's (5.5)."""
     up: Point | None = None
     """World up in the grid's frame; default: as the vehicle's attitude says."""
@@ -122,7 +129,7 @@ class IntruderSection(Section):
     def _is_possible(self) -> Self:
         said(self.to_intruder)
         if self.models == ():
-            raise ValueError("models: at least one of line, body, spread is needed")
+            raise ValueError(f"models: at least one of {', '.join(MODELS)} is needed")
         if self.up is not None and not any(self.up):
             raise ValueError("up: a direction is needed, got [0, 0, 0]")
         return self
@@ -163,22 +170,12 @@ class TimingSection(Section):
 class SceneReachSetSection(Section):
     """`[reach_set]`: the trajectories that are rated."""
 
-    method: Literal[
-        "flying",
-        "primitives",
-        "cover",
-        "late",
-        "dispersion",
-        "combined",
-        "harmonic",
-        "chaotic",
-        "full",
-    ] = "flying"
+    method: Annotated[str, OneOf(METHODS)] = "flying"
     """How trajectories are selected."""
     spread: Tuning | None = None
-    """Nodes kept per cell by chaotic, and by the chaotic part of combined."""
+    """Nodes kept per cell by the methods that it tunes; see [reach-sets.md](reach-sets.md)."""
     harmonic: Tuning | None = None
-    """The same by harmonic."""
+    """The same, of harmonic nodes."""
     start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
     """Nose down positive; default: the vehicle's pitch."""
     speed_mps: float | None = Field(default=None, gt=0.0)
@@ -190,9 +187,10 @@ class SceneReachSetSection(Section):
 
     @model_validator(mode="after")
     def _tuning_belongs(self) -> Self:
-        for name, base in (("spread", "chaotic"), ("harmonic", "harmonic")):
-            if getattr(self, name) is not None and self.method not in (base, "combined"):
-                raise ValueError(f"{name} tunes the methods {base} and combined, not {self.method}")
+        for name in self.tuning:
+            tuned = [method for method in METHODS if name in tuning_of(method)]
+            if self.method not in tuned:
+                raise ValueError(f"{name} tunes {in_words(tuned)}, not {self.method}")
         return self
 
     @property
@@ -205,15 +203,14 @@ class SceneReachSetSection(Section):
 class SceneRatingSection(Section):
     """`[rating]`: how evidence becomes a rating."""
 
-    name: Literal["total", "printed", "visible", "evidence"] = "total"
-    """total weighs what is seen, what the map says and what is hidden; printed is (4.22), visible
-    that of 2.2.2, evidence 1 - P_O."""
+    name: Annotated[str, OneOf(RATINGS)] = "total"
+    """How safe a cell is, by its evidence."""
     unknown: Share = 0.0
     """How far hidden space counts as blocked, u."""
     unknown_unseen: Share = 1.0
     """The same for columns that no beam looks into."""
-    detection: Literal["ratio", "surface"] = "ratio"
-    """Hits by beams of the column (5.41), or by those that a reference surface returns."""
+    detection: Annotated[str, OneOf(RULES)] = "ratio"
+    """How hits become P_OD."""
     threshold: Share = 0.3
     """Rating from which a trajectory counts as passable."""
     safety_margin_m: float = Field(default=0.6, ge=0.0)

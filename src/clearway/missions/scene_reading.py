@@ -17,6 +17,7 @@ from clearway.avoidance.scene import (
     SceneScan,
     TimingSettings,
 )
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
@@ -47,6 +48,8 @@ class Measured:
     scan: TimedScan
     cloud: PointCloud
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneInput:
@@ -57,6 +60,8 @@ class SceneInput:
     """The effective scene file: all defaults filled in, paths absolute."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed on the way."""
+
+    __repr__ = brief
 
 
 def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> SceneInput:
@@ -76,7 +81,7 @@ def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
 
 def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
     """The scene of plain tables; `folder` is where relative paths in them start."""
-    file = parse_model(source, tables, SceneFile)
+    file = parse_model(source, tables, SceneFile, folder)
     measured = _measured(folder, file.scan)
     grid, state = file.grid.to_grid(), _state(file, measured)
     scene = Scene(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,7 +13,7 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.io.toml import Section
-from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle import Obstacle, ObstacleShape
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Point = Annotated[tuple[float, float, float], Field(strict=False)]
@@ -122,7 +122,7 @@ class GridSection(Section):
 class ObstacleSection(Section):
     """`[[obstacle]]`: in the grid's frame, or the world's where a `[vehicle]` is given."""
 
-    shape: Literal["ball", "line", "plane", "cuboid"]
+    shape: ObstacleShape
     """A box along its local axes, rotated, then rounded by the radius."""
     position_m: Point
     """Its middle."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from clearway.avoidance.planner import Planner
+from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
@@ -18,13 +19,14 @@ from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
 from clearway.missions.mission_world import mission_world
 from clearway.missions.rule_sections import mission_rules
+from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
 from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.faults import Faults
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
@@ -46,7 +48,7 @@ class FlightSetup:
     craft: Craft
     """What baselines know of the vehicle."""
     mission: Mission
-    lidars: tuple[Lidar, ...]
+    sensors: tuple[AnyKind, ...]
     world: World
     """What is really there."""
     obstacle_map: ObstacleMap
@@ -67,6 +69,13 @@ class FlightSetup:
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
 
+    __repr__ = brief
+
+    @property
+    def lidars(self) -> tuple[Lidar, ...]:
+        """The LiDARs among the sensors."""
+        return tuple(one for one in self.sensors if isinstance(one, Lidar))
+
     @property
     def kept_out(self) -> World | None:
         """Volumes that rules keep out of; None without any."""
@@ -78,7 +87,7 @@ class FlightSetup:
         return AvoidanceSystem(
             self.planner,
             self.mission,
-            self.lidars,
+            self.sensors,
             self.obstacle_map,
             limits=self.limits,
             detection_rule=self.detection_rule,
@@ -112,11 +121,9 @@ class FlightSetup:
     def fly_with(
         self, planner: str, on_decision: OnDecision[Steering] | None = None
     ) -> Run[Steering]:
-        """As `fly`, with clearway or a baseline by name; raises ClearwayError for other names."""
-        if planner == CLEARWAY:
-            return self._flown(self.system(), on_decision)
-        rule = rule_named(planner, self.craft)
-        return self._flown(BaselinePilot(self.system(), rule), on_decision)
+        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others."""
+        run = self._flown(pilot_named(planner, self.system(), self.craft), on_decision)
+        return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
         """As `fly`, but nothing of the recorded traffic is told to the ownship."""
@@ -129,7 +136,7 @@ class FlightSetup:
         pilot.warm_up()
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
-        scanners = [lies.get(lidar.name, lidar) for lidar in self.lidars]
+        scanners = [lies.get(sensor.name, sensor) for sensor in self.sensors]
         return simulate(pilot, self.world, scanners, self.simulation, on_decision, traffic)
 
     def _traffic(self, deaf: bool) -> AirTraffic | None:
@@ -163,7 +170,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         planner=planner,
         craft=Craft(planner, file.vehicle.body_radius_m, turning_radius_m),
         mission=mission,
-        lidars=tuple(part.to_lidar(grid) for part in file.lidar),
+        sensors=mission_sensors(file.lidar, file.sensor, grid, file.mission.name),
         world=world.there,
         obstacle_map=world.charted,
         simulation=_simulation(file, faults),

@@ -21,7 +21,7 @@ COAST_S = 30.0
 class TrafficSection(Section):
     """`[traffic]`: how intruders appear, are known, and are counted in the grid."""
 
-    spawn: Literal["nominal", "ownship", "world"] = "nominal"
+    spawn: Spawn = "nominal"
     """What positions and velocities are relative to: the nominal straight flight at the time of
     detection, the true ownship then, or the world."""
     models: Annotated[tuple[ModelName, ...], Field(strict=False, min_length=1)] = (

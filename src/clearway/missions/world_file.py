@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mission
 from clearway.missions.lidar_section import LidarSection
-from clearway.missions.mission_file import MissionFile, read_mission
+from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.mission_sections import MissionSection, SimulationSection, VehicleSection
 from clearway.missions.place_sections import WorldObstacleSection
 from clearway.missions.planned import Notice
@@ -20,14 +22,29 @@ NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
 """The sensor of all made-up worlds: that of the paper's missions."""
 
 
-def find_mission(name: str, notice: Notice | None = None) -> MissionFile:
-    """A world of a family as `family:seed` (the family alone means seed 0), else `read_mission`.
+def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> MissionFile:
+    """A mission by name, a mission file (TOML), a flight plan, or a made-up world and its seed.
 
-    Raises InputError for a seed that is no number, and as `read_mission` does.
+    name_or_path: one that comes with clearway ("static-obstacles"), a file of one's own, a plan of
+    a ground station (.plan, .waypoints), or a family of worlds ("forest:3"; without a number, 0).
+    notice: called with what was assumed or left out. Units stand in the keys, as in the file.
+
+    Raises InputError with every problem of a file: unknown keys, wrong types, impossible values;
+    for a name that is none, with those that there are.
+
+    >>> import clearway as cw
+    >>> mission = cw.read_mission("static-obstacles")
+    >>> mission.changed("simulation", seed=3).simulation.seed
+    3
+    >>> mission.changed("simulation", sede=3)
+    Traceback (most recent call last):
+        ...
+    clearway.base.errors.InputError: mission 'static-obstacles': simulation.sede: unknown key ...
     """
+    name = str(name_or_path)
     family, _, seed = name.partition(":")
     if family not in FAMILIES:
-        return read_mission(name, notice)
+        return read_mission_file(name, notice)
     if seed and not seed.isdigit():
         raise InputError(name, f"seed {seed!r}: a whole number is needed after the colon")
     return world_mission(family, int(seed or 0))

@@ -1,4 +1,4 @@
-"""What map obstacles do to cells: base probability (5.52), (5.53), and coating (def. 5, 6)."""
+"""What map obstacles do to cells: base probability (5.52), (5.53), and coating (def. 5, def. 6)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fa
 
 
 def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolArray:
-    """[cells] that come within a margin of an obstacle (def. 5, 6).
+    """[cells] that come within a margin of an obstacle (def. 5, def. 6).
 
     No such cell is left out; one that stays clear by less than a sixteenth of its volume's
     width or so may be counted. shapes: in the grid frame, reaching the margin beyond its range.
@@ -53,7 +53,7 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
 def _candidates(
     shapes: Shapes, nodes: CellNodes, cell: int, margin: float, found: IntArray
 ) -> tuple[int, bool]:
-    """How many shapes may come within a margin of a cell, and whether one covers it whole.
+    """How many shapes may come within a margin of a cell (5.51), and whether one covers it whole.
 
     Their numbers go into `found`, a buffer that lives as long as the caller's loop.
     """

@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
@@ -41,6 +42,9 @@ class Shapes(NamedTuple):
     source: IntArray
     """[n] index in the obstacle map that they come from."""
 
+    def __repr__(self) -> str:
+        return brief(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
@@ -59,6 +63,8 @@ class Obstacle:
     radius_m: float = 0.0
     """Offset radius: how far the surface lies from the point, line, plate or box."""
     name: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         problems = _problems(self)

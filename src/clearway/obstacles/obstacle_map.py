@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import one_line
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -38,6 +39,10 @@ class ObstacleMap:
         self.obstacles = tuple(obstacles)
         self.shapes = shapes_of(self.obstacles)
         self.tree = build_box_tree(self.shapes)
+
+    def __repr__(self) -> str:
+        named = [obstacle.name for obstacle in self.obstacles if obstacle.name]
+        return one_line("ObstacleMap", (f"{len(self)} obstacles", *named))
 
     def __len__(self) -> int:
         return len(self.obstacles)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import one_line
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -59,6 +60,10 @@ class PointWorld:
         self.points_m = points
         self.point_radius_m = float(point_radius_m)
         self.labels = labels
+
+    def __repr__(self) -> str:
+        balls = f"{len(self.points_m):,} balls of {self.point_radius_m:g} m"
+        return one_line("PointWorld", (balls,))
 
     def distance_m(self, points_m: FloatArray) -> FloatArray:
         """[n] signed distance from points [n, 3] to the nearest ball; inf without any."""

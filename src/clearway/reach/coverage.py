@@ -1,4 +1,4 @@
-"""What a reach set covers, measured: footprints, cells, smoothness (def. 22-25)."""
+"""What a reach set covers, measured: footprints, cells, smoothness."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Coverage:
     nodes_with_side_exits: int
     """Nodes of the whole tree, as it flies."""
     footprints: int
-    """Distinct footprints (def. 22) of movement end points."""
+    """Distinct footprints of movement end points: the size of (4.26), def. 23."""
     footprints_of_samples: int
     """The same of finer samples, four to a movement."""
     cells_covered: int
@@ -72,7 +72,7 @@ def leading_to(reach_set: ReachSet, leaves: IntArray) -> BoolArray:
 
 
 def footprint(reach_set: ReachSet, leaf: int, points: Points = "ends") -> tuple[int, ...]:
-    """Q of a trajectory (def. 22): cells of its points in order, repeats collapsed."""
+    """Q of a trajectory (4.25), def. 22: cells of its points in order, repeats collapsed."""
     row = _footprint_rows(reach_set, np.array([leaf]), points)[0]
     return tuple(int(cell) for cell in row if cell >= 0)
 
@@ -113,7 +113,7 @@ def _inside_first(cells: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 
 def smoothness(reach_set: ReachSet, leaves: IntArray) -> FloatArray:
-    """[leaves] share of smooth movements in each trajectory's buffer (4.28)."""
+    """[leaves] share of smooth movements in each trajectory's buffer: (4.28), def. 25."""
     smooth = np.array(reach_set.movement_smooth, dtype=np.float64)[reach_set.movement]
     counts = np.zeros(reach_set.nodes)
     for node in range(reach_set.nodes):

@@ -1,15 +1,16 @@
-"""Reach sets by name: one expansion, told apart by which trajectories are kept (4.5)."""
+"""Reach sets by name: one expansion, told apart by which trajectories are kept (section 4.5)."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.variants import Variants
 from clearway.reach import covering, keep
 from clearway.reach.buffers import ByteArray
+from clearway.reach.equivalence import each_way_once
 from clearway.reach.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.primitives import primitives
 from clearway.reach.select import Select, expanded, merged, tree_of
@@ -24,7 +25,7 @@ def build_reach_set(
     start_pitch_rad: float = 0.0,
     **tuning: float,
 ) -> ReachSet:
-    """Reach set of an automaton in a grid for one start pitch.
+    """Reach set of an automaton in a grid for one start pitch: (3.4), def. 1.
 
     method: one of `METHODS`; tuning: the parameters of its function there, such as `spread` of
     chaotic and `harmonic` of harmonic (nodes expanded per cell; combined has both), `depth` for
@@ -54,6 +55,7 @@ def reach_set_at(
     rest = dict(tuning)
     deep = int(rest.pop("depth", movements_deep(lattice.automaton, grid)))
     buffers = _selection(method, rest)(lattice, grid, start_pitch_rad, deep)
+    buffers = each_way_once(buffers, lattice, start_pitch_rad)
     if not len(buffers):
         raise ClearwayError(
             f"reach set {method}: no chain of up to {deep} movements leads through a grid of "
@@ -63,18 +65,22 @@ def reach_set_at(
 
 
 def _full(side_exits: float = 1.0) -> Select:
+    """Every trajectory (section 4.5); for small grids."""
     return expanded(keep.everything, side_exits)
 
 
 def _chaotic(spread: float = 9.0, side_exits: float = 1.0) -> Select:
+    """Far from the cells' centres, not smooth (4.30): `spread` nodes of a cell go on."""
     return expanded(keep.best_of_cell(keep.chaotic, int(spread)), side_exits)
 
 
 def _harmonic(harmonic: float = 1.0, side_exits: float = 1.0) -> Select:
+    """Close to the cells' centres, and smooth (4.31): `harmonic` nodes of a cell go on."""
     return expanded(keep.best_of_cell(keep.harmonic, int(harmonic)), side_exits)
 
 
 def _combined(spread: float = 8.0, harmonic: float = 1.0, side_exits: float = 1.0) -> Select:
+    """Chaotic and harmonic trajectories together."""
     parts = (_harmonic(harmonic, side_exits), _chaotic(spread, side_exits))
 
     def select(
@@ -86,10 +92,12 @@ def _combined(spread: float = 8.0, harmonic: float = 1.0, side_exits: float = 1.
 
 
 def _primitives() -> Select:
+    """One turn or climb of any length, then straight."""
     return primitives
 
 
-METHODS: Mapping[str, Callable[..., Select]] = MappingProxyType(
+METHODS: Variants[Callable[..., Select]] = Variants(
+    "reach set method",
     {
         "full": _full,
         "chaotic": _chaotic,
@@ -100,15 +108,19 @@ METHODS: Mapping[str, Callable[..., Select]] = MappingProxyType(
         "cover": covering.cover,
         "late": covering.late,
         "flying": covering.flying,
-    }
+    },
 )
-"""Reach sets by name: a function of their tuning that gives the selection."""
+"""Reach sets by name: a function of their tuning that gives the selection; add one here."""
+
+
+def tuning_of(method: str) -> dict[str, float]:
+    """What tunes a method, and the defaults; raises ClearwayError for an unknown one."""
+    known = inspect.signature(METHODS.named(method)).parameters
+    return {name: float(parameter.default) for name, parameter in known.items()}
 
 
 def _selection(method: str, tuning: Mapping[str, float]) -> Select:
-    if method not in METHODS:
-        raise ClearwayError(f"no reach set method {method!r}; there are {', '.join(METHODS)}")
-    known = inspect.signature(METHODS[method]).parameters
+    known = tuning_of(method)
     unknown = [name for name in tuning if name not in known]
     if unknown:
         raise ClearwayError(

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.lattice import Lattice
@@ -40,12 +41,17 @@ Notice = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class ReachLibrary:
-    """One reach set per start pitch of an automaton, ascending by pitch."""
+    """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2."""
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid
     method: str
     reach_sets: tuple[ReachSet, ...]
+
+    def __repr__(self) -> str:
+        nodes = sum(each.nodes for each in self.reach_sets)
+        sets = f"{len(self.reach_sets)} reach sets of {nodes:,} nodes"
+        return one_line("ReachLibrary", (self.method, sets, f"to {self.grid.range_m:g} m"))
 
     @classmethod
     def build(

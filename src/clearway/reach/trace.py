@@ -81,7 +81,7 @@ def reach_set_of(
 
 @compiled
 def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
-    """Cell of a point in the grid frame, or where else it lies: NEAR, OUT_BEYOND, OUT_SIDE."""
+    """Cell of a point in the grid frame, or where else: NEAR, OUT_BEYOND, OUT_SIDE (4.24)."""
     cell = cell_of_point(x, y, z, edges)
     if cell >= 0:
         return cell

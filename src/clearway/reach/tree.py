@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import one_line
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray
@@ -17,7 +18,7 @@ SIDE = 2
 
 @dataclass(frozen=True, eq=False)
 class ReachSet:
-    """Trajectories in one grid for one start pitch (4.5), as a tree without its root.
+    """Trajectories in one grid for one start pitch (section 4.5), as a tree without its root.
 
     A node is one movement that follows its parent's. Positions are in the grid frame: the body
     frame at the start, where the vehicle sits at the origin with nose along x.
@@ -53,6 +54,17 @@ class ReachSet:
     """[nodes] cell of the end point; -1 where the movement ends outside the grid."""
     exit_kind: npt.NDArray[np.int8]
     """[nodes] 0 while under way, LAST_LAYER or SIDE where a trajectory is complete."""
+
+    def __repr__(self) -> str:
+        return one_line(
+            "ReachSet",
+            (
+                f"{self.nodes:,} nodes",
+                f"{len(self.trajectories):,} trajectories",
+                f"to {self.grid.range_m:g} m",
+                f"start pitch {np.degrees(self.start_pitch_rad):.3g} deg",
+            ),
+        )
 
     @property
     def nodes(self) -> int:

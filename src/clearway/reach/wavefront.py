@@ -93,6 +93,8 @@ def trajectories(
 ) -> ByteArray:
     """Buffers [trajectories, deep] of the complete trajectories that a keep rule leaves.
 
+    States are constrained as in (3.7), def. 4: to the grid and to what the automaton allows.
+
     A movement's end in the last layer, beyond it, or outside through the side completes one. A
     child in the same layer waits again, a child in an earlier layer is dropped, and so is what
     is not complete after `deep` movements. The cells' budgets are given again for as long as
@@ -143,7 +145,7 @@ def _root(lattice: Lattice, start_pitch_rad: float, deep: int) -> Nodes:
 
 
 def _children(nodes: Nodes, lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float) -> Nodes:
-    """Every allowed movement of every node, in the order of nodes, then movements."""
+    """Every allowed movement of every node, in the order of nodes, then movements (4.29)."""
     ends, yaws, attitudes, places = expand(
         nodes.position_m,
         nodes.yaw_rad,

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
@@ -60,6 +61,10 @@ class BeamPattern:
                 f"beam pattern {self.name}: spacing_rad must be a number >= 0, "
                 f"got {self.spacing_rad}"
             )
+
+    def __repr__(self) -> str:
+        ranges = f"{self.min_range_m:g} to {self.max_range_m:g} m"
+        return one_line("BeamPattern", (in_brief(self.name), f"{self.beams:,} beams", ranges))
 
     @property
     def beams(self) -> int:

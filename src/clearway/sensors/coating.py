@@ -1,4 +1,4 @@
-"""Coating (def. 5 and 6): cells that balls around hit points reach into; fewer balls for many.
+"""Coating (def. 5, def. 6): cells that balls around hit points reach into; fewer balls for many.
 
 A cell may be 0.2 m wide where 0.6 m must be kept, so hits alone cannot protect: each hit point is
 inflated by the safety margin and by half the beam spacing, and marks every cell that it meets.

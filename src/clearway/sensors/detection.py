@@ -5,23 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.checks import array_problem, found, number_problem
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray, State, frozen_array
+from clearway.base.variants import Variants
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.returns import REASONS, Filters, bin_returns
 from clearway.sensors.standing import combine_rule_named
 from clearway.sensors.visibility import surface_probability, visible_behind
 
-Rule = Literal["ratio", "surface"]
+Rule = str
+"""How hits become P_OD: a name of RULES."""
 
 REFERENCE_AREA_M2 = np.pi / 4.0
 """Frontal area A_O of a ball of 1 m diameter."""
@@ -66,7 +69,10 @@ class Detection:
     probability: FloatArray
     """[cells] P_OD of this sensor: (5.41), or the rule that was asked for."""
     hindrance: FloatArray
-    """[cells] share of the column's beams that end in the cell: P_OL, and ground returns too."""
+    """[cells] share of the column's beams that end in the cell: P_OL, and ground returns too.
+
+    (5.42) corrected: as printed, empty cells would hide what is behind them.
+    """
     visibility: FloatArray
     """[cells] P_V (5.47); 0 where no beam looks."""
     points_m: FloatArray
@@ -93,6 +99,8 @@ class Detection:
         )
         if problems:
             raise InputError(f"detection {self.sensor}", problems)
+
+    __repr__ = brief
 
     @property
     def seen(self) -> BoolArray:
@@ -121,15 +129,16 @@ def detect(
     NaN, infinite, blind, too far, own-airframe and ground returns are counted, not binned.
     Raises ClearwayError for a rule that does not exist.
     """
-    if rule not in RULES:
-        raise ClearwayError(f"detection rule: {rule!r} is none of {', '.join(RULES)}")
+    hits_to_probability = RULES.named(rule)
     filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
     beams = count_beams(grid, lidar.pattern, filters.rotation)
     found = bin_returns(scan.points_m, filters, cell_tables(grid))
     hindrance, visibility = _hindrance(
         found.hindering, found.blocked, beams, _layers_in_range(grid, lidar)
     )
-    probability = RULES[rule](grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2)
+    probability = hits_to_probability(
+        grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2
+    )
     return Detection(
         grid,
         lidar.name,
@@ -236,7 +245,7 @@ def _layers_in_range(grid: AvoidanceGrid, lidar: Lidar) -> int:
 def _ratio(
     grid: AvoidanceGrid, hits: IntArray, squared: FloatArray, beams: IntArray, area_m2: float
 ) -> FloatArray:
-    """(5.41)."""
+    """Hits by beams of the column (5.41)."""
     del grid, squared, area_m2
     return _share(hits, beams)
 
@@ -244,15 +253,15 @@ def _ratio(
 def _surface(
     grid: AvoidanceGrid, hits: IntArray, squared: FloatArray, beams: IntArray, area_m2: float
 ) -> FloatArray:
-    """Hits against those expected of a reference surface at that range."""
+    """Hits by those that a reference surface at that range returns."""
     solid_angle = np.ascontiguousarray(grid.patch_area_m2(1.0)).ravel()
     return surface_probability(hits, squared, beams, solid_angle, float(area_m2))
 
 
-RULES: dict[str, Callable[[AvoidanceGrid, IntArray, FloatArray, IntArray, float], FloatArray]] = {
-    "ratio": _ratio,
-    "surface": _surface,
-}
+HitsToProbability = Callable[[AvoidanceGrid, IntArray, FloatArray, IntArray, float], FloatArray]
+RULES: Variants[HitsToProbability] = Variants(
+    "detection rule", {"ratio": _ratio, "surface": _surface}
+)
 """How hits become P_OD; `detect` takes the name."""
 
 

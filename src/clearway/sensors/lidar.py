@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.checks import time_problem
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import frozen_array
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.standing import FULL, Standing
@@ -25,6 +27,8 @@ class Mounting:
     """[3] roll, pitch (nose down positive), yaw (left positive) of the sensor in the body."""
     body_from_sensor: FloatArray = field(init=False, repr=False)
     """[3, 3] rotation (3.37)."""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("position_m", "attitude_rad"):
@@ -55,6 +59,10 @@ class Lidar:
     standing: Standing = FULL
     """Precision and trust, where there are several sensors."""
 
+    def __repr__(self) -> str:
+        beams = f"{self.pattern.beams:,} beams to {self.pattern.max_range_m:g} m"
+        return one_line("Lidar", (in_brief(self.name), beams, f"sigma {self.sigma_m:g} m"))
+
     def __post_init__(self) -> None:
         if not 0.0 <= self.dropout < 1.0:
             raise ClearwayError(f"lidar {self.name}: dropout must be in [0, 1), got {self.dropout}")
@@ -67,13 +75,26 @@ class Lidar:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """Returns of one sweep. Beams of the pattern without return are evidence of free space."""
+    """Returns of one sweep, a point cloud of scanned points (3.32), def. 14.
+
+    Beams of the pattern without return are evidence of free space.
+    """
 
     points_m: FloatArray
     """[returns, 3] sensor frame; NaN and infinite ones are counted and skipped where used."""
     time_s: float = 0.0
     sensor: str = ""
     """Name of the LiDAR."""
+
+    def __repr__(self) -> str:
+        whose = [f"by {in_brief(self.sensor)}"] if self.sensor else []
+        told = (f"{len(self.points_m):,} points", f"at {self.time_s:g} s", *whose)
+        return one_line(type(self).__name__, told)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what it is, and its points from above."""
+        marks = [Marks(self.points_m, "#1f5fbf", joined=False, size=0.8)]
+        return html_table(repr(self), {}, sketch_from_above(marks))
 
     def __post_init__(self) -> None:
         late = time_problem("time_s", self.time_s)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -49,6 +50,8 @@ class PointMemory:
     """[n] ascending."""
     passes: IntArray
     """[n] sweeps that passed through since."""
+
+    __repr__ = brief
 
     @classmethod
     def empty(

@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 
@@ -29,13 +30,15 @@ class SpaceCells:
     """Shares of every cell, which add up to one, and the class that follows."""
 
     free: FloatArray
-    """[cells] seen, and nothing there: the part of the accessible space S_A (3.33)."""
+    """[cells] seen, and nothing there: the part of the accessible space S_A (3.33), def. 15."""
     occupied: FloatArray
     """[cells] where beams end, or what the map says of the part that no beam reaches."""
     hidden: FloatArray
     """[cells] behind occupied points or where no beam looks, and not on the map."""
     code: npt.NDArray[np.int8]
     """[cells] `SpaceClass`."""
+
+    __repr__ = brief
 
     @property
     def accessible(self) -> BoolArray:

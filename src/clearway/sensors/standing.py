@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
+from clearway.base.variants import Variants
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +65,12 @@ def weighted(
     return 1.0 - free, (share * visibility).max(axis=0)
 
 
-COMBINE_RULES: Mapping[str, CombineRule] = MappingProxyType(
-    {"conjunction": conjunction, "weighted": weighted}
+COMBINE_RULES: Variants[CombineRule] = Variants(
+    "sensor fusion rule", {"conjunction": conjunction, "weighted": weighted}
 )
 """How the evidence of several sensors becomes one; settings take the name."""
 
 
 def combine_rule_named(name: str) -> CombineRule:
     """The rule of that name; raises ClearwayError listing the valid ones."""
-    if name not in COMBINE_RULES:
-        raise ClearwayError(f"sensor fusion {name!r}: valid rules are {', '.join(COMBINE_RULES)}")
-    return COMBINE_RULES[name]
+    return COMBINE_RULES.named(name)

@@ -14,7 +14,7 @@ from typing import Generic
 import numpy as np
 
 from clearway.base.errors import ClearwayError
-from clearway.live import Reading
+from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Progress, advanced
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
@@ -22,7 +22,7 @@ from clearway.sensors import Lidar, Scanner, scanned
 from clearway.sim.faults import NO_FAULTS
 from clearway.sim.metrics import intruder_distances, measure, straight_distances
 from clearway.sim.motion import TrueMotion
-from clearway.sim.pilot import D, Pilot
+from clearway.sim.pilot import CLEARWAY, D, Pilot
 from clearway.sim.run import LoggedDecision, OnDecision, Run
 from clearway.sim.scripted import AirTraffic
 from clearway.sim.settings import SimulationSettings
@@ -178,6 +178,11 @@ class _Flight(Generic[D]):
         straight = self.mission.straight_length_m / max(self.system.planner.speed_mps, 1e-9)
         return self.mission.start.time_s + 6.0 * straight + 60.0
 
+    @property
+    def _planner(self) -> str:
+        system: object = self.system
+        return CLEARWAY if isinstance(system, AvoidanceSystem) else type(system).__name__
+
     def _finished(self, decisions: list[LoggedDecision[D]]) -> Run[D]:
         times, states = np.array(self.motion.times), np.array(self.motion.states)
         margin = self.margin_m
@@ -204,4 +209,6 @@ class _Flight(Generic[D]):
             },
             corrections=self.motion.corrections,
             counts=dict(self.system.counts),
+            world=self.world,
+            planner=self._planner,
         )

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.world import World
@@ -24,6 +25,8 @@ class IntruderDistances:
     track; inf before an intruder appears."""
     margin_m: FloatArray
     """[intruders] safety margin plus body radius (6.16)."""
+
+    __repr__ = brief
 
     @property
     def closest(self) -> IntArray:
@@ -71,6 +74,8 @@ class FlightMetrics:
     """Distances to traffic; None in flights without any."""
     straight: IntruderDistances | None = None
     """What straight flight from waypoint to waypoint would have had to the same traffic."""
+
+    __repr__ = brief
 
     @property
     def min_obstacle_distance_m(self) -> float:

@@ -13,6 +13,9 @@ from clearway.live import FlightDecision, Reading
 from clearway.live.mission import Mission, Mode
 from clearway.vehicle.automaton import Movement
 
+CLEARWAY = "clearway"
+"""The name of clearway's own planner among the others."""
+
 
 class Steering(Protocol):
     """What every decision in flight tells, whoever took it."""

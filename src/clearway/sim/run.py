@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Generic, TypeGuard
+from typing import Any, Generic, TypeGuard
 
 import numpy as np
 
+from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
+from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.provenance import provenance
+from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
+from clearway.obstacles.world import World
 from clearway.sim.metrics import FlightMetrics
-from clearway.sim.pilot import D, Steering
+from clearway.sim.pilot import CLEARWAY, D, Steering
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +28,8 @@ class LoggedDecision(Generic[D]):
     why_now: str
     elapsed_s: float
     """From the sensor's arrays in hand to the explained decision."""
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +56,35 @@ class Run(Generic[D]):
     share of the margin (4.2.2)."""
     counts: dict[str, int] = field(default_factory=dict)
     """Data that the system left out, by reason."""
+    world: World | None = field(default=None, repr=False)
+    """What was really there, for pictures."""
+    planner: str = CLEARWAY
+    """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
+
+    def __repr__(self) -> str:
+        metrics = self.metrics
+        ended = "safe" if self.safe else "reached" if self.reached else "not reached"
+        if self.crashed_s is not None:
+            ended = f"crashed at {self.crashed_s:.1f} s"
+        return one_line(
+            "Run",
+            (
+                f"{in_brief(self.mission.name)} by {self.planner}: {ended}",
+                f"{metrics.time_s:.1f} s",
+                f"nearest {metrics.min_obstacle_distance_m:.2f} m of {self.safety_margin_m:g} m",
+                f"{len(self.decisions)} decisions",
+                f"{self.emergencies} emergencies",
+            ),
+        )
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the summary, and the flight from above."""
+        goals = self.mission.goals_m
+        others = self.intruder_tracks.values()
+        marks = [Marks(track[:, 1:], "#d98ad9", size=0.8) for track in others]
+        marks += [Marks(self.states, "#1f5fbf"), Marks(goals, "#2e9e4f", joined=False, size=3.0)]
+        facts = {key: value for key, value in self.to_row().items() if value not in (None, "")}
+        return html_table(f"Run {self.mission.name}", facts, sketch_from_above(marks))
 
     @property
     def reached(self) -> bool:
@@ -79,6 +115,71 @@ class Run(Generic[D]):
     def safe(self) -> bool:
         """Reached, and never nearer than the margin."""
         return self.reached and self.metrics.margin_violations == 0
+
+    @property
+    def decision_ms(self) -> dict[str, float | None]:
+        """p50, p99 and max of the time from the sensor's arrays to the explained decision."""
+        elapsed = np.array([entry.elapsed_s for entry in self.decisions]) * 1e3
+        if not len(elapsed):
+            return {"p50": None, "p99": None, "max": None}
+        return {
+            "p50": round(float(np.percentile(elapsed, 50)), 4),
+            "p99": round(float(np.percentile(elapsed, 99)), 4),
+            "max": round(float(elapsed.max()), 4),
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """The flight as plain values, ready for JSON: the object that `fly --json` prints.
+
+        Units stand in the keys; None where there is nothing to tell, such as a distance in empty
+        space.
+        """
+        metrics, traffic, straight = self.metrics, self.metrics.intruders, self.metrics.straight
+        return {
+            "mission": self.mission.name,
+            "planner": self.planner,
+            "reached": self.reached,
+            "waypoints_reached": self.progress.waypoints_reached(self.mission),
+            "time_s": round(metrics.time_s, 6),
+            "path_length_m": round(metrics.path_length_m, 6),
+            "min_obstacle_distance_m": rounded(metrics.min_obstacle_distance_m),
+            "min_intruder_distance_m": rounded(traffic.min_distance_m) if traffic else None,
+            "closest_intruder": traffic.closest_name if traffic else None,
+            "straight_flight_intruder_distance_m": rounded(straight.min_distance_m)
+            if straight
+            else None,
+            "safety_margin_m": self.safety_margin_m,
+            "margin_violations": metrics.margin_violations,
+            "emergencies": self.emergencies,
+            "decisions": len(self.decisions),
+            "decision_ms": self.decision_ms,
+            "seed": self.seed,
+            "crashed_s": self.crashed_s,
+            "tracking_mean_m": rounded(float(metrics.tracking_m.mean())),
+            "tracking_max_m": rounded(float(metrics.tracking_m.max())),
+            "climb_m": rounded(metrics.climb_m),
+            "effort_m2ps3": rounded(metrics.effort_m2ps3),
+            "corrections": self.corrections,
+            "data_left_out": dict(sorted(self.counts.items())),
+            "provenance": provenance(),
+        }
+
+    def to_row(self) -> dict[str, str | float | int | bool | None]:
+        """The summary as one flat row of a table, and whether the flight was safe.
+
+        Columns as of `summary` without `provenance`, the three decision times apart
+        (`decision_ms_p50` ...), and the number of data left out in place of the reasons. A list of
+        rows makes a DataFrame of pandas.
+        """
+        row = self.summary()
+        row.pop("provenance")
+        times, left_out = row.pop("decision_ms"), row.pop("data_left_out")
+        return {
+            **row,
+            "safe": self.safe,
+            **{f"decision_ms_{name}": value for name, value in times.items()},
+            "data_left_out": sum(left_out.values()),
+        }
 
 
 OnDecision = Callable[[LoggedDecision[D], Progress], None]

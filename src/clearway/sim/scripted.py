@@ -17,6 +17,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State, frozen_array
 from clearway.live.mission import Mission
@@ -46,6 +47,8 @@ class ScriptedIntruder:
     """Whether it reports itself."""
     visible: bool = False
     """Whether simulated sensors see it, as a ball of its radius."""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name, length in (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2)):

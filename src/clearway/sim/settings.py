@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.sim.faults import NO_FAULTS, Faults
 
@@ -34,6 +35,8 @@ class SimulationSettings:
     time_limit_s: float | None = None
     """None allows six times the straight flight and a minute."""
     faults: Faults = NO_FAULTS
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not 0.0 < self.step_s <= LARGEST_STEP_S:

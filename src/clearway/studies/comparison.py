@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
+from clearway.sim.baselines import PLANNERS
 from clearway.sim.pilot import Steering
 
 SetupOf = Callable[[int], FlightSetup]
@@ -47,13 +49,16 @@ class PlannerStanding:
 
 
 def fly_all(
-    setup_of: SetupOf, planners: Sequence[str], seeds: Sequence[int]
+    setup_of: SetupOf, planners: Sequence[str], seeds: Sequence[int], folder: Path | None = None
 ) -> Iterator[ComparedFlight]:
-    """Every planner with every seed, all planners of a seed before the next seed."""
+    """Every planner with every seed, all planners of a seed before the next seed.
+
+    folder: where modules of users' own planners are looked for before the current one.
+    """
     for seed in seeds:
         setup = setup_of(seed)
         for planner in planners:
-            yield ComparedFlight(planner, setup.fly_with(planner))
+            yield ComparedFlight(planner, setup.fly_with(PLANNERS.located(planner, folder)))
 
 
 def standing(planner: str, runs: Sequence[Run[Steering]]) -> PlannerStanding:

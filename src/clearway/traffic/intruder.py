@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
@@ -41,6 +42,8 @@ class Intruder:
     """Largest acceleration it may show; None where no bound is known."""
     address: str = ""
     """Transponder address, empty where unknown."""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         problems = found(

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import Trajectory
@@ -27,10 +28,11 @@ _MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 @dataclass(frozen=True)
 class Movement:
-    """Constant inputs (4.2) held for a duration; pitch rate positive nose down, yaw rate left.
+    """Constant inputs (4.2) held for a duration: (3.14), def. 10, def. 11.
 
-    `smooth` puts it into the smooth set of def. 25. Raises ClearwayError for a duration that is
-    not positive (def. 12, rule 1) or inputs that are not finite.
+    Pitch rate is positive nose down, yaw rate left. `smooth` puts it into the smooth set of
+    def. 25. Raises ClearwayError for a duration that is not positive (def. 12, rule 1) or inputs
+    that are not finite.
     """
 
     name: str
@@ -40,6 +42,8 @@ class Movement:
     yaw_rate_rps: float = 0.0
     duration_s: float = 1.0
     smooth: bool = False
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not (self.duration_s > 0.0 and np.isfinite(self.duration_s)):
@@ -62,7 +66,10 @@ class Movement:
 
 @dataclass(frozen=True)
 class MovementAutomaton:
-    """Movements, their limits and their predictor (def. 12).
+    """Movements, their limits and their predictor: (3.15), def. 12.
+
+    As a hybrid automaton (3.10), def. 7, its discrete states are the movements, its vector field is
+    the vehicle's, `allowed` is its transition map, and nothing is reset.
 
     pitch_limit_rad: |pitch| that no movement may exceed; None for no limit. table: when given, it
     predicts in place of the vehicle's model ((4.14), (4.15)). forbidden: pairs of movement names
@@ -130,6 +137,19 @@ class MovementAutomaton:
         limit = None if pitch_limit_deg is None else float(np.radians(pitch_limit_deg))
         return cls(movements, limit)
 
+    def __repr__(self) -> str:
+        speeds = [movement.speed_mps for movement in self.movements]
+        limit = self.pitch_limit_rad
+        return one_line(
+            "MovementAutomaton",
+            (
+                f"{len(self.movements)} movements",
+                f"up to {max(speeds):g} m/s",
+                "no pitch limit" if limit is None else f"pitch within {np.degrees(limit):.3g} deg",
+                *([] if self.table is None else ["measured table"]),
+            ),
+        )
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the movements, in order."""
@@ -151,7 +171,10 @@ class MovementAutomaton:
     def predict(
         self, state: npt.ArrayLike, movement: Movement, duration_s: float | None = None
     ) -> FloatArray:
-        """State [6] after a movement, or after the first `duration_s` of it (4.16)."""
+        """State [6] after a movement, or after the first `duration_s` of it: (4.16), (3.21).
+
+        Over its times that is the trajectory primitive (3.11), def. 8.
+        """
         duration = movement.duration_s if duration_s is None else duration_s
         if self.table is not None:
             return self.table.predict(state, movement.name, duration / movement.duration_s)
@@ -278,9 +301,9 @@ class MovementAutomaton:
         step_s: float = 0.05,
         start_s: float = 0.0,
     ) -> Trajectory:
-        """Predicted path of movements held for given durations, one after the other (4.16).
+        """Predicted path of movements held for given durations, one after the other: (4.8), (4.16).
 
-        States lie at most `step_s` apart, with one at the end of each leg.
+        States (3.3) lie at most `step_s` apart, with one at the end of each leg.
         """
         at = np.array(state, dtype=np.float64)
         time, times, states, names = start_s, [start_s], [at], []

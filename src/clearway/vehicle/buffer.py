@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.state import Trajectory
 from clearway.vehicle.automaton import Movement, MovementAutomaton
@@ -35,6 +36,8 @@ class MovementBuffer:
     """
 
     entries: tuple[BufferedMovement, ...] = ()
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for entry in self.entries:
@@ -69,7 +72,7 @@ class MovementBuffer:
         return tuple(entry.movement.name for entry in self.entries)
 
     def at(self, time_s: float) -> Movement | None:
-        """The movement held in (start, end] at a time, as (3.15) has it; None outside."""
+        """The movement held in (start, end] at a time, (3.17); None outside."""
         for entry in self.entries:
             if entry.start_s < time_s <= entry.end_s:
                 return entry.movement

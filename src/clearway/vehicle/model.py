@@ -16,7 +16,7 @@ StateTuple = tuple[float, float, float, float, float, float]
 
 @runtime_checkable
 class Vehicle(Protocol):
-    """What a movement automaton needs of a vehicle.
+    """What a movement automaton needs of a vehicle: a controlled system, (3.1) and (3.2).
 
     Reach sets are built once and turned about the vertical, so the motion must not depend on
     position or yaw; it may depend on roll and pitch.
@@ -59,7 +59,7 @@ def _sinc(angle: float) -> float:
 def plane_advance(
     state: StateTuple, inputs: tuple[float, float, float, float], duration_s: float
 ) -> StateTuple:
-    """Closed form of (4.4) for constant inputs.
+    """Closed form of (4.4) for constant inputs: the velocity (4.3), integrated.
 
     Products of cosines become sums, and the integral of cos(a + w t) over T is
     T sinc(w T / 2) cos(a + w T / 2), which holds for w = 0 too.

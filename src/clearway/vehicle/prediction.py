@@ -62,6 +62,8 @@ def corrected_movement(
 ) -> Movement:
     """The movement with its turn rates changed so that its end has the predicted attitude again.
 
+    That is (4.9): the input for the state that is expected.
+
     state, predicted: [6] at the movement's start, where alone movements may be exchanged (4.12).
     Rates stay within +-`rate_limit_rps` (default: the fastest turn of the automaton, and half
     of that more, so that a full turn can be corrected too), and pitch within the automaton's
@@ -109,6 +111,8 @@ def deviation_rate(
 ) -> float:
     """rho of (3.27): (4.11) grows by at most rho per second over the horizon.
 
+    What state noise adds is (3.23), what input noise adds over the movements (3.25), (3.26).
+
     Derivation, for true x' = g(x + w) + h(u + v) and predicted x' = g(x) + h(u) from one start:
     pitch and yaw deviate by at most their rate noise times the time, |db| <= v_b t and
     |dg| <= v_g t. The direction of flight is a point on the unit sphere, and two points whose
@@ -135,6 +139,8 @@ def deviation_bound_m(
     angle_weight_m: float = 0.0,
 ) -> FloatArray:
     """Largest deviation (3.28) at times [n] after the start of a prediction: rho (t - t0).
+
+    It is the radius of the ball (3.16) of def. 13.
 
     rho is taken for each time as its own horizon, which is the tightest that (3.28) gives.
     """

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
 
@@ -24,6 +25,8 @@ class MovementTable:
 
     names: tuple[str, ...]
     offsets: tuple[tuple[tuple[float, ...], ...], ...]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if len(self.names) != len(self.offsets):

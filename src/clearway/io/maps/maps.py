@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from clearway.avoidance.rules import GroundHeights
+from clearway.base.brief import brief
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
 from clearway.io.maps.ground import ground_heights
@@ -51,6 +52,8 @@ class KeepOut:
     obstacles: tuple[Obstacle, ...]
     """Volumes that hold it, local frame."""
 
+    __repr__ = brief
+
     def in_force(self, at: datetime | None) -> bool:
         """Whether it counts at a moment; without one, any zone does."""
         return at is None or not self.periods or any(_covers(one, at) for one in self.periods)
@@ -75,6 +78,8 @@ class MapFile:
     """What was left out, by reason."""
     notes: tuple[str, ...] = ()
     """What was assumed where the file is silent; to be shown."""
+
+    __repr__ = brief
 
     @property
     def is_empty(self) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
@@ -44,6 +45,8 @@ class PointCloud:
     """Beams of the sensor where the file says which it is."""
     complete: bool = True
     """False where parts of the sweep were lost; `pattern` has only the beams that came."""
+
+    __repr__ = brief
 
 
 def cleaned(cloud: PointCloud) -> PointCloud:

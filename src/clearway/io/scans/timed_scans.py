@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud
@@ -28,6 +29,8 @@ class TimedScan:
     read: Callable[[], PointCloud]
     """Points [n, 3] in the sensor's frame, perhaps none; raises InputError where damaged."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanSequence:
@@ -42,6 +45,8 @@ class ScanSequence:
     """What was assumed where the recording is silent; to be shown."""
     poses: str = NO_POSES
     """What there is of poses, in words."""
+
+    __repr__ = brief
 
     def __iter__(self) -> Iterator[TimedScan]:
         return self.scans()

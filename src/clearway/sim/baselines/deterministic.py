@@ -38,7 +38,10 @@ ten movements makes 12 million nodes, which no vehicle rates in flight."""
 
 
 def full(craft: Craft) -> Rule:
-    """With every sequence of the movements about one axis, chosen anew six times on the way."""
+    """The paper's predecessor: cells with hits are closed, all else is free; full reach set.
+
+    Every sequence of the movements about one axis, chosen anew six times on the way.
+    """
     planner = craft.planner
     prepared_sets = [
         PreparedReachSet.of(
@@ -59,7 +62,7 @@ def full(craft: Craft) -> Rule:
 
 
 def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
-    """With the reach set that clearway itself flies."""
+    """Likewise, with the reach set that clearway itself flies."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before
@@ -69,7 +72,7 @@ def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
 
 
 def first_hit(craft: Craft) -> Rule:
-    """As reduced, with cells closed by a single hit: the most careful that a threshold can be."""
+    """Likewise, closed from the first hit on: the most careful that a threshold can be."""
     return reduced(craft, closing_hits=1)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
+from clearway.base.brief import brief
 from clearway.live.mission import Mode
 
 
@@ -32,6 +33,8 @@ class Craft:
     """r_v of (6.14) and (6.15)."""
     conservative_turning_radius_m: float
     """r_t of (6.14)."""
+
+    __repr__ = brief
 
 
 Rule = Callable[[Situation, Manoeuvre | None], Manoeuvre]

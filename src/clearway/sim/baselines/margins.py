@@ -22,14 +22,14 @@ NEAR_SHARE = 0.999
 
 
 def turn_back(craft: Craft) -> Rule:
-    """Turn back while you can: two turning and two vehicle radii, (6.14) read as 4.6 m."""
+    """The conservative margin (6.14), read as 4.6 m; turns back where nothing keeps it."""
     return _keep_away(
         craft.planner, 2.0 * craft.conservative_turning_radius_m + 2.0 * craft.body_radius_m
     )
 
 
 def adaptive(craft: Craft) -> Rule:
-    """Six vehicle radii (6.15)."""
+    """The adaptive margin (6.15): six vehicle radii."""
     return _keep_away(craft.planner, 6.0 * craft.body_radius_m)
 
 

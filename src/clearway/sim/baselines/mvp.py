@@ -41,7 +41,7 @@ class VoltageTuning:
 
 
 def modified_voltage_potential(craft: Craft, tuning: VoltageTuning | None = None) -> Rule:
-    """The wished velocity, changed by the sum of all resolutions."""
+    """Modified voltage potential: the wished velocity, changed by the sum of all resolutions."""
     planner, tuning = craft.planner, tuning or VoltageTuning()
     spare_m = tuning.zone * planner.settings.safety_margin_m
     horizon_s = tuning.horizon * planner.grid.range_m / planner.speed_mps

@@ -10,6 +10,7 @@ import numpy as np
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
@@ -31,6 +32,8 @@ class BaselineDecision:
     movements: tuple[str, ...]
     explanation: str
     counts: dict[str, int]
+
+    __repr__ = brief
 
 
 class BaselinePilot:

@@ -38,7 +38,7 @@ class FieldTuning:
 
 
 def potential_field(craft: Craft, tuning: FieldTuning | None = None) -> Rule:
-    """Attraction and repulsion, tuned."""
+    """Repelled by what is near; tuned by `tools/tune_baselines.py` on worlds of no campaign."""
     planner, tuning = craft.planner, tuning or FieldTuning()
     radius = planner.automaton.turning_radius_m
     influence = tuning.influence * min(radius, planner.grid.range_m)

@@ -8,7 +8,7 @@ from clearway.sim.baselines.routes import routes
 
 
 def straight(craft: Craft) -> Rule:
-    """Clearway's own costs without any evidence: what a flight costs that avoids nothing."""
+    """The cheapest way by clearway's own costs, whatever stands in it."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before

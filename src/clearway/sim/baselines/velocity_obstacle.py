@@ -34,7 +34,7 @@ class VelocityTuning:
 
 
 def velocity_obstacle(craft: Craft, tuning: VelocityTuning | None = None) -> Rule:
-    """The admissible velocity nearest to the wished one."""
+    """Velocity obstacles in three dimensions: the admissible velocity nearest to the wished one."""
     planner, tuning = craft.planner, tuning or VelocityTuning()
     speed = planner.speed_mps
     reachable = reachable_directions(planner.automaton)

@@ -51,7 +51,7 @@ class HistogramTuning:
 
 
 def vector_field_histogram(craft: Craft, tuning: HistogramTuning | None = None) -> Rule:
-    """Free directions, some steps ahead."""
+    """Three-dimensional vector field histogram with look-ahead."""
     planner, tuning = craft.planner, tuning or HistogramTuning()
     limit, range_m = planner.automaton.pitch_limit_rad, planner.grid.range_m
     search = _LookAhead(

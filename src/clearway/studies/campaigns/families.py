@@ -13,7 +13,7 @@ from pydantic import Field
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.io.toml import Section, parse_model
-from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission
+from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import mission_of, world_mission
 from clearway.sim.worlds import BALL_COUNTS, ball_world
@@ -103,14 +103,14 @@ def _mission(case: CaseOf) -> MissionFile:
     if name not in built_in_missions():
         known = ", ".join(sorted(built_in_missions()))
         raise InputError("mission", f"{name!r}: there are {known}; family place takes files")
-    return read_mission(name).changed("simulation", seed=case.seed)
+    return read_mission_file(name).changed("simulation", seed=case.seed)
 
 
 def _place(case: CaseOf) -> MissionFile:
     path = case.folder / case.parameters.mission
     if not path.exists():
         raise AbsentDataError(f"no file {case.parameters.mission}")
-    file = read_mission(str(path))
+    file = read_mission_file(str(path))
     clouds = (file.point_cloud.file,) if file.point_cloud else ()
     absent = [
         name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
@@ -193,7 +193,7 @@ def make_case(
     known = FAMILIES[family]
     section = parse_model(f"{family}: parameters", parameters, known.parameters)
     case = CaseOf(seed, section, folder)
-    file = _changed(known.make(case), changes)
+    file = _changed(known.make(case), changes, folder)
     # All seeds of a mission share what is the same: reach sets, sensors, surveyed worlds.
     shared = _prepared(file.changed("simulation", seed=0))
     setup = replace(shared, simulation=replace(shared.simulation, seed=file.simulation.seed))
@@ -205,7 +205,9 @@ def _prepared(file: MissionFile) -> FlightSetup:
     return prepare(file)
 
 
-def _changed(file: MissionFile, changes: Mapping[str, Mapping[str, Any]]) -> MissionFile:
+def _changed(
+    file: MissionFile, changes: Mapping[str, Mapping[str, Any]], folder: Path
+) -> MissionFile:
     """The mission with keys of its tables changed, checked like a file."""
     if not changes:
         return file
@@ -215,4 +217,4 @@ def _changed(file: MissionFile, changes: Mapping[str, Mapping[str, Any]]) -> Mis
         # Every sensor, intruder or obstacle alike.
         several = isinstance(old, (list, tuple))
         tables[table] = [{**one, **values} for one in old] if several else {**old, **values}
-    return parse_model("changes", tables, MissionFile)
+    return parse_model("changes", tables, MissionFile, folder)

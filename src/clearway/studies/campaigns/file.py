@@ -9,12 +9,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from clearway.base.errors import InputError
+from clearway.io.choices import folder_of
 from clearway.io.toml import Section, parse_model, read_toml
 from clearway.missions.mission_file import MissionFile
-from clearway.sim.baselines import PLANNERS
+from clearway.sim.baselines import PLANNERS, known_planner
 from clearway.studies.campaigns.families import FAMILIES
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
@@ -51,10 +52,10 @@ class FamilySection(Section):
         return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
 
     @model_validator(mode="after")
-    def _is_known(self) -> Self:
+    def _is_known(self, info: ValidationInfo) -> Self:
         if self.family not in FAMILIES:
             raise ValueError(f"family {self.family!r}: there are {', '.join(FAMILIES)}")
-        _check_planners((*(self.planners or ()), *self.leave_out))
+        _check_planners((*(self.planners or ()), *self.leave_out), info)
         parse_model(f"family {self.name}: parameters", self.parameters, self.known.parameters)
         tables = MissionFile.model_fields
         for table in self.changes:
@@ -72,7 +73,7 @@ class CampaignFile(Section):
     """A campaign: every family with every planner and every seed."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$")
-    planners: Names = PLANNERS
+    planners: Names = tuple(PLANNERS)
     """The first is the one that is looked at; default: all there are."""
     seeds: int = Field(default=1, ge=1)
     """Cases of each family."""
@@ -80,8 +81,8 @@ class CampaignFile(Section):
     family: Annotated[tuple[FamilySection, ...], Field(strict=False, min_length=1)]
 
     @model_validator(mode="after")
-    def _is_possible(self) -> Self:
-        _check_planners(self.planners)
+    def _is_possible(self, info: ValidationInfo) -> Self:
+        _check_planners(self.planners, info)
         names = [section.name for section in self.family]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -112,8 +113,9 @@ def read_campaign(name_or_path: str) -> Campaign:
     if name_or_path not in built_in and not path.exists() and path.suffix != ".toml":
         names = ", ".join(sorted(built_in))
         raise InputError(name_or_path, f"no such campaign or file; campaigns by name: {names}")
-    file = parse_model(str(name_or_path), read_toml(path), CampaignFile)
-    return Campaign(name_or_path, str(path.resolve().parent), file)
+    folder = path.resolve().parent
+    file = parse_model(str(name_or_path), read_toml(path), CampaignFile, folder)
+    return Campaign(name_or_path, str(folder), file)
 
 
 def built_in_campaigns() -> dict[str, Path]:
@@ -122,7 +124,6 @@ def built_in_campaigns() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
-def _check_planners(names: tuple[str, ...]) -> None:
+def _check_planners(names: tuple[str, ...], info: ValidationInfo) -> None:
     for name in names:
-        if name not in PLANNERS:
-            raise ValueError(f"planner {name!r}: there are {', '.join(PLANNERS)}")
+        known_planner(name, folder_of(info))

@@ -16,6 +16,7 @@ from clearway.base.errors import FlightRefusedError
 from clearway.base.version import __version__
 from clearway.io.json_values import finite
 from clearway.sim import Run
+from clearway.sim.baselines import PLANNERS, known_planner
 from clearway.sim.pilot import Steering
 from clearway.studies.campaigns.families import Case, make_case
 from clearway.studies.campaigns.file import Campaign
@@ -39,6 +40,8 @@ class Task:
     changes: str
     """JSON object."""
     planner: str
+    flown_by: str
+    """The planner, a user's own one with its file: workers may be in other folders."""
     seed: int
 
     @property
@@ -82,6 +85,7 @@ def tasks_of(campaign: Campaign) -> list[Task]:
                     json.dumps(section.parameters, sort_keys=True),
                     json.dumps(section.changes, sort_keys=True),
                     planner,
+                    PLANNERS.located(planner, Path(campaign.folder)),
                     file.first_seed + number,
                 )
                 for planner in planners
@@ -94,12 +98,13 @@ def fly_task(task: Task) -> FlightRow:
     """The row of a flight.
 
     What a planner raises is a flight that failed, since in the air nothing would catch it either.
-    Errors as of `make_case`.
+    Errors as of `make_case`, and OwnCodeError where a user's planner is not found.
     """
     setup = case_of(task).setup
+    known_planner(task.flown_by)
     watch = _Watch()
     try:
-        run = setup.fly_with(task.planner)
+        run = setup.fly_with(task.flown_by)
     except FlightRefusedError as refusal:
         return _not_flown(task, "refused", str(refusal), watch.read())
     except Exception as problem:

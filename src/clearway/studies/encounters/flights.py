@@ -7,10 +7,8 @@ alone, so that results do not depend on how many processes share the work.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import lru_cache
-from multiprocessing import get_context
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -25,14 +23,19 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sim import Run, SimulationSettings, simulate
+from clearway.sim.baselines import CLEARWAY, PLANNERS, Craft, pilot_named
+from clearway.sim.pilot import Steering
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
 from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
+from clearway.studies.processes import in_processes
 from clearway.traffic import TrackerSettings
 from clearway.vehicle.automaton import MovementAutomaton
 
 SPEED_MPS, RANGE_M, SAFETY_MARGIN_M, RADIUS_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 0.6, 1.5
 """The ownship of 6.5 and its intruders, at scale 1."""
+BODY_RADIUS_M = 0.3
+"""Of the ownship, which the margins (6.14) and (6.15) of rivals are told."""
 AFTERWARDS_S = 10.0
 """Flown on after the straight flights have met, and half as long again as it took them."""
 CHUNK = 25
@@ -61,6 +64,8 @@ class EncounterTally:
     settings: EncounterSettings
     outcomes: tuple[EncounterOutcome, ...]
     """Ascending by seed."""
+    planner: str = CLEARWAY
+    """Who flew, as asked for."""
 
     @property
     def avoidable(self) -> int:
@@ -116,6 +121,13 @@ def planner_at(scale: float) -> Planner:
     return Planner.of(library, AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M * scale))
 
 
+@lru_cache(maxsize=2)
+def craft_at(scale: float) -> Craft:
+    """What rivals know of that vehicle."""
+    planner = planner_at(scale)
+    return Craft(planner, BODY_RADIUS_M * scale, planner.automaton.turning_radius_m)
+
+
 def distance_to_keep_m(scale: float) -> float:
     """Safety margin and body radius of the intruder, between centres (6.16)."""
     return (SAFETY_MARGIN_M + RADIUS_M) * scale
@@ -128,7 +140,9 @@ def is_avoidable(encounter: Encounter, scale: float = 1.0) -> bool:
     return search(automaton, opponent, distance_to_keep_m(scale)).avoidable
 
 
-def fly_encounter(encounter: Encounter, settings: EncounterSettings | None = None) -> Run:
+def fly_encounter(
+    encounter: Encounter, settings: EncounterSettings | None = None, planner: str = CLEARWAY
+) -> Run[Steering]:
     """One flight: the ownship starts towards a far waypoint, and meets the intruder at once."""
     settings = settings or EncounterSettings()
     scale = settings.scale
@@ -143,8 +157,9 @@ def fly_encounter(encounter: Encounter, settings: EncounterSettings | None = Non
     tracker = None
     if settings.noisy:
         tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
+    system = AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship")
     return simulate(
-        AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship"),
+        pilot_named(planner, system, craft_at(scale)),
         ObstacleMap(),
         (),
         SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s),
@@ -170,7 +185,9 @@ def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission
     return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
 
 
-def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> EncounterOutcome:
+def outcome_of(
+    encounter: Encounter, settings: EncounterSettings, run: Run[Steering]
+) -> EncounterOutcome:
     """What a flight came to."""
     traffic = run.metrics.intruders
     if traffic is None:
@@ -184,9 +201,11 @@ def outcome_of(encounter: Encounter, settings: EncounterSettings, run: Run) -> E
     )
 
 
-def _outcomes(seeds: Sequence[int], settings: EncounterSettings) -> list[EncounterOutcome]:
+def _outcomes(
+    settings: EncounterSettings, planner: str, seeds: Sequence[int]
+) -> list[EncounterOutcome]:
     return [
-        outcome_of(encounter, settings, fly_encounter(encounter, settings))
+        outcome_of(encounter, settings, fly_encounter(encounter, settings, planner))
         for encounter in (random_encounter(seed, settings) for seed in seeds)
     ]
 
@@ -196,10 +215,12 @@ def fly_encounters(
     seeds: Sequence[int],
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
+    planner: str = CLEARWAY,
 ) -> EncounterTally:
     """Fly the encounters of many seeds in `workers` processes; the tally is the same for any.
 
-    progress: called with how many more are done.
+    progress: called with how many more are done. planner: by name, or a user's `module:name`.
+    Raises ClearwayError for a planner that is not there, or that fails in flight.
     """
     report = progress or (lambda _more: None)
     if workers < 1:
@@ -208,15 +229,8 @@ def fly_encounters(
     chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
-    if workers == 1:
-        for chunk in chunks:
-            done += _outcomes(chunk, settings)
-            report(len(chunk))
-    else:
-        # Fresh processes: forked ones would inherit the threads of a progress bar.
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            waiting = [pool.submit(_outcomes, chunk, settings) for chunk in chunks]
-            for finished in as_completed(waiting):
-                done += finished.result()
-                report(len(finished.result()))
-    return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)))
+    work = partial(_outcomes, settings, PLANNERS.located(planner))
+    for some in in_processes(work, chunks, workers):
+        done += some
+        report(len(some))
+    return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)), planner)

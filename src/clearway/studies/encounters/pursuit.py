@@ -1,4 +1,4 @@
-"""Encounters with an intruder that wants to hit (def. 3): which can be avoided at all.
+"""Encounters with an intruder that wants to hit, (3.6), def. 3: which can be avoided at all.
 
 The intruder knows the ownship's plan, keeps at most its speed, and accelerates by no more than a
 bound in any direction. Its reach set at each time lies within two balls: a t^2 / 2 about its

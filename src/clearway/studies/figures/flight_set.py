@@ -7,11 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
+from clearway.base.errors import ClearwayError
+from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
-from clearway.sim import Run
+from clearway.sim import Run, decided_by_clearway
 from clearway.sim.pilot import Steering
 from clearway.studies.figures.comparison import draw_tracks
-from clearway.view.plot.assessment import draw_assessment
+from clearway.view.plot.assessment import assessment_figures
 from clearway.view.plot.flight import (
     Margins,
     draw_obstacle_distance,
@@ -19,10 +21,48 @@ from clearway.view.plot.flight import (
     draw_tracking,
     snapshot_decisions,
 )
+from clearway.view.plot.notebook import for_notebooks
 from clearway.view.plot.traffic import draw_collision_distance, draw_traffic, first_detection
 
 
 def draw_flight(
+    run: Run[Steering], at_s: float | None = None, *, title: str | None = None
+) -> Figure:
+    """A flight as one picture: the way flown, what was seen and what was there, from above too.
+
+    run: what `fly` or `simulate` gave. at_s: show the flight up to its last decision at that time
+    in seconds, with plan and field of view; by default all of it. Lengths are metres in the world
+    frame. A notebook shows the figure, `savefig` of it writes a file. Raises ClearwayError where
+    no decision is that early, and for a moment of a planner that has no plan to show.
+
+    >>> import clearway as cw
+    >>> run = cw.fly("static-obstacles")
+    >>> cw.draw_flight(run).savefig("flight.png")
+    >>> cw.draw_flight(run, 20.0).savefig("at-20-s.png")
+    """
+    name, world = run.mission.name, run.world or ObstacleMap()
+    if not decided_by_clearway(run) or not run.decisions:
+        if at_s is not None:
+            raise ClearwayError(f"at_s: planner {run.planner} tells of no plan; draw all of it")
+        whole = title or f"{name} by {run.planner}: the whole flight"
+        return for_notebooks(draw_tracks({run.planner: run}, world, whole))
+    index = None if at_s is None else _last_decision(run, at_s)
+    title = title or f"{name}: " + ("the whole flight" if at_s is None else f"at {at_s:g} s")
+    if run.intruder_tracks:
+        return for_notebooks(draw_traffic(run, index, title, world))
+    return for_notebooks(draw_snapshot(run, index, title))
+
+
+def _last_decision(run: Run, at_s: float) -> int:
+    """Index of the last decision at or before a time."""
+    times = np.array([entry.flight.time_s for entry in run.decisions])
+    before = int(np.searchsorted(times, at_s + 1e-9)) - 1
+    if before < 0:
+        raise ClearwayError(f"at_s: no decision up to {at_s:g} s; the first is at {times[0]:g} s")
+    return before
+
+
+def flight_figures(
     run: Run, margins: Margins, world: World, kept_out: World | None = None
 ) -> Iterator[tuple[str, Figure]]:
     """(name, figure) one by one: snapshots, assessment at the first, distances, tracking.
@@ -53,7 +93,9 @@ def draw_flight(
     yield "tracking", draw_tracking(run)
 
 
-def draw_track(run: Run[Steering], world: World, margins: Margins) -> Iterator[tuple[str, Figure]]:
+def track_figures(
+    run: Run[Steering], world: World, margins: Margins
+) -> Iterator[tuple[str, Figure]]:
     """(name, figure) of a flight by another planner: what needs no assessment of cells."""
     name = run.mission.name
     yield "flight", draw_tracks({"flown": run}, world, f"{name}: the whole flight")
@@ -68,7 +110,7 @@ def _panels(run: Run, index: int) -> dict[str, Figure]:
     """Reachability, obstacle and visibility at one decision."""
     entry = run.decisions[index]
     decision = entry.flight.decision
-    return draw_assessment(
+    return assessment_figures(
         decision.cells,
         decision.reach,
         decision.prepared.reach_set,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from clearway.missions.mission_file import read_mission
+from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.sim import LoggedDecision, Run
 
@@ -36,16 +36,16 @@ class Flight:
 @cache
 def flight_of(mission: str) -> Flight:
     """A mission that ships with the package, flown with its own seed."""
-    setup = prepare(read_mission(mission))
+    setup = prepare(read_mission_file(mission))
     return Flight(setup, setup.fly())
 
 
 def draw_moment(entry: LoggedDecision, quantity: str, title: str) -> Figure:
     """Trajectories and cells of one decision: "reachability", "obstacle" or "visibility"."""
-    from clearway.view.plot.assessment import draw_assessment
+    from clearway.view.plot.assessment import assessment_figures
 
     decision = entry.flight.decision
-    figure = draw_assessment(
+    figure = assessment_figures(
         decision.cells,
         decision.reach,
         decision.prepared.reach_set,

@@ -161,13 +161,13 @@ class LyapunovFlight:
 
     @property
     def lyapunov_m2(self) -> FloatArray:
-        """[n] V = |y|^2 / 2 of the position."""
+        """[n] V = |y|^2 / 2 of the position, y as in (3.29)."""
         squared: FloatArray = 0.5 * np.sum((self.track_m - self.goal_m) ** 2, axis=1)
         return squared
 
     @property
     def rising_s(self) -> float:
-        """How long V rises."""
+        """How long V rises, its derivative (3.31) being positive."""
         return float(np.diff(self.time_s)[np.diff(self.lyapunov_m2) > 1e-9].sum())
 
 

@@ -17,7 +17,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, BaselinePilot, Craft, rule_named
+from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.pilot import Steering
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import ModelEncounter
@@ -130,9 +130,8 @@ def fly(
         reach_m,
     )
     system = AvoidanceSystem(craft.planner, mission, address="ownship")
-    pilot = system if planner == CLEARWAY else BaselinePilot(system, rule_named(planner, craft))
     return simulate(
-        pilot,
+        pilot_named(planner, system, craft),
         ObstacleMap(),
         (),
         SimulationSettings(seed=encounter.number, step_s=STEP_S, time_limit_s=encounter.lasts_s),

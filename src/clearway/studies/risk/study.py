@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 from clearway.base.errors import ClearwayError
+from clearway.sim.baselines import PLANNERS
 from clearway.studies.encounter_model import EncounterModel
+from clearway.studies.processes import in_processes
 from clearway.studies.risk.encounter import draw_encounter
 from clearway.studies.risk.flight import STRAIGHT, Separation, craft_of, separation_of
 from clearway.studies.risk.settings import RiskSettings
@@ -65,22 +65,15 @@ def study(
         raise ClearwayError(f"workers: must be at least 1, got {workers}")
     if not numbers:
         raise ClearwayError("risk: at least one encounter is needed")
-    job = _Job(model, tuple(planners), settings, seed)
+    flown_by = {planner: PLANNERS.located(planner) for planner in planners}
+    job = _Job(model, flown_by, settings, seed)
     # Reach sets are built and stored once, before processes load them.
     craft_of(settings)
     done: list[RiskOutcome] = []
     chunks = [numbers[at : at + CHUNK] for at in range(0, len(numbers), CHUNK)]
-    if workers == 1:
-        for chunk in chunks:
-            done += job.fly(chunk)
-            report(len(chunk))
-    else:
-        # Fresh processes: forked ones would inherit the threads of a progress bar.
-        context = get_context("spawn")
-        with ProcessPoolExecutor(workers, context, _begin, (job,)) as pool:
-            for finished in as_completed([pool.submit(_fly, chunk) for chunk in chunks]):
-                done += finished.result()
-                report(len(finished.result()))
+    for some in in_processes(_fly, chunks, workers, _begin, (job,)):
+        done += some
+        report(len(some))
     ordered = tuple(sorted(done, key=lambda each: each.number))
     return RiskStudy(settings, tuple(planners), seed, ordered)
 
@@ -90,7 +83,8 @@ class _Job:
     """What all encounters of a study share."""
 
     model: EncounterModel
-    planners: tuple[str, ...]
+    flown_by: Mapping[str, str]
+    """Planners as asked for, and where workers find those of users."""
     settings: RiskSettings
     seed: int
 
@@ -101,8 +95,8 @@ class _Job:
         encounter = draw_encounter(self.model, number, self.settings, self.seed)
         straight, _ = separation_of(encounter, STRAIGHT, self.settings)
         flown, emergencies = {}, {}
-        for planner in self.planners:
-            flown[planner], emergencies[planner] = separation_of(encounter, planner, self.settings)
+        for planner, where in self.flown_by.items():
+            flown[planner], emergencies[planner] = separation_of(encounter, where, self.settings)
         return RiskOutcome(number, encounter.weight, encounter.layer, straight, flown, emergencies)
 
 

@@ -112,6 +112,8 @@ def _bounds(grid: AvoidanceGrid) -> FloatArray:
 def cell_distance(x: float, y: float, z: float, i: int, j: int, k: int, borders: Borders) -> float:
     """Distance of a point from a cell, 0 inside; exact.
 
+    At most the radius where the ball (5.11) in planar coordinates (5.12) meets the cell (5.13).
+
     The direction of the cell that is nearest to the point's own does not depend on the radius:
     the foot is at the radius, within the layer, of the point's projection on it.
     """

@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.traffic.intruder import Intruder
 
@@ -49,6 +50,8 @@ class ModelCells:
     """Spread alone: Q, the probability that the intruder's ray meets the cell at any time."""
     timed: FloatArray | None = None
     """Probability by the timed rule; None without vehicle times."""
+
+    __repr__ = brief
 
     def of(self, intruder: int) -> ModelCells:
         """The same of one intruder."""

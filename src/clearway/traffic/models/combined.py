@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -46,6 +47,8 @@ class IntruderCells:
     """[n, cells] the same of each intruder, the largest of its models (5.36)."""
     models: MappingProxyType[str, ModelCells]
     """By model name, arrays [n, cells]."""
+
+    __repr__ = brief
 
     @property
     def intruders(self) -> list[dict[str, ModelCells]]:

@@ -1,4 +1,4 @@
-"""The simple line model (5.7)-(5.9): the intruder is a point that flies straight on."""
+"""The simple line model (5.9): the intruder is a point that flies straight on."""
 
 from __future__ import annotations
 

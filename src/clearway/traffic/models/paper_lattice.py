@@ -113,7 +113,9 @@ def _plane(
     edges: GridEdges,
     cells: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Probability (5.30) and number of lattice points in each cell for one ellipse (5.26)-(5.29).
+    """Probability (5.30) and number of lattice points in each cell for one ellipse.
+
+    (5.26), (5.28), (5.29); the points in a cell, plane after plane, are (5.32).
 
     The lattice is laid in the plane, centred on the axis: there is always a point (5.28).
     """

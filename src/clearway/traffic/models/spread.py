@@ -38,7 +38,10 @@ NOT_MET = np.array([np.inf, -np.inf, 0.0, 0.0, -1.0])
 
 
 class DiscNodes(NamedTuple):
-    """Nodes of the unit disc; those of the ring carry no weight but find when cells are met."""
+    """Nodes of the unit disc, the ellipse (5.17) in its own axes.
+
+    Those of the ring carry no weight but find when cells are met.
+    """
 
     wide: FloatArray
     """[nodes] place along the cone's wider spread."""
@@ -180,7 +183,7 @@ def _spreads(
 
 @compiled
 def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> FloatArray:
-    """Probability of each inner node by (5.20): the average of the two normals, normalised."""
+    """Probability of each inner node by (5.20): the mean of (5.18) and (5.19), normed as (5.21)."""
     weights = np.zeros(len(nodes.wide))
     for m in range(nodes.inner):
         # A normal's height goes with the inverse of its deviation; both times the product.

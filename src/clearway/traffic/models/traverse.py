@@ -37,7 +37,7 @@ def traverse(
     borders: Borders,
     out: TraversalPieces,
 ) -> int:
-    """Cells that position + velocity t passes for 0 <= t <= end_s, in order (5.7)-(5.9).
+    """Cells that position + velocity t passes for 0 <= t <= end_s, in order: (5.7), (5.8), (5.9).
 
     Fills rows CELL, ENTRY and LEAVE of `out` and returns how many pieces there are; a cell comes
     twice if it is re-entered. A touch of measure zero (shorter or shallower than the grid's

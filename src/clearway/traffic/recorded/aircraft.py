@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.base.units import FOOT_M
@@ -45,6 +46,8 @@ class Aircraft:
     on_ground: BoolArray
     segment_mps: FloatArray
     """[n - 1] speed over ground that neighbouring positions imply."""
+
+    __repr__ = brief
 
     @property
     def is_icao(self) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.units import FOOT_M, NAUTICAL_MILE_M
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.proximity import proximity_pairs
@@ -39,6 +40,8 @@ class ClosestPair:
     longitude_deg: float
     together_s: int
     """Seconds that they spend within half a nautical mile and 500 ft."""
+
+    __repr__ = brief
 
     @property
     def slant_m(self) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
@@ -53,6 +54,8 @@ class OwnPart:
     """All of the own track, with its gaps."""
     until_s: float
     """When the last waypoint is due."""
+
+    __repr__ = brief
 
 
 def take_part(

@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.traffic.recorded.aircraft import Aircraft, aircraft_of
 from clearway.traffic.recorded.closest import ClosestPair, closest_pairs
@@ -29,6 +30,8 @@ class AirPicture:
     pairs: tuple[ClosestPair, ...]
     """Nearest first; only those of the own aircraft where it is known."""
     own_address: str | None
+
+    __repr__ = brief
 
     @property
     def span_s(self) -> tuple[float, float] | None:

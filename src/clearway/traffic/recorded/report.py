@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
+from clearway.base.brief import brief
+
 AltitudeKind = Literal["barometric", "geometric", "ground"]
 Source = Literal["adsb", "adsr", "tisb", "mlat", "mode s", "scripted", "unknown"]
 """Who measured: the aircraft (rebroadcast or not), a radar, receivers on the ground, a script."""
@@ -72,3 +74,5 @@ class TrafficRecording:
     """Where the file says whose recording it is."""
     notes: tuple[str, ...] = ()
     """What was assumed, or found odd; to be shown."""
+
+    __repr__ = brief

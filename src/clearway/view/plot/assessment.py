@@ -6,18 +6,25 @@ Colours are safe for the colour-blind: blue passable, red blocked.
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
+from clearway.avoidance.decide import Decision
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment
+from clearway.avoidance.scene import SceneAssessment
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
+from clearway.live import FlightDecision
 from clearway.reach.tree import ReachSet
 from clearway.view.plot.cells import ALL_ROWS, POINT_COLOR, CellView, Quantity, cased, draw_cells
+from clearway.view.plot.notebook import for_notebooks
 
 PASSABLE = LinearSegmentedColormap.from_list(
     "passable", ["#a50026", "#f46d43", "#f5c25b", "#a6cde3", "#4a98c9", "#2155a0"]
@@ -29,7 +36,50 @@ VISIBLE = LinearSegmentedColormap.from_list("visible", ["#2d3463", "#7f86b5", "#
 MOST_POINTS = 3000
 
 
+QuantityName = Literal["reachability", "obstacle", "visibility"]
+"""What is drawn of an assessment."""
+
+
 def draw_assessment(
+    assessed: SceneAssessment | Decision | FlightDecision,
+    quantity: QuantityName = "reachability",
+    *,
+    title: str | None = None,
+) -> Figure:
+    """One moment as a picture: trajectories in space at left, cells row by row at right.
+
+    assessed: what `assess` or `decide` gave, or a decision of a flight. quantity: "reachability"
+    (4.23), "obstacle" probability (4.17) or "visibility" (5.47), each in [0, 1]. Lengths are
+    metres in the frame of the grid. A notebook shows the figure, `savefig` of it writes a file.
+    Raises ClearwayError for another quantity.
+
+    >>> import clearway as cw
+    >>> rated = cw.assess("two-balls.toml")
+    >>> cw.draw_assessment(rated, "obstacle").savefig("two-balls.png")
+    """
+    if quantity not in get_args(QuantityName):
+        choices = ", ".join(get_args(QuantityName))
+        raise ClearwayError(f"quantity {quantity!r}: valid quantities are {choices}")
+    if isinstance(assessed, SceneAssessment):
+        reach_set, name = assessed.reach_set, assessed.scene.name
+        points = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in assessed.detections)])
+    else:
+        assessed = assessed.decision if isinstance(assessed, FlightDecision) else assessed
+        reach_set, name = assessed.prepared.reach_set, f"{assessed.state.time_s:.1f} s"
+        points = assessed.hazards.points.position_m
+    return for_notebooks(
+        _figure(
+            assessed.cells,
+            assessed.reach,
+            reach_set,
+            points,
+            title or f"{name}: {quantity}",
+            quantity,
+        )
+    )
+
+
+def assessment_figures(
     cells: CellAssessment,
     reach: ReachAssessment,
     reach_set: ReachSet,
@@ -40,24 +90,32 @@ def draw_assessment(
 
     points_m: hit points [n, 3] in the grid's frame.
     """
-    visibility = cells.evidence.visibility
-    trajectories = {
-        "reachability": ("Trajectories by their rating", reach.node_rating),
-        "obstacle": (
-            "Trajectories by the largest obstacle probability on the way",
-            worst_on_the_way(reach_set, cells.obstacle),
-        ),
-        "visibility": (
-            "Trajectories by the least visibility on the way",
-            1.0 - worst_on_the_way(reach_set, 1.0 - visibility),
-        ),
-    }
     return {
-        name: draw_panels(
-            reach_set, values, _quantity(name, cells, reach), points_m, f"{title}: {name}", caption
-        )
-        for name, (caption, values) in trajectories.items()
+        name: _figure(cells, reach, reach_set, points_m, f"{title}: {name}", name)
+        for name in get_args(QuantityName)
     }
+
+
+def _figure(
+    cells: CellAssessment,
+    reach: ReachAssessment,
+    reach_set: ReachSet,
+    points_m: FloatArray,
+    title: str,
+    name: QuantityName,
+) -> Figure:
+    """One quantity along the trajectories and in the cells."""
+    match name:
+        case "reachability":
+            caption, values = "Trajectories by their rating", reach.node_rating
+        case "obstacle":
+            caption = "Trajectories by the largest obstacle probability on the way"
+            values = worst_on_the_way(reach_set, cells.obstacle)
+        case "visibility":
+            caption = "Trajectories by the least visibility on the way"
+            values = 1.0 - worst_on_the_way(reach_set, 1.0 - cells.evidence.visibility)
+    quantity = _quantity(name, cells, reach)
+    return draw_panels(reach_set, values, quantity, points_m, title, caption)
 
 
 def reachability_quantity(reach: ReachAssessment) -> Quantity:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import cycle
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,10 +12,11 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from clearway.reach.comparison import Comparison, MethodRow, SpreadPoint
 
 # Okabe-Ito, distinct to colour-blind eyes.
-LINES = {"chaotic": "#D55E00", "harmonic": "#0072B2", "dispersion": "#009E73"}
+LINES = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Of methods with a spread, in the order of their registry."""
 SINGLE = "#222222"
-ALONE = {"primitives": "^", "cover": "s", "late": "D", "flying": "*"}
-"""Methods without a spread, and their marks."""
+MARKS = ("^", "s", "D", "*", "v", "P", "X", "o")
+"""Of methods without."""
 TICKS = (100, 200, 500, 1000, 2000, 5000, 10000)
 
 
@@ -23,18 +25,18 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
     figure = Figure(figsize=(13.0, 5.4), dpi=130)
     left, right = figure.subplots(1, 2)
     reachable = comparison.reachable.number
-    for method, points in spreads.items():
+    for (method, points), color in zip(spreads.items(), cycle(LINES), strict=False):
         nodes = [point.coverage.nodes for point in points]
         cells = [point.coverage.cells_covered / reachable for point in points]
         prints = [point.coverage.footprints for point in points]
         for axes, values in ((left, cells), (right, prints)):
-            axes.plot(nodes, values, "o-", color=LINES[method], ms=4, label=method)
+            axes.plot(nodes, values, "o-", color=color, ms=4, label=method)
         for at in (0, len(points) - 1):
-            _note(left, nodes[at], cells[at], str(points[at].spread), LINES[method])
-            _note(right, nodes[at], prints[at], str(points[at].spread), LINES[method])
-    for row in comparison.rows:
-        if row.contender.method in ALONE:
-            _single(left, right, row, reachable)
+            _note(left, nodes[at], cells[at], str(points[at].spread), color)
+            _note(right, nodes[at], prints[at], str(points[at].spread), color)
+    alone = [row for row in comparison.rows if not row.contender.tuning]
+    for row, mark in zip(alone, cycle(MARKS), strict=False):
+        _single(left, right, row, reachable, mark)
     left.set(ylabel="share of reachable cells covered", ylim=(0.0, 1.08))
     right.set(ylabel="distinct footprints", yscale="log")
     for axes in (left, right):
@@ -58,7 +60,7 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
     return figure
 
 
-def _single(left: Axes, right: Axes, row: MethodRow, reachable: int) -> None:
+def _single(left: Axes, right: Axes, row: MethodRow, reachable: int, mark: str) -> None:
     """A method without a spread: one mark of its own."""
     for axes, value in (
         (left, row.coverage.cells_covered / reachable),
@@ -67,7 +69,7 @@ def _single(left: Axes, right: Axes, row: MethodRow, reachable: int) -> None:
         axes.plot(
             row.coverage.nodes,
             value,
-            ALONE[row.contender.method],
+            mark,
             color=SINGLE,
             ms=7,
             mfc="none",

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.own_code import shown
 from clearway.base.version import __version__
 from clearway.io.json_values import rounded
-from clearway.missions.run_files import summary
 from clearway.missions.setup import FlightSetup
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -25,7 +25,7 @@ MOST_WORLD_POINTS = 60_000
 """Points of a surveyed world that the file keeps to show it."""
 
 
-def mission_message(run: Run[Steering], setup: FlightSetup, planner: str) -> dict[str, Any]:
+def mission_message(run: Run[Steering], setup: FlightSetup) -> dict[str, Any]:
     """Everything that does not change, in the world frame."""
     mission, grid, settings = run.mission, setup.planner.grid, setup.planner.settings
     traffic = run.metrics.intruders
@@ -37,8 +37,8 @@ def mission_message(run: Run[Steering], setup: FlightSetup, planner: str) -> dic
         "format": FORMAT,
         "clearway": __version__,
         "name": mission.name,
-        "planner": planner,
-        "rating": settings.rating,
+        "planner": run.planner,
+        "rating": shown(settings.rating),
         "threshold": settings.threshold,
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
@@ -56,7 +56,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, planner: str) -> dic
             "elevation_edges_rad": grid.elevation_edges_rad.tolist(),
         },
         "voxel_m": grid.range_m / VOXELS_IN_RANGE,
-        "summary": summary(run, planner),
+        "summary": run.summary(),
     }
 
 

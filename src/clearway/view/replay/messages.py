@@ -15,6 +15,7 @@ from clearway.avoidance.fusion import RATINGS, assess_cells
 from clearway.avoidance.planner import AvoidanceSettings
 from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray
+from clearway.base.own_code import shown
 from clearway.base.state import IntArray
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
@@ -22,6 +23,7 @@ from clearway.missions.run_files import decision_record
 from clearway.reach.tree import ReachSet
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
+from clearway.view.replay.schemas import RATING
 
 DIGITS = 3
 """Decimals of probabilities."""
@@ -73,11 +75,11 @@ def cells_message(decision: Decision, settings: AvoidanceSettings) -> dict[str, 
         "map": cells.map,
         "intruder": evidence.intruder,
     }
-    for name, rating in RATINGS.items():
+    for name in dict.fromkeys([*RATINGS, settings.rating]):
         rated = cells
         if name != settings.rating:
-            rated = assess_cells(evidence, rating, settings.unknown, settings.unknown_unseen)
-        values[f"rating_{name}"] = rated.rating
+            rated = assess_cells(evidence, RATINGS[name], settings.unknown, settings.unknown_unseen)
+        values[f"{RATING}{shown(name)}"] = rated.rating
     flags = {"passed": reach.passed, "coated": evidence.coated, "seen": evidence.seen}
     message: dict[str, Any] = {"time_s": decision.state.time_s}
     message |= {name: np.round(value, DIGITS).tolist() for name, value in values.items()}

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from clearway.base.frames import FloatArray
 from clearway.view.replay.reading import Message, Recording
-from clearway.view.replay.schemas import CELL_FLAGS, CELL_QUANTITIES
+from clearway.view.replay.schemas import CELL_FLAGS, CELL_QUANTITIES, RATING
 
 STATE_STEP_S = 0.2
 """States closer together than this are left out; the page interpolates."""
@@ -34,7 +34,7 @@ def pack(recording: Recording) -> bytes:
     head: dict[str, Any] = {
         "mission": recording.mission,
         "decisions": [_decision(one) for one in recording.decisions],
-        "quantities": list(CELL_QUANTITIES),
+        "quantities": _quantities(recording),
         "flags": list(CELL_FLAGS),
     }
     _pack_states(recording, blocks)
@@ -99,13 +99,25 @@ def _pack_cells(recording: Recording, blocks: dict[str, Array]) -> None:
     if not recording.cells:
         return
     blocks["cells"] = np.array(
-        [[_shares(one[name]) for name in CELL_QUANTITIES] for one in recording.cells]
+        [[_shares(one[name]) for name in _quantities(recording)] for one in recording.cells]
     )
     flags = [
         sum(np.array(one[name], dtype=np.uint8) << bit for bit, name in enumerate(CELL_FLAGS))
         for one in recording.cells
     ]
     blocks["flags"] = np.array(flags, dtype=np.uint8)
+
+
+def _quantities(recording: Recording) -> list[str]:
+    """What the run tells of cells: it may be of a version with other ratings, or have an own one.
+
+    In the order of the page's choice, ratings together.
+    """
+    if not recording.cells:
+        return []
+    ratings = [name for name in recording.cells[0] if name.startswith(RATING)]
+    rest = [name for name in CELL_QUANTITIES if not name.startswith(RATING)]
+    return [*rest[:3], *ratings, *rest[3:]]
 
 
 def _shares(values: Any) -> npt.NDArray[np.uint8]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from clearway.avoidance.fusion import RATINGS
+
 FORMAT = 1
 """Version of clearway's own messages; a reader refuses newer ones."""
 
@@ -51,19 +53,18 @@ def _schema(title: str, **fields: str) -> Schema:
     }
 
 
+RATING = "rating_"
+"""Before the name of a rating."""
 CELL_QUANTITIES = (
     "obstacle",
     "visibility",
     "reachability",
-    "rating_total",
-    "rating_printed",
-    "rating_visible",
-    "rating_evidence",
+    *(f"{RATING}{name}" for name in RATINGS),
     "detected",
     "map",
     "intruder",
 )
-"""[cells] values within [0, 1] that a message of CELLS holds, in the order of the page's choice."""
+"""[cells] values within [0, 1] that a message of CELLS holds; one of the user's own comes last."""
 CELL_FLAGS = ("passed", "coated", "seen")
 """[cells] 0 or 1."""
 

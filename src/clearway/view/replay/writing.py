@@ -32,9 +32,7 @@ ARROW_SHARE = 0.2
 CHUNK_BYTES = 4 * 1024 * 1024
 
 
-def write_mcap(
-    run: Run[Steering], setup: FlightSetup, mission_toml: str, path: Path, planner: str = "clearway"
-) -> None:
+def write_mcap(run: Run[Steering], setup: FlightSetup, mission_toml: str, path: Path) -> None:
     """Write the file; raises MissingExtraError without the extra `foxglove`.
 
     mission_toml: the effective mission, kept as an attachment, from which it can be flown again.
@@ -55,13 +53,13 @@ def write_mcap(
             media_type="application/toml",
             data=mission_toml.encode(),
         )
-        _Writer(run, setup, planner, context).write()
+        _Writer(run, setup, context).write()
 
 
 class _Writer:
     """Messages in the order of their times."""
 
-    def __init__(self, run: Run[Steering], setup: FlightSetup, planner: str, context: Any) -> None:
+    def __init__(self, run: Run[Steering], setup: FlightSetup, context: Any) -> None:
         # Imported here, for the module needs the extra.
         from foxglove import Channel, channels
 
@@ -71,7 +69,7 @@ class _Writer:
         self.fox, self.scene_of = entities, decision_entities
         self.settings = setup.planner.settings
         self.ahead_s = ARROW_SHARE * setup.planner.grid.range_m / setup.planner.speed_mps
-        self.mission = mission_message(run, setup, planner)
+        self.mission = mission_message(run, setup)
         self.own = {
             topic: Channel(topic, schema=schema, context=context)
             for topic, schema in schemas.SCHEMAS.items()

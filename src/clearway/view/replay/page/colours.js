@@ -30,6 +30,7 @@ const rated = (name) => ({
   key: `rating_${name}`, title: `rating "${name}"`, scale: "passable",
   ends: ["0 blocked", "1 safe"], telling: (value) => 1 - value,
 });
+const RATING = "rating_", RATINGS_AT = 3;
 const COLOURINGS = [
   { key: "obstacle", title: "obstacle P_O", scale: "obstacle", ends: ["0 free", "1 obstacle"],
     telling: (value) => value },
@@ -37,7 +38,6 @@ const COLOURINGS = [
     telling: (value) => 1 - value },
   { key: "reachability", title: "reachability", scale: "passable",
     ends: ["0 out of reach", "1 reached safely"], telling: (value, passed) => passed * (1 - value) },
-  rated("total"), rated("printed"), rated("visible"), rated("evidence"),
   { key: "detected", title: "detected P_OD", scale: "obstacle", ends: ["0", "1 returns"],
     telling: (value) => value },
   { key: "map", title: "map P_OM", scale: "obstacle", ends: ["0", "1 filled by the map"],
@@ -45,3 +45,9 @@ const COLOURINGS = [
   { key: "intruder", title: "intruder P_OI", scale: "obstacle", ends: ["0", "1 met"],
     telling: (value) => value },
 ];
+
+// Ratings are those that the run was recorded with.
+function offerRatings(quantities) {
+  const names = quantities.filter((key) => key.startsWith(RATING)).map((key) => key.slice(RATING.length));
+  COLOURINGS.splice(RATINGS_AT, 0, ...names.map(rated));
+}

@@ -44,6 +44,7 @@ class Player {
   makeControls() {
     const by = (name) => document.getElementById(name), { show } = this;
     const colouring = by("colouring");
+    offerRatings(this.run.quantities);
     colouring.append(new Option("none", "none"),
       ...COLOURINGS.map(({ key, title }) => new Option(title, key)));
     for (const name of ["colouring", "which"]) {

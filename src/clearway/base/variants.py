@@ -1,0 +1,95 @@
+"""Variants by name: the one place where the names of a kind are written down.
+
+Help texts, choices in files, colours and pages of the documentation are made from it. Where a kind
+takes functions of users, these are named `module:name`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from clearway.base.errors import ClearwayError
+from clearway.base.own_code import FORM, callable_own, is_own, load_own, located
+
+V = TypeVar("V")
+Fit = Callable[[str, Any], V]
+"""(kind and name, what a user's module has) -> a variant that tells its errors; or OwnCodeError."""
+
+
+class Variants(Mapping[str, V], Generic[V]):
+    """The variants of one kind by name, in the order in which they are told."""
+
+    def __init__(self, kind: str, built_in: Mapping[str, V], fit: Fit[V] | None = None) -> None:
+        """fit: makes a variant of what `module:name` gives; None where own ones have no place."""
+        self.kind = kind
+        self.built_in = dict(built_in)
+        self._fit = fit
+        self._own: dict[str, V] = {}
+
+    def __getitem__(self, name: str) -> V:
+        return self.built_in[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.built_in)
+
+    def __len__(self) -> int:
+        return len(self.built_in)
+
+    def __repr__(self) -> str:
+        return f"Variants({self.kind}: {', '.join(self)})"
+
+    @property
+    def takes_own(self) -> bool:
+        """Whether `module:name` has a place here."""
+        return self._fit is not None
+
+    def named(self, name: str, folder: Path | None = None) -> V:
+        """The variant of a name, or a user's own; raises ClearwayError listing the valid ones.
+
+        folder: where modules are looked for before the current one.
+        """
+        if name in self.built_in:
+            return self.built_in[name]
+        if self._fit is None or not is_own(name):
+            raise ClearwayError(f"{self.kind} {name!r}: valid {self.kind}s are {self.choices}")
+        place = located(name, folder)
+        if place not in self._own:
+            label = f"{self.kind} {name}"
+            self._own[place] = self._fit(label, load_own(self.kind, name, folder))
+        return self._own[place]
+
+    def located(self, name: str, folder: Path | None = None) -> str:
+        """The name itself, of a user's own one with its file: it is found again from anywhere.
+
+        Errors as of `named`.
+        """
+        self.named(name, folder)
+        return located(name, folder) if name not in self.built_in else name
+
+    def about(self, name: str) -> str:
+        """What a variant is, in a line: the first of its documentation."""
+        found: Any = self.built_in[name]
+        found = found.func if isinstance(found, partial) else found
+        text = getattr(found, "about", None) or inspect.getdoc(found) or ""
+        return str(text).strip().partition("\n")[0]
+
+    @property
+    def choices(self) -> str:
+        """What is valid, in words."""
+        own = [f"your own as {FORM}"] if self.takes_own else []
+        return in_words([*self.built_in, *own])
+
+
+def fitting(*takes: str) -> Fit[Any]:
+    """Functions that take these arguments by place, as they are."""
+    return lambda label, found: callable_own(label, found, takes)
+
+
+def in_words(names: list[str]) -> str:
+    """a, b or c."""
+    *first, last = names
+    return f"{', '.join(first)} or {last}" if first else last

@@ -1,0 +1,141 @@
+"""One moment assessed from what somebody has: a scan or several, a file, or a map alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.scene import (
+    RatingSettings,
+    ReachSettings,
+    Scene,
+    SceneAssessment,
+    SceneIntruder,
+    SceneScan,
+    assess_scene,
+)
+from clearway.base.errors import ClearwayError
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.missions.planned import Notice
+from clearway.missions.recorded_scan import RecordedScan, read_scan
+from clearway.missions.scene_reading import read_scene
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import Lidar, Scan, estimate_pattern
+from clearway.sensors.detection import Rule
+from clearway.traffic import Intruder
+
+SCENE = ".toml"
+
+
+def assess(
+    seen: Scan | Sequence[Scan] | str | Path,
+    grid: AvoidanceGrid | None = None,
+    *,
+    lidar: Lidar | None = None,
+    state: State | None = None,
+    obstacle_map: ObstacleMap | None = None,
+    intruders: Sequence[Intruder] = (),
+    speed_mps: float | None = None,
+    settings: AvoidanceSettings | None = None,
+    detection_rule: Rule = "ratio",
+    notice: Notice | None = None,
+) -> SceneAssessment:
+    """Rate one moment: how likely, visible and reachable every cell of the grid is, no decision.
+
+    seen: a scan, scans of several LiDARs, the file of a scan, or a scene file (TOML), which states
+    all else itself. No scan at all, `[]`, leaves everything visible (4.19). grid: cells in the
+    body frame of the vehicle; by default the paper's, 10 m deep. lidar: of the scan; by default
+    what `read_scan` found, or estimated from the points. state: own pose in the world frame; by
+    default the recorded one, else level at the origin. obstacle_map and intruders: world frame,
+    metres; intruders count by the models of the settings. speed_mps: of the vehicle whose
+    trajectories are rated; by default one layer a second. settings: rating, unknown space,
+    threshold and margin. notice: called with sentences about what was assumed or prepared.
+
+    Raises InputError for files that cannot be used, and ClearwayError for values that contradict
+    each other or where nothing leads through the grid.
+
+    >>> import clearway as cw
+    >>> rated = cw.assess(cw.read_scan("street.pcd"), cw.AvoidanceGrid.uniform(50.0))
+    >>> rated
+    SceneAssessment('street': 30 of 350 cells with obstacles, 1,186 of 1,204 trajectories free)
+    >>> rated.cells.obstacle.shape, rated.reach.node_rating.max() <= 1.0
+    ((350,), True)
+    """
+    if isinstance(seen, str | Path) and Path(seen).suffix.lower() == SCENE:
+        given = (grid, lidar, state, obstacle_map, speed_mps, settings)
+        if any(value is not None for value in given) or intruders:
+            raise ClearwayError(f"{seen}: a scene file states grid, state and settings itself")
+        read = read_scene(seen)
+        _tell(notice, read.notes)
+        return assess_scene(read.scene, notice)
+    scans = _scans(seen)
+    if lidar is not None and len(scans) > 1:
+        raise ClearwayError("lidar: of one scan; scans of several come from read_scan")
+    for scan in scans:
+        _tell(notice, scan.notes if isinstance(scan, RecordedScan) else ())
+    settings = settings or AvoidanceSettings()
+    models = settings.intruder_models
+    scene = Scene(
+        name=_name(scans),
+        grid=grid or AvoidanceGrid.uniform(),
+        state=state or _recorded_state(scans),
+        obstacle_map=obstacle_map or ObstacleMap(),
+        sightings=tuple(_sighting(scan, lidar) for scan in scans),
+        traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
+        reach=ReachSettings(speed_mps=speed_mps),
+        rating=RatingSettings(
+            name=settings.rating,
+            unknown=settings.unknown,
+            unknown_unseen=settings.unknown_unseen,
+            detection=detection_rule,
+            threshold=settings.threshold,
+            safety_margin_m=settings.safety_margin_m,
+        ),
+    )
+    return assess_scene(scene, notice)
+
+
+def _tell(notice: Notice | None, notes: Sequence[str]) -> None:
+    if notice is not None:
+        for note in notes:
+            notice(note)
+
+
+def _scans(seen: Scan | Sequence[Scan] | str | Path) -> tuple[Scan, ...]:
+    if isinstance(seen, str | Path):
+        return (read_scan(seen),)
+    if isinstance(seen, Scan):
+        return (seen,)
+    scans = tuple(seen)
+    strange = next((one for one in scans if not isinstance(one, Scan)), None)
+    if strange is not None:
+        raise ClearwayError(
+            f"seen: a scan is needed, got {type(strange).__name__}; valid: Scan(points_m), what "
+            "read_scan gives, a list of these, or a file"
+        )
+    return scans
+
+
+def _sighting(scan: Scan, lidar: Lidar | None) -> SceneScan:
+    """The scan with its LiDAR: as given, as recorded, or estimated."""
+    if lidar is not None:
+        return SceneScan(lidar, scan, "stated")
+    if isinstance(scan, RecordedScan):
+        return SceneScan(scan.lidar, scan, scan.lidar_from)
+    pattern = estimate_pattern(scan.points_m)
+    return SceneScan(Lidar(scan.sensor or pattern.name, pattern), scan, "estimated")
+
+
+def _recorded_state(scans: Sequence[Scan]) -> State:
+    told = (scan.state for scan in scans if isinstance(scan, RecordedScan))
+    return next((state for state in told if state is not None), State(np.zeros(3)))
+
+
+def _name(scans: Sequence[Scan]) -> str:
+    """What pictures call it: after the file."""
+    files = (scan.source for scan in scans if isinstance(scan, RecordedScan))
+    return next((Path(file).stem for file in files if file), "scene")

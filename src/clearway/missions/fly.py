@@ -1,0 +1,44 @@
+"""A mission flown in one call."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.planned import Notice
+from clearway.missions.setup import prepare
+from clearway.missions.world_file import read_mission
+from clearway.sim import OnDecision, Run
+from clearway.sim.pilot import CLEARWAY, Steering
+
+
+def fly(
+    mission: MissionFile | str | Path,
+    planner: str = CLEARWAY,
+    *,
+    on_decision: OnDecision[Steering] | None = None,
+    notice: Notice | None = None,
+) -> Run[Steering]:
+    """Fly a mission from start to end in a simulated world, as the command `clearway fly` does.
+
+    mission: what `read_mission` gives, perhaps `changed`, or whatever it reads. planner: clearway,
+    or one of its rivals by name. on_decision: called with every decision and the progress of the
+    mission. notice: called with sentences about what was assumed, left out or prepared. The same
+    mission gives the same run, its times of computing aside.
+
+    Raises InputError for files that cannot be used and values that contradict each other,
+    FlightRefusedError for a mission that cannot be flown, and ClearwayError for an unknown planner.
+
+    >>> import clearway as cw
+    >>> run = cw.fly("static-obstacles")
+    >>> run
+    Run('static-obstacles' by clearway: safe, 83.9 s, nearest 0.82 m of 0.6 m, 73 decisions)
+    >>> run.reached, round(run.metrics.path_length_m, 1), run.states.shape[1]
+    (True, 83.9, 6)
+    """
+    file = mission if isinstance(mission, MissionFile) else read_mission(mission, notice)
+    setup = prepare(file, notice)
+    if notice is not None:
+        for note in setup.notes:
+            notice(note)
+    return setup.fly_with(planner, on_decision)

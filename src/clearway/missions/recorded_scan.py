@@ -1,0 +1,159 @@
+"""Scans from files as values of their own: points, the LiDAR that saw them, the own pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from clearway.base.brief import in_brief, one_line
+from clearway.base.errors import InputError
+from clearway.base.state import State
+from clearway.io.scans.pointcloud import PointCloud, with_points
+from clearway.io.scans.sequences import open_scans
+from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan, scan_at
+from clearway.missions.scene_file import ScanSection
+from clearway.missions.scene_reading import lidar_of
+from clearway.sensors import Lidar, Scan
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class RecordedScan(Scan):
+    """A scan of a file: what `AvoidanceSystem.update` and `assess` take, and what is known of it.
+
+    points_m: [returns, 3] metres, sensor frame (x forward, y left, z up), finite; time_s: seconds
+    on the clock of the recording.
+
+    >>> import clearway as cw
+    >>> scan = cw.read_scan("street.pcd")
+    >>> scan.points_m.shape, scan.lidar.pattern.name, scan.state is None
+    ((4127, 3), 'VLP-16', True)
+    """
+
+    lidar: Lidar
+    """Its beams and where it sits: as stated, as the file says, or estimated from the points."""
+    lidar_from: str
+    """Which of these: "stated", "file" or "estimated"."""
+    state: State | None = None
+    """Own pose in the world frame at the scan's time; None where the recording tells none."""
+    source: str = ""
+    """The file."""
+    index: int = 0
+    """Number of the scan in its recording, from 0."""
+    complete: bool = True
+    """False where parts of the sweep were lost: missing returns are then no sign of free space."""
+    left_out: Mapping[str, int] = field(default_factory=dict)
+    """Points left out, by reason."""
+    notes: tuple[str, ...] = ()
+    """What was assumed where the file is silent; to be shown."""
+
+    def __repr__(self) -> str:
+        name = self.lidar.pattern.name.removeprefix("estimated: ").split(",")[0]
+        return one_line(
+            "RecordedScan",
+            (
+                f"{in_brief(Path(self.source).name)} scan {self.index}",
+                f"{len(self.points_m):,} points",
+                f"at {self.time_s:g} s",
+                f"by {name} ({self.lidar_from})",
+                *([] if self.complete else ["incomplete"]),
+            ),
+        )
+
+
+def read_scan(
+    path: str | Path,
+    at: At = 0,
+    *,
+    topic: str | None = None,
+    poses: str | Path | None = None,
+    sensor: str | Lidar = AUTO,
+) -> RecordedScan:
+    """One scan of a point cloud, a folder of numbered ones, a bag, or a recording of packets.
+
+    at: which scan of several, its number from 0 or seconds after the first such as "1.5s". topic:
+    of a bag with several that have points. poses: a file of the vehicle's poses (KITTI, TUM, a
+    table, ULog) or a topic of the bag. sensor: the LiDAR whose scan it is, or the name of a model
+    such as "vlp16"; "auto" takes it from the file, or estimates its beams from the points. Points
+    are metres in the sensor's frame (x forward, y left, z up).
+
+    Raises InputError naming the file and what is wrong: absent, empty, damaged, of no known
+    format, without such a scan or any point in it, in map coordinates. Raises MissingExtraError
+    where the package that reads the format is not installed.
+
+    >>> import clearway as cw
+    >>> scan = cw.read_scan("street.pcd", sensor="vlp16")
+    >>> scan
+    RecordedScan('street.pcd' scan 0: 4,127 points at 0 s by VLP-16 (stated))
+    """
+    sequence = open_scans(path, topic, poses)
+    scan = scan_at(sequence, at)
+    if poses is not None and scan.state is None:
+        raise InputError(str(poses), f"no pose at scan {scan.index}, {scan.time_s:.3f} s")
+    cloud = with_points(scan.read())
+    return _recorded(sequence, scan, cloud, *_lidar(sensor, sequence, cloud))
+
+
+def read_scans(
+    path: str | Path,
+    *,
+    topic: str | None = None,
+    poses: str | Path | None = None,
+    sensor: str | Lidar = AUTO,
+) -> Iterator[RecordedScan]:
+    """All scans of a recording, one after the other as they are asked for.
+
+    Arguments and errors as of `read_scan`; what concerns the whole recording is raised at once,
+    what is damaged in a scan when it is its turn. The beams are those of the first complete scan
+    with points in it. A scan without a return, without a pose or with parts missing comes like
+    any other: see `state` and `complete`.
+
+    >>> import clearway as cw
+    >>> [len(scan.points_m) for scan in cw.read_scans("street.pcd")]
+    [4127]
+    """
+    sequence = open_scans(path, topic, poses)
+    lidar, told_by = _lidar(sensor, sequence, _first(sequence))
+    return (_recorded(sequence, scan, scan.read(), lidar, told_by) for scan in sequence)
+
+
+def _first(sequence: ScanSequence) -> PointCloud:
+    """The first scan that is complete and has points: it tells the beams of all."""
+    for scan in sequence:
+        cloud = scan.read()
+        if cloud.complete and len(cloud.points_m):
+            return cloud
+    raise InputError(sequence.source, "no complete scan with points in it")
+
+
+def _lidar(sensor: str | Lidar, sequence: ScanSequence, cloud: PointCloud) -> tuple[Lidar, str]:
+    """The LiDAR, and where it is from."""
+    if isinstance(sensor, Lidar):
+        return sensor, "stated"
+    section = ScanSection(file=sequence.source, pattern=sensor)
+    try:
+        return lidar_of(sequence.source, section, cloud, sequence)
+    except InputError as error:
+        told = [problem.removeprefix("scan.pattern: ") for problem in error.problems]
+        raise InputError(error.source, told) from error
+
+
+def _recorded(
+    sequence: ScanSequence, scan: TimedScan, cloud: PointCloud, lidar: Lidar, told_by: str
+) -> RecordedScan:
+    state = None if scan.state is None else replace(scan.state, time_s=scan.time_s)
+    return RecordedScan(
+        points_m=cloud.points_m,
+        time_s=scan.time_s,
+        sensor=lidar.name,
+        lidar=lidar,
+        lidar_from=told_by,
+        state=state,
+        source=sequence.source,
+        index=scan.index,
+        complete=cloud.complete,
+        left_out=cloud.counts,
+        notes=(*sequence.notes, *cloud.notes),
+    )

@@ -1,0 +1,154 @@
+"""A user's own planner, rating, sensor and rule through the command lines that take them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from in_process import clearway
+from repository import REPOSITORY
+
+EXAMPLES = REPOSITORY / "examples"
+BROKEN = """
+from clearway.sim.baselines import Manoeuvre
+
+def forgetful(craft):
+    return lambda situation, before: None
+
+def mistaken(craft):
+    return lambda situation, before: Manoeuvre(("Sideways",), "why not")
+
+def late(craft):
+    def rule(situation, before):
+        if situation.state.time_s > 2.5:
+            raise RuntimeError("out of ideas")
+        return Manoeuvre(("Straight",), "on")
+    return rule
+
+def of_nothing():
+    return None
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Iterator[Path]:
+    """A folder with the examples; what is imported from it is forgotten again."""
+    for name in ("own_planner", "own_rating", "own_sensor", "own_rule"):
+        shutil.copy(EXAMPLES / f"{name}.py", tmp_path)
+    (tmp_path / "broken.py").write_text(BROKEN)
+    modules, path = set(sys.modules), list(sys.path)
+    yield tmp_path
+    for name in set(sys.modules) - modules:
+        if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+    sys.path[:] = path
+
+
+def answer(folder: Path, *arguments: str | Path, code: int = 0) -> dict[str, Any]:
+    done = clearway(*arguments, "--json", cwd=folder)
+    assert done.exit_code == code, done.stderr
+    result: dict[str, Any] = json.loads(done.stdout)
+    return result
+
+
+def test_an_own_planner_is_compared_with_ours(folder: Path) -> None:
+    names = "clearway,own_planner:make"
+    result = answer(folder, "compare", "static-obstacles", "--planners", names, "--no-plots")
+    ours, own = result["planners"]
+    assert (ours["planner"], ours["safe"]) == ("clearway", 1)
+    assert own["planner"] == own["runs"][0]["planner"] == "own_planner:make"
+    assert own["runs"][0]["decisions"] > ours["runs"][0]["decisions"] > 5
+
+
+def test_an_own_planner_flies_encounters_in_worker_processes(folder: Path) -> None:
+    planners = ("-p", "own_planner:make", "-p", "straight")
+    count = ("--count", "26", "--workers", "2")
+    own, straight = answer(folder, "encounters", *planners, *count, code=1)["encounters"]
+    assert (own["planner"], straight["planner"]) == ("own_planner:make", "straight")
+    # It knows nothing of traffic, so that it meets whoever straight flight meets.
+    assert own["failures"] == straight["failures"] == list(range(26))
+    again = answer(folder, "encounters", "--count", "26", "--workers", "1", *planners[:2], code=1)
+    assert again["encounters"] == [own]
+
+
+def test_an_own_planner_flies_a_campaign_from_the_folder_of_its_file(folder: Path) -> None:
+    pytest.importorskip("pyarrow")
+    (folder / "plans").mkdir()
+    (folder / "plans" / "mine.toml").write_text(
+        'name = "mine"\nplanners = ["../own_planner.py:make", "straight"]\nseeds = 2\n'
+        '[[family]]\nfamily = "mission"\nparameters = { mission = "static-obstacles" }\n'
+    )
+    result = answer(folder, "campaign", "plans/mine.toml", "--workers", "2", code=1)
+    assert [row["planner"] for row in result["table"]] == ["../own_planner.py:make", "straight"]
+    assert [row["flights"] for row in result["table"]] == [2, 2]
+    assert not any(row["not_flown"] for row in result["table"])
+
+
+def test_an_own_planner_is_weighed_beside_ours(folder: Path) -> None:
+    command = ("risk", "-p", "own_planner:make", "--count", "2", "--workers", "1", "--json")
+    done = clearway(*command, cwd=folder)
+    assert list(json.loads(done.stdout)["planners"]) == ["own_planner:make"]
+
+
+def test_a_mission_of_own_parts_flies_and_its_log_flies_it_again(folder: Path) -> None:
+    (folder / "missions").mkdir()
+    shutil.copy(EXAMPLES / "missions" / "own-parts.toml", folder / "missions")
+    quiet = ("--no-plots", "--no-mcap")
+    first = answer(folder, "fly", "missions/own-parts.toml", "--out", "one", *quiet)
+    assert first["reached"]
+    assert first["margin_violations"] == first["emergencies"] == 0
+    log = (folder / "one" / "decisions.jsonl").read_text()
+    assert '"name": "stay low"' in log
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    again = answer(elsewhere, "fly", folder / "one" / "mission.toml", "--out", "two", *quiet)
+    assert again["path_length_m"] == first["path_length_m"]
+    assert (elsewhere / "two/track.csv").read_text() == (folder / "one/track.csv").read_text()
+
+
+def test_a_rating_and_a_rule_are_named_on_the_command_line(folder: Path) -> None:
+    options = ("--rating", "own_rating:wary", "--rule", "own_rule:stay_low", "--no-plots")
+    # The rule holds it below waypoints that lie higher, so that it need not arrive.
+    assert clearway("fly", "static-obstacles", *options, cwd=folder).exit_code in (0, 1)
+    text = (folder / "clearway-out" / "static-obstacles" / "mission.toml").read_text()
+    assert f'name = "{folder}/own_rating.py:wary"' in text
+    assert f'own = ["{folder}/own_rule.py:stay_low"]' in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("fly", "static-obstacles", "--planner", "nowhere:make"), "no module 'nowhere' in"),
+        (("fly", "static-obstacles", "--planner", "own_planner:mak"), "did you mean 'make'?"),
+        (("fly", "static-obstacles", "--planner", "own_planner:AHEAD_M"), "no function but float"),
+        (("fly", "static-obstacles", "--planner", "own_planner:swerve"), "called with (craft)"),
+        (("fly", "static-obstacles", "--planner", "broken:of_nothing"), "called with (craft)"),
+        (("fly", "static-obstacles", "--planner", "broken:forgetful"), "a Manoeuvre is needed"),
+        (("fly", "static-obstacles", "--planner", "broken:mistaken"), "'Sideways'; at least"),
+        (("fly", "static-obstacles", "--planner", "broken:late"), "RuntimeError: out of ideas"),
+        (("compare", "forest", "--planners", "clearway,broken:late"), "broken.py, line 13"),
+        (("encounters", "-p", "broken:late", "--count", "2"), "RuntimeError: out of ideas"),
+        (("fly", "static-obstacles", "--rating", "own_rating:wari"), "rating.name: rating own_rat"),
+        (("fly", "static-obstacles", "--rule", "own_rule:LOW_M"), "rules.own[0]: rule own_rule"),
+        (("fly", "mission.toml"), "without standing, sigma_m"),
+        (("fly", "other.toml"), "unexpected keyword argument 'colour'"),
+    ],
+)
+def test_what_is_wrong_with_own_parts_is_told_without_a_traceback(
+    folder: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    head = '[mission]\nname = "m"\nwaypoints_m = [[20, 0, 0]]\n[[sensor]]\n'
+    (folder / "mission.toml").write_text(head + 'kind = "pathlib:Path"\n')
+    (folder / "other.toml").write_text(
+        head + 'kind = "own_sensor:Radar"\nsettings = { colour = "red" }\n'
+    )
+    done = clearway(*arguments, cwd=folder)
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr

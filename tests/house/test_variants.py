@@ -1,0 +1,116 @@
+"""A variant is written down in one place: help, files, pages and pictures are made from it."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tools.reference import page
+
+from clearway.avoidance.fusion import RATINGS, total
+from clearway.base.variants import Variants
+from clearway.io.toml import parse_model
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.scene_file import SceneFile
+from clearway.missions.sensor_section import SENSORS
+from clearway.reach import METHODS
+from clearway.reach.covering import flying
+from clearway.sensors import COMBINE_RULES
+from clearway.sensors.detection import RULES
+from clearway.sim.baselines import PLANNERS
+from clearway.studies.campaigns.file import CampaignFile
+from in_process import clearway
+from repository import REPOSITORY
+
+SOURCE = REPOSITORY / "src" / "clearway"
+REGISTRIES: Mapping[str, tuple[Variants[Any], str]] = {
+    "rating": (RATINGS, "avoidance/fusion.py"),
+    "planner": (PLANNERS, "sim/baselines/registry.py"),
+    "sensor": (SENSORS, "missions/sensor_section.py"),
+    "reach set": (METHODS, "reach/sets.py"),
+    "detection": (RULES, "sensors/detection.py"),
+    "sensor fusion": (COMBINE_RULES, "sensors/standing.py"),
+}
+AS_PRINTED = ("reach/comparison.py", "studies/reproduction/")
+"""What repeats tables and figures of the paper lists what the paper does."""
+MISSION = {"mission": {"name": "m", "waypoints_m": [[9, 0, 0]]}}
+
+
+@pytest.mark.parametrize("kind", REGISTRIES)
+def test_names_are_listed_in_their_registry_alone(kind: str) -> None:
+    registry, home = REGISTRIES[kind]
+    if len(registry) < 2:
+        return
+    others = {
+        str(path.relative_to(SOURCE))
+        for path in SOURCE.rglob("*.py")
+        if len(set(registry) & _texts(path)) > 2 or set(registry) <= _texts(path)
+    }
+    assert {path for path in others if not path.startswith(AS_PRINTED)} == {home}
+
+
+def _texts(path: Path) -> set[str]:
+    """Texts of a file that are no documentation, and the words of those that are lists."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    docs = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    texts = [
+        n.value
+        for n in ast.walk(tree)
+        if isinstance(n, ast.Constant) and isinstance(n.value, str) and id(n) not in docs
+    ]
+    words = (word for text in texts if ", " in text for word in re.split(r"[\s,.]+", text))
+    return {*texts, *words}
+
+
+@pytest.mark.parametrize("kind", REGISTRIES)
+def test_every_variant_is_told_in_the_reference(kind: str) -> None:
+    registry, _ = REGISTRIES[kind]
+    text = page()
+    for name in registry:
+        assert f"| `{name}` | {registry.about(name)} |" in text
+        assert len(registry.about(name)) > 10
+
+
+def told(tmp_path: Path, *command: str) -> str:
+    """The help of a command as one line."""
+    done = clearway(*command, "--help", cwd=tmp_path)
+    assert done.exit_code == 0
+    return re.sub(r"[\s│]+", " ", done.stdout)
+
+
+def test_a_new_rating_needs_no_other_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(RATINGS.built_in, "throw-away", total)
+    for command in ("fly", "assess"):
+        assert "throw-away" in told(tmp_path, command)
+    table = {"rating": {"name": "throw-away"}}
+    assert parse_model("m", MISSION | table, MissionFile).to_avoidance().rating == "throw-away"
+    assert parse_model("s", table, SceneFile).rating.name == "throw-away"
+    assert '`"throw-away"`' in page()
+
+
+def test_a_new_keep_rule_needs_no_other_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(METHODS.built_in, "throw-away", flying)
+    for command in (("assess",), ("reach-set",)):
+        assert "throw-away" in told(tmp_path, *command)
+    table = {"reach_set": {"method": "throw-away"}}
+    assert parse_model("m", MISSION | table, MissionFile).reach_set.method == "throw-away"
+    assert parse_model("s", table, SceneFile).reach_set.method == "throw-away"
+    assert '`"throw-away"`' in page()
+
+
+def test_a_new_planner_needs_no_other_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(PLANNERS.built_in, "throw-away", PLANNERS["straight"])
+    for command in ("fly", "compare", "encounters", "risk"):
+        assert "throw-away" in told(tmp_path, command)
+    tables = tomllib.loads('name = "c"\nplanners = ["throw-away"]\n[[family]]\nfamily = "balls"')
+    assert parse_model("c", tables, CampaignFile).planners == ("throw-away",)
+    assert "| `throw-away` |" in page()
