@@ -183,7 +183,7 @@ class PreparedReachSet:
             step_m,
             turns_of(reach_set),
             np.ones(reach_set.nodes, dtype=np.bool_),
-            _reach_m(reach_set),
+            reach_of(paths_of(reach_set), reach_set.grid.range_m),
         )
 
     def flown_from(
@@ -199,15 +199,16 @@ class PreparedReachSet:
             paths=paths_of(flown),
             loiter=loiter_circles(flown, self.loiter.radius_m),
             flyable=flyable,
-            reach_m=_reach_m(flown),
+            reach_m=reach_of(paths_of(flown), flown.grid.range_m),
         )
 
 
-def _reach_m(reach_set: ReachSet) -> float:
-    """How far from the start any path comes, at least the range of the grid."""
-    samples, range_m = reach_set.samples_m, reach_set.grid.range_m
+def reach_of(paths: Paths, range_m: float) -> float:
+    """How far from the start any path comes, at least the range of the grid; what is added to the
+    margin on the way, as to the sagitta, counts."""
+    samples = paths.samples_m
     farthest = np.sqrt(np.einsum("nsi,nsi->ns", samples, samples).max(axis=1))
-    reach_m = float((farthest + reach_set.sagitta_m).max())
+    reach_m = float((farthest + paths.sagitta_m).max())
     return reach_m if reach_m > range_m + BORDER_TOLERANCE else range_m
 
 

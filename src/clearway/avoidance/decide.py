@@ -19,6 +19,7 @@ from clearway.avoidance.choice import (
     choose,
     choose_by_rules,
     price_candidates,
+    reach_of,
 )
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import gather_evidence, hazards_of
@@ -260,7 +261,8 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
     """The reach set to be verified with a margin that grows with the distance from the vehicle."""
     if slope <= 0.0:
         return prepared
-    return replace(prepared, paths=sloping(prepared.paths, slope))
+    paths = sloping(prepared.paths, slope)
+    return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
 
 
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:

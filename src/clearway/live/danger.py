@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.avoidance.choice import reach_of
 from clearway.avoidance.decide import Decision, in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
@@ -24,8 +25,9 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     if not len(paths.parent):
         return None
     margin = margin_m(planner.settings, situation)
-    hazards = in_reach(planner, situation, margin).hazards
     sloped = sloping(paths, margin_slope(planner.settings, situation))
+    reach_m = reach_of(sloped, planner.grid.range_m)
+    hazards = in_reach(planner, situation, margin, reach_m).hazards
     found = path_clearance(sloped, len(paths.parent) - 1, hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
