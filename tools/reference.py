@@ -1,6 +1,7 @@
 """The reference of mission and scene files, from the models that read them.
 
-`python -m tools.reference` prints it, with `--write` into docs/missions.md.
+`python -m tools.reference` prints it, with `--write` into docs/missions.md; that also makes the
+tables of formats and methods in other pages.
 """
 
 from __future__ import annotations
@@ -8,8 +9,9 @@ from __future__ import annotations
 import ast
 import inspect
 import json
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from textwrap import dedent
 from typing import Any, get_args
@@ -20,13 +22,17 @@ from pydantic.fields import FieldInfo
 from clearway.avoidance.fusion import RATINGS
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
+from clearway.io.marked_page import put_between_marks
+from clearway.io.scans.scan_formats import FORMATS as SCANS
+from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
 from clearway.missions.mission_file import MissionFile, built_in_missions
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS
-from clearway.reach import METHODS
+from clearway.reach.sets import METHODS, tuning_of
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
+from clearway.sim.run import METRICS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"
 
@@ -98,6 +104,12 @@ What has a name in files and on the command line. Where a key says so, your own 
 `module:name` or `file.py:name`: a module beside the file that names it, in the current folder, or
 installed. [examples](../examples) has a planner, a rating, a sensor and a rule of one's own.
 """
+METRICS_HEAD = """
+## The summary of a flight
+
+`summary.json`, `clearway fly --json`, `Run.summary()` in Python; with its objects flattened,
+`Run.to_row()`. Null where there is nothing to tell, such as a distance in empty space.
+"""
 REGISTRIES: tuple[Variants[Any], ...] = (
     RATINGS,
     PLANNERS,
@@ -129,6 +141,8 @@ def page() -> str:
         *_tables(SceneFile, "", described),
         NAMES,
         *(_names(registry) for registry in REGISTRIES),
+        METRICS_HEAD,
+        _names(METRICS),
         f"\nSensors by name, for `pattern`: {patterns}.\n",
     ]
     return "".join(parts)
@@ -266,9 +280,49 @@ def _limits(schema: dict[str, Any]) -> str:
     return "".join(f", {word} {schema[key]:g}" for key, word in words if key in schema)
 
 
+def _table(head: str, rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, re.sub(r"[^|]+", "---", head), *(f"| {' | '.join(row)} |" for row in rows)]
+    return re.sub(r" +\|", " |", "\n".join(lines))
+
+
+def _scan_formats() -> str:
+    rows = []
+    for one in SCANS:
+        suffixes = ", ".join(f"`{suffix}`" for suffix in one.suffixes)
+        known = f"{suffixes}, {one.known_by}" if one.known_by else suffixes
+        rows.append((one.name, known, one.beams, one.time, one.needs))
+    return _table("| format | recognised by | beams | time | needs |", rows)
+
+
+def _traffic_formats() -> str:
+    rows = [(one.name, one.known_by, one.time, one.needs) for one in TRAFFIC]
+    return _table("| format | recognised by | time | needs |", rows)
+
+
+def _methods() -> str:
+    rows = []
+    for name in METHODS:
+        tuning = (f"`{key}` {value:g}" for key, value in tuning_of(name).items())
+        kept = METHODS.about(name).rstrip(".")
+        rows.append(
+            (f"`{name}`", kept, ", ".join(one for one in tuning if "side_exits" not in one))
+        )
+    return _table("| method | keeps | tuning |", rows)
+
+
+PARTS: Mapping[tuple[str, str], Callable[[], str]] = {
+    ("scans.md", "scan-formats"): _scan_formats,
+    ("traffic.md", "traffic-formats"): _traffic_formats,
+    ("reach-sets.md", "methods"): _methods,
+}
+"""(page, what stands between marks in it)"""
+
+
 def main() -> None:
     if sys.argv[1:] == ["--write"]:
         PAGE.write_text(page(), encoding="utf-8")
+        for (name, mark), made in PARTS.items():
+            put_between_marks(PAGE.parent / name, mark, made())
     elif sys.argv[1:]:
         raise SystemExit("python -m tools.reference [--write]")
     else:

@@ -163,7 +163,7 @@ def test_a_timed_intruder_counts_only_when_the_vehicle_is_there() -> None:
 
 def test_a_vehicle_turns_the_world_into_its_grid() -> None:
     """The same scene, once in the grid's frame, once in the world with a tilted vehicle."""
-    position, attitude_deg = np.array([30.0, -20.0, 50.0]), np.array([10.0, -15.0, 120.0])
+    position, attitude_deg = np.array([30.0, -20.0, 50.0]), np.array([0.0, -15.0, 120.0])
     attitude = np.radians(attitude_deg)
     scan = {"simulate": {"obstacles": [0], "seed": 3, "sigma_m": 0.01}}
     intruder = CROSSING | {"spread_deg": 10.0, "models": ["line", "spread"]}
@@ -198,6 +198,26 @@ def test_a_vehicle_turns_the_world_into_its_grid() -> None:
     np.testing.assert_allclose(
         numbers(one["reachability"]), numbers(other["reachability"]), atol=1e-6
     )
+
+
+def test_the_grid_leaves_out_the_roll_and_the_beams_do_not() -> None:
+    def rolled(roll_deg: float, elevation_deg: float) -> dict[str, Any]:
+        """A ball to the left, seen by one beam of the rolled vehicle."""
+        beam = {"azimuth_deg": [30.0], "elevation_deg": [elevation_deg]}
+        vehicle = {"attitude_deg": [roll_deg, 0.0, 90.0]}
+        ball = {"shape": "ball", "position_m": [-2.5, 4.33, 0.0], "radius_m": 1.0}
+        return result_of({"vehicle": vehicle, "obstacle": [ball], "scan": {"simulate": beam}})
+
+    level, right_up = rolled(0.0, 0.0), rolled(-40.0, 0.0)
+    for name in ("map_base", "coated"):
+        known = numbers(level[name]) > 0.0
+        assert known[:, 5, 2].any()
+        assert (numbers(right_up[name]) > 0.0)[known].all()
+    np.testing.assert_array_equal(numbers(level["map_base"]), numbers(right_up["map_base"]))
+    assert np.argwhere(numbers(level["hits"])).tolist() == [[3, 5, 2]]
+    # Its beam, 30 deg to the left, now points 18.7 deg up or down: over the ball, or under it.
+    assert not np.any(numbers(right_up["hits"]))
+    assert np.argwhere(numbers(right_up["visibility"])[0]).tolist() != [[5, 2]]
 
 
 def test_a_vehicle_inside_an_obstacle_is_told() -> None:

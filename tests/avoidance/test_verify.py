@@ -43,6 +43,8 @@ def random_hazards(seed):
         rng.normal(size=(3, 3)),
         rng.uniform(0.1, 0.6, 3),
         rng.uniform(0.0, 0.2, 3),
+        np.zeros(3),
+        np.ones(3),
     )
     return Hazards(points, shapes, moving)
 
@@ -55,7 +57,7 @@ def sampled_clearance(node, hazards):
         local = np.abs((curve - center) @ rotation) - half
         outside = np.linalg.norm(np.maximum(local, 0), axis=1)
         best = min(best, float(np.min(outside + np.minimum(local.max(axis=1), 0) - radius)))
-    for start, velocity, radius, growth in zip(*hazards.moving, strict=True):
+    for start, velocity, radius, growth in zip(*hazards.moving[:4], strict=True):
         gap = np.linalg.norm(curve - start - velocity * time_s[:, None], axis=1)
         best = min(best, float(np.min(gap - radius - growth * time_s)))
     return best
@@ -109,10 +111,40 @@ def test_an_intruder_is_met_at_equal_times_only():
         int(n) for n in REACH_SET.trajectories if set(REACH_SET.movements_to(n)) == {"Straight"}
     )
     crossing = MovingHazards(
-        np.array([[6.0, 6.0, 0.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([0.6]), np.zeros(1)
+        np.array([[6.0, 6.0, 0.0]]),
+        np.array([[0.0, -1.0, 0.0]]),
+        np.array([0.6]),
+        np.zeros(1),
+        np.zeros(1),
+        np.ones(1),
     )
     meets = path_clearance(PATHS, straight, Hazards(moving=crossing))
     assert meets.distance_m == pytest.approx(-0.6, abs=1e-6)
     assert meets.cause is Cause.INTRUDER
     early = crossing._replace(position_m=np.array([[6.0, 2.0, 0.0]]))
     assert path_clearance(PATHS, straight, Hazards(moving=early)).distance_m > 1.5
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_turns_as_hard_as_it_has_shown_never_comes_nearer_than_claimed(seed):
+    """Bounded acceleration at no more than the present speed, however it is used."""
+    rng = np.random.default_rng(seed)
+    place, velocity = rng.uniform([4, -5, -2], [9, 5, 2]), rng.normal(size=3)
+    hardest, node = float(rng.uniform(0.05, 0.6)), int(rng.choice(REACH_SET.trajectories))
+    moving = MovingHazards(
+        place[None], velocity[None], np.zeros(1), np.zeros(1), np.array([hardest]), np.ones(1)
+    )
+    claimed = path_clearance(PATHS, node, Hazards(moving=moving)).distance_m
+    time_s, curve = true_curve(node)
+    speed = np.linalg.norm(velocity)
+    for _ in range(20):
+        at, going, push = place.copy(), velocity.copy(), rng.normal(size=3)
+        for n in range(1, len(time_s)):
+            step = time_s[n] - time_s[n - 1]
+            aim = curve[min(n + 10, len(curve) - 1)] - at if rng.random() < 0.7 else push
+            wanted = speed * aim / np.linalg.norm(aim) - going
+            changed = wanted * min(1.0, hardest * step / max(np.linalg.norm(wanted), 1e-9))
+            going = going + changed
+            going *= min(1.0, speed / max(np.linalg.norm(going), 1e-9))
+            at = at + step * going
+            assert np.linalg.norm(curve[n] - at) >= claimed - 0.02 * max(1.0, speed)

@@ -80,7 +80,8 @@ def test_a_scene_leaves_its_result_and_pictures(tmp_path: Path) -> None:
     again = clearway(
         "assess", folder / "scene.toml", "--json", "--no-plots", "--out", "b", cwd=tmp_path
     )
-    assert {**json.loads(again.stdout), "name": ""} == {**result, "name": ""}
+    unlike = {"name": "", "provenance": {}}
+    assert {**json.loads(again.stdout), **unlike} == {**result, **unlike}
     assert sorted(path.name for path in (tmp_path / "b").iterdir()) == ["result.json", "scene.toml"]
 
 
@@ -192,7 +193,10 @@ def test_a_truncated_real_scan(data_dir: Path, tmp_path: Path) -> None:
         (("--scan", "a.csv", "--range", "-3"), "grid: range_m: edges"),
         (("--scan", "a.csv", "--azimuth-deg", "wide"), "--azimuth-deg: 'wide' is no angle"),
         (("--scan", "a.csv", "--pattern", "vlp17"), "known are vlp16"),
-        (("--scan", "a.csv", "--rating", "best"), "'total', 'printed', 'visible' or 'evidence'"),
+        (
+            ("--scan", "a.csv", "--rating", "best"),
+            "'total', 'printed', 'visible', 'evidence' or your own",
+        ),
         (("--scan", "a.csv", "--out", "a.csv"), "cannot be written"),
         (("--layers", "many"), "Invalid value for '--layers'"),
     ],

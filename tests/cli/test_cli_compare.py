@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from in_process import clearway as run_here
 from own_process import run_clearway as run
 
 
@@ -46,7 +47,7 @@ def test_the_table_names_every_planner_and_an_unsafe_first_one_ends_with_1(tmp_p
     ],
 )
 def test_bad_requests_are_refused_with_what_there_is(tmp_path, arguments, said):
-    done = run(*arguments, cwd=tmp_path)
+    done = run_here(*arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
     assert done.stdout == ""

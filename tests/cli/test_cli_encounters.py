@@ -9,6 +9,7 @@ import pytest
 from clearway.base.intervals import wilson
 from clearway.studies.encounters.encounter import EncounterSettings, random_encounter
 from clearway.studies.encounters.flights import fly_encounter
+from in_process import clearway as run_here
 from own_process import run_clearway
 
 run = partial(run_clearway, "encounters")
@@ -48,7 +49,7 @@ def test_one_encounter_is_replayed_with_its_decisions(tmp_path):
     ],
 )
 def test_bad_options_end_with_2(arguments, said, tmp_path):
-    done = run(*arguments, cwd=tmp_path)
+    done = run_here("encounters", *arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
     assert done.stdout == ""

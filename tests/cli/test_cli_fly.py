@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from in_process import clearway as run_here
 from own_process import run_clearway as run
 
 SHORT = """
@@ -128,7 +129,7 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_bad_missions_are_refused_with_place_and_cause(tmp_path, case):
     text, place, cause = BAD[case]
-    done = run("fly", mission(tmp_path, text, "bad.toml"), "--out", "out", cwd=tmp_path)
+    done = run_here("fly", mission(tmp_path, text, "bad.toml"), "--out", "out", cwd=tmp_path)
     assert done.returncode == 2, done.stderr
     assert place in done.stderr
     assert cause in done.stderr
@@ -142,7 +143,7 @@ def test_what_the_map_shows_to_be_impossible_is_refused_before_take_off(tmp_path
         "position_m = [7, 0.2, 0]", 'name = "tank"\nknown = "both"\nposition_m = [14, 0, 0]'
     )
     walled = walled.replace("radius_m = 1\n", "radius_m = 4\n")
-    done = run("fly", mission(tmp_path, walled), "--out", "out", cwd=tmp_path)
+    done = run_here("fly", mission(tmp_path, walled), "--out", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert "waypoint 1" in done.stderr
     assert "tank" in done.stderr
@@ -151,7 +152,7 @@ def test_what_the_map_shows_to_be_impossible_is_refused_before_take_off(tmp_path
 
 @pytest.mark.parametrize("name", ["static-obstacle", "missing.toml"])
 def test_an_unknown_mission_says_what_there_is(tmp_path, name):
-    done = run("fly", name, cwd=tmp_path)
+    done = run_here("fly", name, cwd=tmp_path)
     assert done.returncode == 2
     assert name in done.stderr
     if not name.endswith(".toml"):
@@ -159,7 +160,7 @@ def test_an_unknown_mission_says_what_there_is(tmp_path, name):
 
 
 def test_a_bad_override_is_refused(tmp_path):
-    done = run("fly", "static-obstacles", "--rating", "best", cwd=tmp_path)
+    done = run_here("fly", "static-obstacles", "--rating", "best", cwd=tmp_path)
     assert done.returncode == 2
     assert "visible" in done.stderr
 

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from in_process import clearway as run_here
 from own_process import run_clearway as run
 
 pytest.importorskip("pyproj")
@@ -69,7 +70,7 @@ def test_the_real_files_of_cologne_in_one_frame(tmp_path, data_dir):
 def test_bad_input_ends_with_2_and_one_line(tmp_path, arguments, cause):
     (tmp_path / "masts.csv").write_text(TABLE)
     (tmp_path / "bad.csv").write_text("lat,lon,h\nnorth,7,3\n")
-    done = run("map", *arguments, "--out", "out", cwd=tmp_path)
+    done = run_here("map", *arguments, "--out", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert cause in done.stderr
     assert "Traceback" not in done.stderr

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from in_process import clearway as run_here
+
 COMMAND = shutil.which("clearway", path=os.fspath(Path(sys.executable).parent))
 
 
@@ -65,7 +67,7 @@ def test_text_and_picture(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--method", "best"], "there are full, chaotic"),
+        (["--method", "best"], "valid reach set methods are full, chaotic"),
         (["--method", "flying", "--spread", "3"], "unknown tuning spread"),
         (["--layers", "0"], "at least 1 is needed"),
         (["--range", "-1"], "range_edges_m"),
@@ -89,7 +91,7 @@ def test_text_and_picture(tmp_path):
     ],
 )
 def test_bad_input_exits_with_2_and_a_message(arguments, words, tmp_path):
-    done = run("reach-set", "--no-plots", "--json", *arguments, cwd=tmp_path)
+    done = run_here("reach-set", "--no-plots", "--json", *arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr

@@ -13,6 +13,7 @@ from clearway.studies.encounter_model import made_up_model
 from clearway.studies.risk.encounter import draw_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation_of
 from clearway.studies.risk.settings import RiskSettings
+from in_process import clearway as run_here
 from own_process import run_clearway
 
 run = partial(run_clearway, "risk")
@@ -43,7 +44,7 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
 
 
 def test_one_encounter_shows_nothing(tmp_path):
-    done = run("--count", 1, "--workers", 1, cwd=tmp_path)
+    done = run_here("risk", "--count", 1, "--workers", 1, cwd=tmp_path)
     assert done.returncode == 3
     assert "not shown" in done.stdout or "no case" in done.stdout
 
@@ -62,14 +63,14 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
     ("arguments", "said"),
     [
         (("nowhere.txt",), "nowhere.txt: cannot be read"),
-        (("-p", "wish"), "there are clearway, straight"),
+        (("-p", "wish"), "valid planners are clearway, straight"),
         (("--noise", "much"), "--noise"),
         (("--layers", "9"), "--layers: the model has layers 1 to 4"),
         (("--own-kt", "-3"), "own_kt"),
     ],
 )
 def test_bad_options_end_with_2(arguments, said, tmp_path):
-    done = run(*arguments, cwd=tmp_path)
+    done = run_here("risk", *arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
     assert done.stdout == ""

@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from tools.reference import PARTS
 
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
@@ -36,6 +37,15 @@ def test_the_reference_page_is_what_the_models_say() -> None:
         check=True,
     ).stdout
     assert made == (DOCS / "missions.md").read_text(encoding="utf-8"), (
+        "run python -m tools.reference --write"
+    )
+
+
+@pytest.mark.parametrize(("page", "mark"), PARTS)
+def test_tables_between_marks_are_what_the_registries_say(page: str, mark: str) -> None:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    made = PARTS[page, mark]()
+    assert f"<!-- {mark}:begin -->\n{made}\n<!-- {mark}:end -->" in text, (
         "run python -m tools.reference --write"
     )
 

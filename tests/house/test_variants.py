@@ -14,8 +14,14 @@ from tools.reference import page
 
 from clearway.avoidance.fusion import RATINGS, total
 from clearway.base.variants import Variants
+from clearway.io.maps.map_formats import FORMATS as MAPS
+from clearway.io.maps.map_formats import JSON_FORMATS
+from clearway.io.poses.pose_file import FORMATS as POSES
+from clearway.io.scans.scan_formats import FORMATS as SCANS
 from clearway.io.toml import parse_model
+from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
 from clearway.missions.mission_file import MissionFile
+from clearway.missions.planned import PLANS
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS
 from clearway.reach import METHODS
@@ -23,7 +29,9 @@ from clearway.reach.covering import flying
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
+from clearway.sim.run import METRICS, Metric
 from clearway.studies.campaigns.file import CampaignFile
+from flown_missions import flown
 from in_process import clearway
 from repository import REPOSITORY
 
@@ -114,3 +122,34 @@ def test_a_new_planner_needs_no_other_place(
     tables = tomllib.loads('name = "c"\nplanners = ["throw-away"]\n[[family]]\nfamily = "balls"')
     assert parse_model("c", tables, CampaignFile).planners == ("throw-away",)
     assert "| `throw-away` |" in page()
+
+
+def test_a_new_metric_needs_no_other_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = flown().run
+    before, row = run.summary(), run.to_row()
+    metric = Metric("A throw-away.", lambda run: len(run.movements))
+    monkeypatch.setitem(METRICS.built_in, "throw_away", metric)
+    assert run.summary() == before | {"throw_away": len(run.movements)}
+    assert run.to_row() == row | {"throw_away": len(run.movements)}
+    assert "| `throw_away` | A throw-away. |" in page()
+    assert all(f"| `{name}` | {METRICS.about(name)} |" in page() for name in METRICS)
+
+
+def test_every_format_is_told_in_the_help(tmp_path: Path) -> None:
+    scans, traffic, maps = (told(tmp_path, name) for name in ("assess", "traffic", "map"))
+    for scan in SCANS:
+        assert all(suffix in scans for suffix in scan.suffixes)
+    assert all(name in scans for name in POSES)
+    for recording in TRAFFIC:
+        assert recording.name in traffic
+    for one in MAPS:
+        assert one.name in maps
+        assert all(suffix in maps for suffix in one.suffixes)
+    assert all(plan in told(tmp_path, "fly") for plan in PLANS)
+
+
+def test_every_map_and_plan_is_told_in_its_page() -> None:
+    text = (REPOSITORY / "docs" / "maps.md").read_text()
+    assert all(suffix in text for one in MAPS for suffix in one.suffixes)
+    assert all(one.name.split()[0] in text for one in JSON_FORMATS)
+    assert all(suffix in text for suffix in PLANS)

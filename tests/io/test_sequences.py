@@ -17,6 +17,7 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import attitude_from_rotation, world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
+from clearway.io.poses.bag_poses import _deviations
 from clearway.io.poses.pose_file import read_poses
 from clearway.io.poses.pose_track import pose_track, quaternions_of, rotation_of, slerp
 from clearway.io.scans.pointcloud import PointCloud
@@ -219,6 +220,32 @@ def test_poses_that_are_none_are_left_out_and_said() -> None:
     track = pose_track("t", np.array([1.0, 2.0, 1.0, 3.0]), np.zeros((4, 3)), quaternion)
     assert track.time_s.tolist() == [1.0]
     assert track.notes == ("3 poses left out: not finite, or told twice",)
+
+
+def test_a_track_hands_on_how_sure_its_poses_are() -> None:
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    stds = np.array([[0.1, 0.02], [9.0, 9.0], [0.4, 0.01]])
+    place = np.zeros((3, 3))
+    place[1] = np.nan
+    track = pose_track("t", np.array([0.0, 0.4, 0.8]), place, level, deviations=stds)
+    state = track.at(0.3)
+    assert state is not None
+    assert (state.position_std_m, state.attitude_std_rad) == (0.4, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("variances", "stds"),
+    [
+        ((0.04, 0.09, 0.01, 0.0, 0.0004, 0.0001), (0.3, 0.02)),
+        ((0.0,) * 6, (0.0, 0.0)),
+        ((-1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0)),
+        ((0.04, 0.04, 1e6, 1e6, np.nan, 0.0001), (0.2, 0.01)),
+    ],
+)
+def test_covariances_of_odometry_become_standard_deviations(variances, stds) -> None:
+    told = _deviations(np.diag(variances).ravel().tolist())
+    assert told == pytest.approx(stds)
+    assert _deviations(None) == (0.0, 0.0)
 
 
 def test_tables_of_angles_and_of_quaternions_agree(tmp_path: Path) -> None:

@@ -179,15 +179,17 @@ def test_over_the_streets_of_delft(data_dir, tmp_path):
     assert 270.0 < result["path_length_m"] < 420.0
     distance, nearest = setup.obstacle_map.nearest(track)
     # Near things, and below the tops of some of them.
-    assert (distance < 4.0).mean() > 0.1
+    assert distance.min() < 4.0
+    assert (distance < 5.0).mean() > 0.1
     beside = [
         track[n, 2] < one.position_m[2] + one.half_m[2]
         for n, one in enumerate(setup.obstacle_map.obstacles[index] for index in nearest)
         if distance[n] < 12.0
     ]
-    assert np.mean(beside) > 0.05
+    assert np.count_nonzero(beside) >= 20, "a second of flight beside walls"
 
 
+@pytest.mark.nightly
 def test_past_the_towers_of_cologne(data_dir, tmp_path):
     pytest.importorskip("rasterio")
     result, track, setup = flown("cologne-masts", data_dir, tmp_path)

@@ -63,6 +63,7 @@ def test_estimate_is_unbiased_within_its_error(automaton, layers, footprints, se
     assert abs(estimate.footprints - footprints) < 3.5 * estimate.standard_error
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("automaton", "layers", "footprints"), [(NINE, 6, 3227), (FIVE, 8, 5841)])
 @pytest.mark.parametrize("seed", [3, 5])
 def test_so_it_is_where_footprints_are_followed_by_walks(automaton, layers, footprints, seed):

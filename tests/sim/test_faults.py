@@ -112,6 +112,7 @@ def test_every_study_starts_from_the_same_worlds_and_makes_missions_that_read_ba
             assert made[0] == make(case(study, 3), study.levels[0], 3)
 
 
+@pytest.mark.nightly
 def test_studies_do_not_depend_on_the_number_of_processes():
     one = fly_studies(["report-loss"], range(2), workers=1)
     two = fly_studies(["report-loss"], range(2), workers=2)

@@ -10,7 +10,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from clearway.avoidance.situation import grid_frame
 from clearway.avoidance.verify import path_clearance
 from clearway.base.errors import InputError
 from clearway.base.state import State
@@ -102,8 +101,7 @@ def test_a_hidden_intruder_counts_though_nothing_sees_it() -> None:
         decision = entry.flight.decision
         if "hidden" not in decision.intruders or in_sight(entry, place_of("hidden", entry)):
             continue
-        origin, world_from_grid = grid_frame(decision.state)
-        there = (place_of("hidden", entry) - origin) @ world_from_grid
+        there = decision.frame.grid_points(place_of("hidden", entry))
         number = decision.intruders.index("hidden")
         np.testing.assert_allclose(decision.hazards.moving.position_m[number], there, atol=1e-6)
         evidence = decision.cells.evidence
@@ -122,11 +120,10 @@ def test_what_the_lidar_adds_is_the_silent_one_alone() -> None:
     added = 0
     for entry in flown(0).decisions:
         decision = entry.flight.decision
-        origin, world_from_grid = grid_frame(decision.state)
         for name, place in zip(decision.intruders, decision.hazards.moving.position_m, strict=True):
             if name.startswith("lidar"):
                 added += 1
-                found = origin + world_from_grid @ place
+                found = decision.frame.world_points(place)
                 assert np.linalg.norm(found - place_of("silent", entry)) < 0.4
     assert added >= 5
 

@@ -209,6 +209,7 @@ def test_part_of_a_campaign_can_be_flown_first(small: Path, tmp_path: Path) -> N
 # Other engines -----------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 def test_a_cluster_that_loses_a_worker_gives_the_same_rows(
     small: Path, uninterrupted: list[FlightRow], tmp_path: Path
 ) -> None:

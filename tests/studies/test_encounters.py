@@ -98,6 +98,7 @@ def test_nothing_is_tied_to_metres():
     )
 
 
+@pytest.mark.nightly
 def test_workers_do_not_change_results():
     kind = EncounterSettings(4.0, deviates=True)
     assert fly_encounters(kind, range(40), 1) == fly_encounters(kind, range(40), 2)

@@ -197,6 +197,7 @@ def test_nothing_seen_is_not_nothing_possible():
     assert np.isnan(never.ratio.value)
 
 
+@pytest.mark.nightly
 def test_a_study_is_the_same_for_any_number_of_processes():
     model, kind = made_up_model(), replace(QUICK, within_s=40.0)
     one = study(model, ["mvp"], range(11), kind)

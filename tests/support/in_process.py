@@ -20,13 +20,18 @@ class Done(NamedTuple):
     stdout: str
     stderr: str
 
+    @property
+    def returncode(self) -> int:
+        """As a process of its own calls it."""
+        return self.exit_code
+
 
 @cache
 def _command() -> Any:
     return get_command(app)
 
 
-def clearway(*arguments: str | Path, cwd: Path) -> Done:
+def clearway(*arguments: object, cwd: Path) -> Done:
     """Run `clearway` in a folder; what is no exit of the command comes up as it is."""
     out, err = io.StringIO(), io.StringIO()
     with (

@@ -116,11 +116,16 @@ class Types:
         )
 
     def odometry(
-        self, time_s: float, position: Sequence[float], turn: Sequence[float] = IDENTITY
+        self,
+        time_s: float,
+        position: Sequence[float],
+        turn: Sequence[float] = IDENTITY,
+        variances: Sequence[float] = (0.0,) * 6,
     ) -> Any:
+        """variances: of x, y, z and of the turns about them."""
         zero = self._of["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
         twist = self._of["geometry_msgs/msg/Twist"](zero, zero)
-        covariance = np.zeros(36)
+        covariance = np.diag(np.asarray(variances, dtype=np.float64)).ravel()
         return self._of["nav_msgs/msg/Odometry"](
             self.header(time_s, "odom"),
             "base_link",

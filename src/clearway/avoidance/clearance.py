@@ -179,6 +179,21 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
                 corners[q + 1, 1] - py - vy * after,
                 corners[q + 1, 2] - pz - vz * after,
             )
+            if moving.manoeuvre_mps2[k] > 0.0 and moving.share[k] > 0.0:
+                here = chord_distance(
+                    px,
+                    py,
+                    pz,
+                    corners[q, 0],
+                    corners[q, 1],
+                    corners[q, 2],
+                    corners[q + 1, 0],
+                    corners[q + 1, 1],
+                    corners[q + 1, 2],
+                )
+                speed = np.sqrt(vx * vx + vy * vy + vz * vz)
+                turned = gap - 0.5 * moving.manoeuvre_mps2[k] * after * after
+                gap += moving.share[k] * (max(turned, here - speed * after) - gap)
             distance = gap - moving.radius_m[k] - moving.growth_mps[k] * after
             if distance < best:
                 best, index = distance, k
@@ -196,6 +211,7 @@ def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
     dz = span.middle_m[2] - moving.position_m[k, 2] - vz * middle_s
     moved = half_s * np.sqrt(vx * vx + vy * vy + vz * vz)
     grown = moving.radius_m[k] + moving.growth_mps[k] * span.end_s
+    grown += 0.5 * moving.manoeuvre_mps2[k] * span.end_s * span.end_s
     near = max(0.0, span.reach_m + moved + grown + best)
     return bool(dx * dx + dy * dy + dz * dz >= near * near)
 

@@ -1,17 +1,21 @@
 """One decision: see, fuse, rate, verify, choose, explain. Start reading here.
 
-`decide` is the whole cycle in the paper's order. It knows no files, clocks or sensors' drivers:
-`system.AvoidanceSystem` feeds it in flight, `simulation` in closed loop.
+`decide` is the whole cycle in the paper's order; its first half is `assess_situation`. It knows no
+files, clocks or sensors' drivers: `live.AvoidanceSystem` feeds it in flight, `sim.simulate` in
+closed loop.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property, partial
 
 import numpy as np
 
+from clearway.avoidance.assess import Assessment, assess_situation
 from clearway.avoidance.choice import (
+    Basis,
     Candidates,
     Choice,
     Commitment,
@@ -22,35 +26,22 @@ from clearway.avoidance.choice import (
     reach_of,
 )
 from clearway.avoidance.costs import Goal, arrival
-from clearway.avoidance.evidence import gather_evidence, hazards_of
-from clearway.avoidance.fusion import (
-    CellAssessment,
-    Evidence,
-    ReachAssessment,
-    assess_cells,
-    rate_reach_set,
-    untouched,
-)
+from clearway.avoidance.evidence import InReach
+from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import (
-    Situation,
-    goal_of,
-    grid_frame,
-    margin_m,
-    margin_slope,
-)
+from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
 from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import BoolArray, IntArray, State
-from clearway.traffic import Intruder, up_seen_from
-from clearway.traffic.models.many import seen_at
 
-NO_ROLL = np.array([0.0, 1.0, 1.0])
+MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""How much of what intruders may do is kept clear of, the most that leaves a way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +65,17 @@ class Decision:
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
 
+    @cached_property
+    def frame(self) -> GridFrame:
+        """Where the avoidance grid sits."""
+        return GridFrame.of(self.state)
+
     def __repr__(self) -> str:
         return one_line("Decision", (runs(self.movements), *self._facts.values()))
 
     def _repr_html_(self) -> str:
         """For notebooks: what is flown and why, and the plan and the returns from above."""
-        position, world_from_grid = grid_frame(self.state)
-        seen = self.hazards.points.position_m @ world_from_grid.T + position
+        seen = self.frame.world_points(self.hazards.points.position_m)
         marks = [Marks(seen, "#c0392b", joined=False), Marks(self.path_m, "#d62728")]
         return html_table(runs(self.movements), self._facts, sketch_from_above(marks))
 
@@ -104,110 +99,87 @@ def decide(
     """
     settings = planner.settings
     _check_grids(planner, situation)
-    margin = margin_m(settings, situation)
     prepared = planner.prepared_at(situation.state)
     prepared = with_slope(prepared, margin_slope(settings, situation))
-    seen = _see(planner, situation, margin, prepared.reach_m)
-    cells = assess_cells(
-        seen.evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
-    )  # (4.17), (5.54)
-
-    reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
-    clear = untouched(prepared.reach_set, seen.evidence.coated)  # def. 6
+    known = assess_situation(
+        planner,
+        situation,
+        prepared.reach_set,
+        reach_m=prepared.reach_m,
+        horizon_s=planner.horizon_s,
+    )  # (4.17), (4.22), (4.23)
+    near, margin = known.near, known.near.margin_m
+    clear = untouched(prepared.reach_set, known.cells.evidence.coated)  # def. 6
 
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    candidates = _candidates(planner, prepared, reach, clear, goal, commitment, seen.hazards)
+    candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    def choose_among(candidates: Candidates) -> Choice:
+    def choose_clear_of(hazards: Hazards, candidates: Candidates) -> Choice:
         return choose(
             prepared,
-            reach,
+            known.reach,
             candidates,
-            seen.hazards,
+            hazards,
             margin_m=margin,
             threshold=settings.threshold,
             verify=settings.verify,
         )
 
+    names = tuple(intruder.name for intruder in near.intruders)
     ruling = None
     if planner.rules:
-        ruling = rule_on(planner.rules, _rule_view(planner, situation, prepared, goal, seen))
-    if ruling is None:
-        choice = choose_among(candidates)
-    else:
-        choice = choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
-    position, world_from_grid = grid_frame(situation.state)
+        view = _rule_view(planner, situation, prepared, goal, near, names)
+        ruling = rule_on(planner.rules, view)
+
+    def choose_with(hazards: Hazards) -> Choice:
+        choose_among = partial(choose_clear_of, hazards)
+        if ruling is None:
+            return choose_among(candidates)
+        return choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
+
+    choice, kept_from = choose_for_manoeuvres(near.hazards, choose_with)
     return Decision(
         state=situation.state,
         choice=choice,
         movements=prepared.reach_set.movements_to(choice.node),
-        path_m=_path(prepared, choice.node) @ world_from_grid.T + position,
+        path_m=near.frame.world_points(_path(prepared, choice.node)),
         goal=goal,
         margin_m=margin,
-        cells=cells,
-        reach=reach,
+        cells=known.cells,
+        reach=known.reach,
         prepared=prepared,
-        hazards=seen.hazards,
-        decide_within_s=_decide_within(planner, prepared, choice, seen.hazards, margin),
-        intruders=seen.intruders,
+        hazards=kept_from,
+        decide_within_s=_decide_within(planner, prepared, choice, near.hazards, margin),
+        intruders=names,
     )
 
 
-class _Seen(NamedTuple):
-    """What is known about the surroundings at a decision."""
+def choose_for_manoeuvres(
+    hazards: Hazards, choose_with: Callable[[Hazards], Choice]
+) -> tuple[Choice, Hazards]:
+    """The choice clear of as much as can be of what intruders may do, and what it is clear of.
 
-    hazards: Hazards
-    evidence: Evidence
-    intruders: tuple[str, ...]
-    """Names of the moving in `hazards`."""
-
-
-class InReach(NamedTuple):
-    """What is around, in the grid's frame."""
-
-    hazards: Hazards
-    intruders: list[Intruder]
-    up: FloatArray
-    """[3] world up."""
-
-
-def in_reach(
-    planner: Planner, situation: Situation, margin: float, reach_m: float | None = None
-) -> InReach:
-    """Bring map, returns and intruders into the grid's frame.
-
-    reach_m: how far trajectories lead; None for the farthest of the planner's.
+    All that an intruder that has turned may do next soon leaves no way at all: then a lesser share
+    of it is kept clear of, and its straight way at the least.
     """
-    state = situation.state
-    seen_from = replace(state, attitude_rad=state.attitude_rad * NO_ROLL)
-    intruders = seen_at(situation.intruders, seen_from, seen_from.world_from_body)
-    hazards = hazards_of(planner, situation, intruders, margin, reach_m)
-    return InReach(hazards, intruders, up_seen_from(seen_from))
-
-
-def _see(planner: Planner, situation: Situation, margin: float, reach_m: float) -> _Seen:
-    """What is around, in the grid's frame and in its cells."""
-    hazards, intruders, up = in_reach(planner, situation, margin, reach_m)
-    evidence = gather_evidence(
-        planner.grid,
-        situation.detections,
-        hazards,
-        margin,
-        intruders,
-        planner.settings,
-        up,
-    )
-    return _Seen(hazards, evidence, tuple(intruder.name for intruder in intruders))
+    if not hazards.moving.manoeuvre_mps2.any():
+        return choose_with(hazards), hazards
+    tried: list[tuple[Choice, Hazards]] = []
+    for share in MANOEUVRE_SHARES:
+        shared = hazards.keeping_clear_of(share)
+        tried.append((choose_with(shared), shared))
+        if tried[-1][0].basis is not Basis.EMERGENCY:
+            return tried[-1]
+    return tried[0]
 
 
 def _candidates(
     planner: Planner,
     prepared: PreparedReachSet,
-    reach: ReachAssessment,
+    known: Assessment,
     clear: BoolArray,
     goal: Goal,
     commitment: Commitment | None,
-    hazards: Hazards,
 ) -> Candidates:
     """The complete trajectories with their costs, (4.6)."""
     arrived = arrival(prepared.reach_set, goal)
@@ -217,14 +189,14 @@ def _candidates(
 
     return price_candidates(
         prepared,
-        reach,
+        known.reach,
         clear,
         goal,
         arrived,
         to_go,
         planner.settings.prices,
         commitment or Commitment(),
-        hazards.moving,
+        known.near.hazards.moving,
     )
 
 
@@ -238,7 +210,12 @@ def _check_grids(planner: Planner, situation: Situation) -> None:
 
 
 def _rule_view(
-    planner: Planner, situation: Situation, prepared: PreparedReachSet, goal: Goal, seen: _Seen
+    planner: Planner,
+    situation: Situation,
+    prepared: PreparedReachSet,
+    goal: Goal,
+    near: InReach,
+    names: tuple[str, ...],
 ) -> RuleView:
     """What the rules of a decision see."""
     start = situation.state.position_m if situation.from_m is None else situation.from_m
@@ -250,10 +227,10 @@ def _rule_view(
         situation.state,
         goal,
         np.array(route),
-        margin_m(planner.settings, situation),
+        near.margin_m,
         planner.speed_mps,
-        seen.hazards.moving,
-        seen.intruders,
+        near.hazards.moving,
+        names,
     )
 
 

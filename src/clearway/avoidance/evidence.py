@@ -1,13 +1,17 @@
-"""From what is known to evidence per cell, and to what trajectories must keep clear of."""
+"""From what is known to evidence per cell, and to what trajectories must keep clear of.
+
+Whoever looks at a moment gathers here: a decision, a scene, news of a plan, a rival.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from clearway.avoidance.fusion import Evidence
+from clearway.avoidance.fusion import Evidence, Rating
 from clearway.avoidance.hazards import (
     Hazards,
     MovingHazards,
@@ -15,17 +19,24 @@ from clearway.avoidance.hazards import (
     no_shapes,
     nothing_moving,
 )
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation, grid_frame
+from clearway.avoidance.planner import EvidenceSettings
+from clearway.avoidance.situation import Situation, margin_m
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.grid_frame import GridFrame
 from clearway.obstacles.cells import base_probability
 from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle import Shapes
-from clearway.sensors import Detection, combine_detections, thin_points
 from clearway.sensors import coated_cells as coated_by_points
-from clearway.traffic import Intruder, assess_intruders
-from clearway.traffic.models.many import deviations_m, speeds_mps, spread_tangents
+from clearway.sensors import combine_detections, thin_points
+from clearway.traffic import (
+    Intruder,
+    IntruderCells,
+    VehicleTimes,
+    assess_intruders,
+    combine_intruders,
+)
+from clearway.traffic.models.many import deviations_m, seen_at, speeds_mps, spread_tangents
 
 NO_SHAPES = no_shapes()
 THINNING = 0.1
@@ -34,20 +45,80 @@ MOST_MEASURED = 20_000
 """Shapes of a map of which each is asked for its distance at every decision."""
 
 
+class Terms(Protocol):
+    """On what terms a moment is assessed: a `Planner` has them, and so has a `Scene`."""
+
+    @property
+    def grid(self) -> AvoidanceGrid: ...
+
+    @property
+    def settings(self) -> EvidenceSettings: ...
+
+    @property
+    def cell_rating(self) -> Rating:
+        """How evidence becomes a rating."""
+        ...
+
+    @property
+    def speed_mps(self) -> float:
+        """Of the own vehicle, the fastest."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CountedAs:
+    """How one intruder is counted, where it is not as the settings say."""
+
+    models: tuple[str, ...]
+    timed: bool | str = False
+    """False, True for the paper's (5.5), or the name of a timed rule."""
+    times: VehicleTimes | None = None
+    """When the vehicle is in which cell."""
+    up: FloatArray | None = None
+    """[3] world up in the grid's frame; None as the state says."""
+
+
+class InReach(NamedTuple):
+    """What is around, in the grid's frame."""
+
+    frame: GridFrame
+    margin_m: float
+    """To be kept from all of it."""
+    hazards: Hazards
+    intruders: list[Intruder]
+    """At the time of the state."""
+
+
+def in_reach(
+    terms: Terms, situation: Situation, reach_m: float = 0.0, horizon_s: float = 0.0
+) -> InReach:
+    """Bring map, returns and intruders into the grid's frame.
+
+    reach_m, horizon_s: how far trajectories lead in space and time; at least through the grid.
+    """
+    settings, frame, range_m = terms.settings, situation.frame, terms.grid.range_m
+    margin = margin_m(settings, situation)
+    within_m = max(range_m, reach_m) + margin
+    intruders = seen_at(situation.intruders, situation.state, frame.world_from_grid)
+    points, points_left_out_m = _points(situation, settings, within_m)
+    shapes = _shapes_near(situation, terms.grid, within_m)
+    hazards = Hazards(
+        points,
+        shapes,
+        _moving(intruders, situation, settings, max(range_m / terms.speed_mps, horizon_s)),
+        min(points_left_out_m, _left_out_m(situation, shapes, within_m)),
+    )
+    return InReach(frame, margin, hazards, intruders)
+
+
 def gather_evidence(
-    grid: AvoidanceGrid,
-    detections: Sequence[Detection],
-    hazards: Hazards,
-    margin: float,
-    intruders: Sequence[Intruder],
-    settings: AvoidanceSettings,
-    up: FloatArray,
+    terms: Terms, situation: Situation, near: InReach, cells: Sequence[IntruderCells]
 ) -> Evidence:
     """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
-    free = Evidence.free(grid)
+    grid, hazards, margin = terms.grid, near.hazards, near.margin_m
     changes: dict[str, object] = {}
-    if detections:
-        sensed = combine_detections(detections, settings.sensor_fusion)
+    if situation.detections:
+        sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
         changes |= {
             "detected": sensed.detected,
             "visibility": sensed.visibility,
@@ -55,69 +126,64 @@ def gather_evidence(
         }
     coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
     if len(hazards.shapes.radius_m):
-        changes["map_base"] = base_probability(hazards.shapes, grid)
+        changes["map_base"] = base_probability(hazards.shapes, grid, terms.settings.accuracy)
         coated = coated | coated_by_map(hazards.shapes, grid, margin)
-    if intruders:
-        changes["intruder"] = assess_intruders(
-            grid, intruders, models=settings.intruder_models, up=up
-        ).probability
-    return replace(free, coated=coated, **changes)  # type: ignore[arg-type]
+    if cells:
+        changes["intruder"] = (
+            cells[0].probability
+            if len(cells) == 1
+            else combine_intruders(np.concatenate([one.each for one in cells]))
+        )  # (5.37)
+    return replace(Evidence.free(grid), coated=coated, **changes)  # type: ignore[arg-type]
 
 
-def hazards_of(
-    planner: Planner,
-    situation: Situation,
-    intruders: Sequence[Intruder],
-    margin: float,
-    reach_m: float | None = None,
-) -> Hazards:
-    """All that trajectories could lack the margin of, in the grid frame, as the intruders are.
-
-    reach_m: how far they lead; None for the farthest of the planner's.
-    """
-    settings = planner.settings
-    position, world_from_grid = grid_frame(situation.state)
-    within_m = (planner.reach_m if reach_m is None else reach_m) + margin
-    points, points_left_out_m = _points(situation, settings, position, world_from_grid, within_m)
-    shapes = _shapes_near(situation, position, world_from_grid, planner.grid, within_m)
-    return Hazards(
-        points,
-        shapes,
-        _movers(intruders, situation, settings, planner.horizon_s),
-        min(points_left_out_m, _left_out_m(situation, shapes, position, within_m)),
+def intruder_cells(
+    terms: Terms, near: InReach, counted: Sequence[CountedAs] | None = None
+) -> tuple[IntruderCells, ...]:
+    """What intruders mean for each cell (5.36): all as the settings say, or each as told."""
+    grid, settings, up = terms.grid, terms.settings, near.frame.up
+    accuracy = settings.accuracy
+    if counted is None:
+        if not near.intruders:
+            return ()
+        models = settings.intruder_models
+        return (assess_intruders(grid, near.intruders, models, up=up, accuracy=accuracy),)
+    return tuple(
+        assess_intruders(
+            grid,
+            [intruder],
+            how.models,
+            how.timed,
+            how.times,
+            up if how.up is None else how.up,
+            accuracy,
+        )
+        for intruder, how in zip(near.intruders, counted, strict=True)
     )
 
 
-def _shapes_near(
-    situation: Situation,
-    position: FloatArray,
-    world_from_grid: FloatArray,
-    grid: AvoidanceGrid,
-    within_m: float,
-) -> Shapes:
+def _shapes_near(situation: Situation, grid: AvoidanceGrid, within_m: float) -> Shapes:
     if situation.obstacle_map is None or not len(situation.obstacle_map):
         return NO_SHAPES
-    return situation.obstacle_map.in_grid(position, world_from_grid, grid, within_m - grid.range_m)
+    frame, beyond_m = situation.frame, within_m - grid.range_m
+    return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid, beyond_m)
 
 
-def _left_out_m(situation: Situation, near: Shapes, position: FloatArray, within_m: float) -> float:
+def _left_out_m(situation: Situation, near: Shapes, within_m: float) -> float:
     """At most the distance of the nearest map shape that is out of reach; inf without any."""
     known = situation.obstacle_map
     if known is None or len(known) == len(near.radius_m):
         return np.inf
     if len(known) > MOST_MEASURED:
         return within_m
-    away = np.linalg.norm(known.shapes.center_m - position, axis=1) - known.shapes.bound_m
+    away = np.linalg.norm(known.shapes.center_m - situation.frame.origin_m, axis=1)
+    away -= known.shapes.bound_m
     away[near.source] = np.inf
     return max(within_m, float(away.min()))
 
 
 def _points(
-    situation: Situation,
-    settings: AvoidanceSettings,
-    position: FloatArray,
-    world_from_grid: FloatArray,
-    within_m: float,
+    situation: Situation, settings: EvidenceSettings, within_m: float
 ) -> tuple[PointHazards, float]:
     """What is remembered, or else the returns at hand merged in voxels; grown by range noise.
 
@@ -126,7 +192,7 @@ def _points(
     noise_m = settings.point_sigmas * situation.range_sigma_m
     left_out_m = np.inf
     if situation.remembered is not None:
-        place = (situation.remembered.position_m - position) @ world_from_grid
+        place = situation.frame.grid_points(situation.remembered.position_m)
         radius = situation.remembered.radius_m
     else:
         place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
@@ -134,14 +200,16 @@ def _points(
         away = np.sqrt(np.einsum("ij,ij->i", place, place)) - radius - noise_m
         near = away <= within_m
         left_out_m = float(away[~near].min(initial=np.inf))
-        place, radius = thin_points(place[near], radius[near], THINNING * settings.safety_margin_m)
+        place, radius = place[near], radius[near]
+        if settings.accuracy == "fast":
+            place, radius = thin_points(place, radius, THINNING * settings.safety_margin_m)
     return PointHazards(np.ascontiguousarray(place), radius + noise_m), left_out_m
 
 
-def _movers(
+def _moving(
     intruders: Sequence[Intruder],
     situation: Situation,
-    settings: AvoidanceSettings,
+    settings: EvidenceSettings,
     horizon_s: float,
 ) -> MovingHazards:
     """Intruders as balls that grow with time by all that they may deviate.
@@ -163,4 +231,6 @@ def _movers(
         spread_tangents(intruders) * speeds_mps(intruders)
         + settings.sigmas * np.array([i.velocity_std_mps for i in intruders])
         + turning,
+        np.array([i.manoeuvre_mps2 for i in intruders]),
+        np.ones(len(intruders)),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -50,6 +50,11 @@ class MovingHazards(NamedTuple):
     """[k] at the start."""
     growth_mps: FloatArray
     """[k] growth of the radius: spread and uncertainty."""
+    manoeuvre_mps2: FloatArray
+    """[k] acceleration that it may show any way, at no more than its speed: it then is somewhere in
+    the common part of two balls, a t^2 / 2 about its straight way and v t about its place now."""
+    share: FloatArray
+    """[k] how much of that must be kept clear of, from 0 (the straight way alone) to 1."""
 
     def __repr__(self) -> str:
         return brief(self)
@@ -87,7 +92,8 @@ def no_shapes() -> Shapes:
 
 
 def nothing_moving() -> MovingHazards:
-    return MovingHazards(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    none, no_place = np.zeros(0), np.zeros((0, 3))
+    return MovingHazards(no_place, no_place, none, none, none, none)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +112,11 @@ class Hazards:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bins", bin_points(*self.points))
+
+    def keeping_clear_of(self, share: float) -> Hazards:
+        """The same with a share of what intruders may do."""
+        moving = self.moving._replace(share=np.full(len(self.moving.radius_m), share))
+        return replace(self, moving=moving)
 
 
 @compiled

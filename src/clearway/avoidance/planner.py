@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import get_args
 
 from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
@@ -23,12 +24,13 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
+from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
 
 @dataclass(frozen=True, slots=True)
-class AvoidanceSettings:
-    """How decisions are taken; defaults are those of the paper's static mission."""
+class EvidenceSettings:
+    """How evidence is gathered and rated; defaults are those of the paper's static mission."""
 
     rating: str = "total"
     unknown: float = 0.0
@@ -37,8 +39,6 @@ class AvoidanceSettings:
     """The same for columns that no beam looks into."""
     threshold: float = 0.3
     """P_R that a trajectory must have."""
-    verify: bool = True
-    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
     safety_margin_m: float = 0.6
     """From the vehicle's centre to any obstacle's surface."""
     sigmas: float = 3.0
@@ -50,7 +50,9 @@ class AvoidanceSettings:
     intruder_models: tuple[str, ...] = ("line", "spread")
     sensor_fusion: str = "conjunction"
     """How several sensors become one: (5.38), or weighted by precision and trust."""
-    prices: Prices = field(default_factory=Prices)
+    accuracy: Accuracy = "fast"
+    """How finely volumes, bodies and spreads are looked at; but for "fast", returns at hand are not
+    merged either."""
 
     __repr__ = brief
 
@@ -58,16 +60,32 @@ class AvoidanceSettings:
         rating_named(self.rating)
         combine_rule_named(self.sensor_fusion)
         shares = ("unknown", "unknown_unseen", "threshold")
-        lengths = ("sigmas", "own_drift_mps", "point_sigmas")
+        lengths = ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas")
         problems = found(
             (
                 *(number_problem(key, getattr(self, key), 0.0, 1.0) for key in shares),
                 *(number_problem(key, getattr(self, key)) for key in lengths),
-                above_zero_problem("safety_margin_m", self.safety_margin_m),
             )
         )
         if problems:
             raise InputError("settings", problems)
+        if self.accuracy not in get_args(Accuracy):
+            raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
+
+
+@dataclass(frozen=True, slots=True)
+class AvoidanceSettings(EvidenceSettings):
+    """How decisions are taken; defaults are those of the paper's static mission."""
+
+    verify: bool = True
+    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
+    prices: Prices = field(default_factory=Prices)
+
+    def __post_init__(self) -> None:
+        EvidenceSettings.__post_init__(self)
+        problem = above_zero_problem("safety_margin_m", self.safety_margin_m)
+        if problem:
+            raise InputError("settings", problem)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,11 +163,6 @@ class Planner:
         return max(movement.speed_mps for movement in self.automaton.movements)
 
     @cached_property
-    def reach_m(self) -> float:
-        """How far from the vehicle trajectories lead, at least the range of the grid."""
-        return max(prepared.reach_m for _, prepared in self.prepared_sets)
-
-    @cached_property
     def horizon_s(self) -> float:
         """How far ahead in time trajectories lead, at least what the range takes."""
         longest = max(float(one.reach_set.end_time_s.max()) for _, one in self.prepared_sets)
@@ -164,5 +177,7 @@ class Planner:
         return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:
-        """The reach set whose start pitch is nearest."""
-        return min(self.prepared_sets, key=lambda entry: abs(entry[0] - pitch_rad))[1]
+        """The reach set whose start pitch is nearest; the flatter one of two."""
+        return min(
+            self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
+        )[1]

@@ -1,50 +1,45 @@
 """One moment assessed: everything known at an instant, and what it means cell by cell.
 
-`assess_scene` is the cycle of `avoidance.decide` without the decision, for looking at a scene. It
-knows no files: `clearway.missions.scene_reading` reads them.
+`assess_scene` is the cycle of `avoidance.decide` without the decision, for looking at a scene: what
+it says of cells and trajectories is what a decision goes by. It knows no files:
+`clearway.missions.scene_reading` reads them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from clearway.avoidance.fusion import (
-    CellAssessment,
-    Evidence,
-    ReachAssessment,
-    assess_cells,
-    rate_reach_set,
-    rating_named,
-)
+from clearway.avoidance.assess import assess_situation
+from clearway.avoidance.evidence import CountedAs
+from clearway.avoidance.fusion import CellAssessment, Rating, ReachAssessment, rating_named
+from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.planner import EvidenceSettings
+from clearway.avoidance.situation import Situation
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import IntArray, State
-from clearway.obstacles.cells import base_probability
-from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.reach.tree import ReachSet
-from clearway.sensors import Detection, Lidar, Scan, combine_detections, detect
-from clearway.sensors import coated_cells as coated_by_points
+from clearway.sensors import Detection, Lidar, Scan, detect
 from clearway.sensors.detection import Rule
 from clearway.sensors.space import SpaceCells, classify_space
 from clearway.traffic import (
     Intruder,
     IntruderCells,
     VehicleTimes,
-    assess_intruders,
-    combine_intruders,
     radial_vehicle_times,
     reach_set_vehicle_times,
-    up_seen_from,
 )
+from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 100
@@ -93,19 +88,18 @@ class ReachSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class RatingSettings:
-    """How evidence becomes ratings."""
+class RatingSettings(EvidenceSettings):
+    """How evidence becomes ratings: as in a decision, but looked at finely."""
 
-    name: str = "total"
-    unknown: float = 0.0
-    """How far hidden space counts as blocked, u in [0, 1]."""
-    unknown_unseen: float = 1.0
-    """The same for columns that no beam looks into."""
+    accuracy: Accuracy = "fine"
     detection: Rule = "ratio"
-    threshold: float = 0.3
-    """Rating from which a trajectory counts as passable."""
-    safety_margin_m: float = 0.6
-    """How far the coating reaches around hit points and map obstacles."""
+    """How hits become P_OD."""
+
+    @classmethod
+    def of(cls, settings: EvidenceSettings, detection: Rule = "ratio") -> RatingSettings:
+        """Those of a decision."""
+        same = {one.name: getattr(settings, one.name) for one in fields(EvidenceSettings)}
+        return cls(**same | {"accuracy": "fine", "detection": detection})
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +114,7 @@ class TimingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """All that is known at one moment; the grid sits in the body frame of `state`."""
+    """All that is known at one moment; the grid sits where `state` is, its roll left out."""
 
     name: str
     grid: AvoidanceGrid
@@ -130,11 +124,23 @@ class Scene:
     sightings: tuple[SceneScan, ...] = ()
     """None at all leaves everything visible (4.19)."""
     traffic: tuple[SceneIntruder, ...] = ()
+    remembered: PointHazards | None = None
+    """Points of earlier scans and of these, world frame; None takes those of the scans alone."""
     timing: TimingSettings = field(default_factory=TimingSettings)
     reach: ReachSettings = field(default_factory=ReachSettings)
     rating: RatingSettings = field(default_factory=RatingSettings)
 
     __repr__ = brief
+
+    @property
+    def settings(self) -> RatingSettings:
+        """How its evidence is gathered and rated."""
+        return self.rating
+
+    @property
+    def cell_rating(self) -> Rating:
+        """How evidence becomes a rating."""
+        return rating_named(self.rating.rating)
 
     @property
     def speed_mps(self) -> float:
@@ -189,28 +195,51 @@ class SceneAssessment:
 
 
 def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
-    """Detect, fuse and rate one moment: (5.40)-(5.54), (5.37), (4.17)-(4.23).
+    """Detect, fuse and rate one moment: (5.37)-(5.54), (4.17)-(4.23), as a decision does.
 
     `notice` is called with sentences about the stored reach sets. Raises ClearwayError when
     nothing leads through the grid.
     """
-    rating = scene.rating
     reach_set = reach_set_of(scene, notice)
-    detections = tuple(
-        detect(scene.grid, sighting.lidar, sighting.scan, rule=rating.detection)
-        for sighting in scene.sightings
-    )
-    intruders = _intruders(scene, _vehicle_times(scene, reach_set))
-    evidence = _evidence(scene, detections, intruders)
-    cells = assess_cells(evidence, rating_named(rating.name), rating.unknown, rating.unknown_unseen)
+    situation = situation_of(scene)
+    known = assess_situation(scene, situation, reach_set, _counted(scene, reach_set))
+    evidence = known.cells.evidence
     return SceneAssessment(
         scene=scene,
-        detections=detections,
-        cells=cells,
-        intruders=intruders,
+        detections=tuple(situation.detections),
+        cells=known.cells,
+        intruders=known.intruders,
         reach_set=reach_set,
-        reach=rate_reach_set(reach_set, cells.rating, rating.threshold),
+        reach=known.reach,
         space=classify_space(evidence.detected, evidence.visibility, evidence.map_base),
+    )
+
+
+def situation_of(scene: Scene) -> Situation:
+    """The scene as a decision would be told of it; its waypoint is where the vehicle is."""
+    state = scene.state
+    grid_from_body = GridFrame.of(state).grid_from_body(state)
+    detections = tuple(
+        detect(
+            scene.grid,
+            sighting.lidar,
+            sighting.scan,
+            grid_from_body=grid_from_body,
+            rule=scene.rating.detection,
+        )
+        for sighting in scene.sightings
+    )
+    sigmas = [sighting.lidar.sigma_m for sighting in scene.sightings]
+    # What is remembered of the worse sensors has grown by how much worse they are.
+    sigma_of = max if scene.remembered is None else min
+    return Situation(
+        state,
+        state.position_m,
+        detections=detections,
+        remembered=scene.remembered,
+        obstacle_map=scene.obstacle_map,
+        intruders=tuple(traffic.intruder for traffic in scene.traffic),
+        range_sigma_m=sigma_of(sigmas, default=0.0),
     )
 
 
@@ -242,51 +271,9 @@ def _vehicle_times(scene: Scene, reach_set: ReachSet) -> VehicleTimes:
     return radial_vehicle_times(scene.grid, scene.timing.speed_mps or scene.speed_mps)
 
 
-def _intruders(scene: Scene, times: VehicleTimes) -> tuple[IntruderCells, ...]:
-    """Each intruder by its own models, in the grid's frame (5.36)."""
-    up = up_seen_from(scene.state)
+def _counted(scene: Scene, reach_set: ReachSet) -> tuple[CountedAs, ...]:
+    """How each intruder of a scene is counted."""
+    times = _vehicle_times(scene, reach_set)
     return tuple(
-        assess_intruders(
-            scene.grid,
-            [traffic.intruder.seen_from(scene.state)],
-            traffic.models,
-            traffic.timed,
-            times,
-            up if traffic.up is None else traffic.up,
-            "fine",
-        )
-        for traffic in scene.traffic
+        CountedAs(traffic.models, traffic.timed, times, traffic.up) for traffic in scene.traffic
     )
-
-
-def _evidence(
-    scene: Scene, detections: Sequence[Detection], intruders: Sequence[IntruderCells]
-) -> Evidence:
-    """What sensors, map and intruders say of each cell, and the coating around it."""
-    grid, margin = scene.grid, scene.rating.safety_margin_m
-    shapes = scene.obstacle_map.in_grid(
-        scene.state.position_m, scene.state.world_from_body, grid, margin
-    )
-    evidence = replace(
-        Evidence.free(grid),
-        map_base=base_probability(shapes, grid, "fine"),
-        coated=coated_by_map(shapes, grid, margin),
-    )
-    if intruders:
-        each = np.concatenate([one.each for one in intruders])
-        evidence = replace(evidence, intruder=combine_intruders(each))
-    if detections:
-        sensed = combine_detections(detections)
-        coated = evidence.coated
-        for detection in detections:
-            coated = coated | coated_by_points(
-                grid, detection.points_m, detection.radius_m + margin
-            )
-        evidence = replace(
-            evidence,
-            detected=sensed.detected,
-            visibility=sensed.visibility,
-            seen=sensed.seen,
-            coated=coated,
-        )
-    return evidence

@@ -1,13 +1,15 @@
-"""What is known at one decision time, and the frame and goal that follow from it."""
+"""What is known at one decision time, and the margin and goal that follow from it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import EvidenceSettings, Planner
 from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,
@@ -16,11 +18,11 @@ from clearway.base.checks import (
     array_problem,
     found,
     number_problem,
-    positive,
     vector_problem,
 )
-from clearway.base.errors import InputError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
+from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
@@ -40,7 +42,7 @@ class Situation:
     """
 
     state: State
-    """Expected own state at the decision time; its grid frame leaves out the roll."""
+    """Expected own state at the decision time."""
     target_m: FloatArray
     """[3] waypoint to go to."""
     next_m: FloatArray | None = None
@@ -90,28 +92,27 @@ class Situation:
 
     __repr__ = brief
 
+    @cached_property
+    def frame(self) -> GridFrame:
+        """Where the avoidance grid sits."""
+        return GridFrame.of(self.state)
 
-def grid_frame(state: State) -> tuple[FloatArray, FloatArray]:
-    """Origin [3] and rotation [3, 3] (world from grid) of the grid at a state, roll left out."""
-    _, pitch, yaw = state.attitude_rad
-    return state.position_m, world_from_body([0.0, pitch, yaw])
 
-
-def margin_m(settings: AvoidanceSettings, situation: Situation) -> float:
-    """Safety margin grown by the uncertainty and the age of the own state.
-
-    Raises ClearwayError where that is no positive number.
-    """
-    return positive(
-        "safety margin",
+def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
+    """Safety margin grown by the uncertainty and the age of the own state; ClearwayError where that
+    is no finite number."""
+    margin = (
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
         + settings.own_drift_mps * situation.state_age_s
-        + situation.unsure_m,
+        + situation.unsure_m
     )
+    if not 0.0 <= margin < math.inf:
+        raise ClearwayError(f"safety margin: must be a finite number, got {margin}")
+    return margin
 
 
-def margin_slope(settings: AvoidanceSettings, situation: Situation) -> float:
+def margin_slope(settings: EvidenceSettings, situation: Situation) -> float:
     """Metres that the margin grows by per metre of distance from the vehicle.
 
     What is known in the world frame, be it map, traffic or an earlier return, is turned into the

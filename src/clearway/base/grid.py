@@ -2,7 +2,7 @@
 
 Cells are indexed [layer][column][row]: near to far, azimuth ascending (last is left), elevation
 ascending (last is top). Per-cell arrays elsewhere are flat, [cells], in that order; `shaped`
-gives them their three axes. The grid sits in the body frame at the time of decision.
+gives them their three axes. `grid_frame` says where it sits at the time of decision.
 """
 
 from __future__ import annotations

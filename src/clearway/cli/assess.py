@@ -10,7 +10,7 @@ import typer
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.cli.compile_notice import notice_when_slow
-from clearway.cli.report import print_json, say
+from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,8 +32,8 @@ def assess(
     scan: Annotated[
         Path | None,
         typer.Option(
-            help="Scan in the sensor's frame: .pcd, .ply, .bin, .las, .laz, .csv, .xyz, .npy; of "
-            "a recording: .bag, ROS 2 bag, .mcap, .pcap of Ouster, folder of numbered scans."
+            help="Scan in the sensor's frame: {clouds}; of a recording: {recordings}, folder of a "
+            "ROS 2 bag, or of numbered scans."
         ),
     ] = None,
     at: Annotated[
@@ -48,9 +48,7 @@ def assess(
     ] = None,
     poses: Annotated[
         str | None,
-        typer.Option(
-            help="File of the vehicle's poses (KITTI, TUM, table, ULog), or topic of the bag."
-        ),
+        typer.Option(help="File of the vehicle's poses ({poses}), or topic of the bag."),
     ] = None,
     every: Annotated[
         bool,
@@ -131,6 +129,7 @@ def assess(
             if isinstance(error, InputError):
                 raise
             raise InputError(str(scene or scan), str(error)) from error
+    result = sourced(result, [one for one in (scene, scan) if one is not None])
     kind = "play" if every else "assess"
     folder = out or Path("clearway-out") / f"{kind}-{read.scene.name}"
     written = _write(read, result, draw if plots else None, folder)

@@ -39,7 +39,7 @@ def in_words(assessment: SceneAssessment) -> str:
         ),
         (
             "rating",
-            f"{scene.rating.name}: {passable} of {len(rated)} trajectories and {reachable} of "
+            f"{scene.rating.rating}: {passable} of {len(rated)} trajectories and {reachable} of "
             f"{np.count_nonzero(reach.passed)} cells with one reach {scene.rating.threshold:g}",
         ),
     ]

@@ -24,7 +24,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     task = chosen(tasks_of(asked), key)[0]
     case = case_of(task)
     case.setup.refuse_impossible()
-    run = flown_with_bar(case.setup, task.flown_by)
+    run = flown_with_bar(case.setup, task.planner, Path(task.folder))
     row = row_of(task, run, Spent(0.0, 0.0))
     pictures = folder / "replays" / task.key.replace("/", "-")
     written = write_flight(run, case.setup, case.file, pictures, True)

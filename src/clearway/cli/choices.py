@@ -11,6 +11,8 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
+from clearway.base.variants import in_words
+
 
 def _ratings() -> str:
     from clearway.avoidance.fusion import RATINGS
@@ -54,14 +56,56 @@ def _missions() -> str:
     return ", ".join(sorted(built_in_missions()))
 
 
+def _clouds() -> str:
+    from clearway.io.scans.scan_formats import FORMATS
+
+    return ", ".join(suffix for one in FORMATS if one.cloud for suffix in one.suffixes)
+
+
+def _recordings() -> str:
+    from clearway.io.scans.scan_formats import FORMATS
+
+    return ", ".join(suffix for one in FORMATS if one.scans for suffix in one.suffixes)
+
+
+def _poses() -> str:
+    from clearway.io.poses.pose_file import FORMATS
+
+    return ", ".join(FORMATS)
+
+
+def _traffic() -> str:
+    from clearway.io.traffic.traffic_formats import FORMATS
+
+    return ", ".join(one.name for one in FORMATS)
+
+
+def _maps() -> str:
+    from clearway.io.maps.map_formats import FORMATS
+
+    return "; ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
+
+
+def _plans() -> str:
+    from clearway.missions.planned import PLANS
+
+    return in_words(list(PLANS))
+
+
 LISTS: Mapping[str, Callable[[], str]] = {
     "campaigns": _campaigns,
+    "clouds": _clouds,
     "detection": _detection,
     "methods": _methods,
+    "maps": _maps,
     "missions": _missions,
     "patterns": _patterns,
     "planners": _planners,
+    "plans": _plans,
+    "poses": _poses,
     "ratings": _ratings,
+    "recordings": _recordings,
+    "traffic": _traffic,
 }
 """What stands in braces in help texts."""
 

@@ -25,8 +25,8 @@ def fly(
     mission: Annotated[
         str,
         typer.Argument(
-            help="A mission by name ({missions}), a mission file (TOML), or a made-up world and "
-            "its seed (forest:3)."
+            help="A mission by name ({missions}), a mission file (TOML), a flight plan ({plans}), "
+            "or a made-up world and its seed (forest:3)."
         ),
     ],
     out: Annotated[
@@ -65,10 +65,10 @@ def fly(
     from clearway.io.staging import folder_of
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
-    from clearway.sim.baselines import PLANNERS
+    from clearway.sim.baselines import known_planner
 
     beside = folder_of_file(mission)
-    flown_by = PLANNERS.located(planner, beside)
+    known_planner(planner, beside)
     if parquet:
         check_tables()
     file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
@@ -77,7 +77,7 @@ def fly(
     for note in setup.notes:
         say(note)
     setup.refuse_impossible()
-    run = flown_with_bar(setup, flown_by)
+    run = flown_with_bar(setup, planner, beside)
     folder = out or folder_of(file.mission.name)
     written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
     if as_json:
@@ -121,7 +121,7 @@ def _changed(
     return parse_model("command line", tables, MissionFile, beside)
 
 
-def flown_with_bar(setup: FlightSetup, planner: str) -> Run[Steering]:
+def flown_with_bar(setup: FlightSetup, planner: str, folder: Path | None = None) -> Run[Steering]:
     """Fly with a progress bar: the share of the straight way that is behind."""
     total = setup.mission.straight_length_m
     with progress_bar(setup.mission.name, total, beside=("status", "elapsed")) as bar:
@@ -134,7 +134,7 @@ def flown_with_bar(setup: FlightSetup, planner: str) -> Run[Steering]:
             if flight.mode == "emergency":
                 bar.print_above(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
 
-        return setup.fly_with(planner, show)
+        return setup.fly_with(planner, show, folder)
 
 
 def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:

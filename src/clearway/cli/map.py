@@ -19,10 +19,7 @@ if TYPE_CHECKING:
 def show_map(
     files: Annotated[
         list[Path],
-        typer.Argument(
-            help="Obstacles (.csv, .dat of the FAA, GeoJSON), buildings (CityJSON), zones (ED-318, "
-            "ED-269), terrain (GeoTIFF); heights above ground are above the terrain among them."
-        ),
+        typer.Argument(help="{maps}. Heights above ground are above the terrain among them."),
     ],
     origin: Annotated[
         str | None,

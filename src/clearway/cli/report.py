@@ -90,10 +90,14 @@ def table_console() -> Console:
     return console if console.is_terminal else Console(width=160)
 
 
-def print_json(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> None:
-    """One JSON object on standard output, with where it comes from; inputs: files it is made of."""
+def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[str, Any]:
+    """The result with where it comes from; inputs: files it is made of."""
     from clearway.base.provenance import provenance
 
-    told = result if "provenance" in result else {**result, "provenance": provenance(inputs)}
-    print(json.dumps(told, allow_nan=False))
+    return result if "provenance" in result else {**result, "provenance": provenance(inputs)}
+
+
+def print_json(result: dict[str, Any]) -> None:
+    """One JSON object on standard output, with where it comes from."""
+    print(json.dumps(sourced(result), allow_nan=False))
     sys.stdout.flush()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from clearway.cli.compile_notice import notice_when_slow
-from clearway.cli.report import print_json, say
+from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
     from clearway.studies.reproduction.report import Made
@@ -52,9 +52,10 @@ def reproduce(
             made[target] = target.make()
     if docs is not None:
         _write_page(made, f"clearway reproduce {' '.join(targets or [])}", docs)
-    written = _write(made, out, plots)
+    result = sourced(as_values(made))
+    written = _write(made, result, out, plots)
     if as_json:
-        print_json(as_values(made))
+        print_json(result)
     else:
         print(as_text(made))
     say(f"wrote {', '.join(written)} to {out}")
@@ -71,13 +72,12 @@ def _list(as_json: bool) -> None:
         print(f"{target.name:<22}{target.title}")
 
 
-def _write(made: Made, folder: Path, plots: bool) -> list[str]:
+def _write(made: Made, result: dict[str, Any], folder: Path, plots: bool) -> list[str]:
     """Result and pictures; all of it or nothing."""
     from clearway.io.staging import staged
-    from clearway.studies.reproduction.report import as_values
 
     with staged(folder) as scratch:
-        (scratch / "result.json").write_text(json.dumps(as_values(made), allow_nan=False) + "\n")
+        (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         for exhibits in made.values():
             for exhibit in exhibits:
                 if plots and exhibit.draw is not None and exhibit.picture is not None:

@@ -22,10 +22,7 @@ UTC_LENGTH = 19
 def traffic(
     files: Annotated[
         list[Path],
-        typer.Argument(
-            help="Recordings: Mode S hex (csv of time, hex; AVR), Beast, BaseStation, aircraft "
-            "JSON, readsb traces, OpenSky states, trajectories, DAIDALUS .daa; gzip too."
-        ),
+        typer.Argument(help="Recordings: {traffic}; gzip too."),
     ],
     own: Annotated[
         str | None, typer.Option(help="Own address: list only the pairs of this aircraft.")

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.avoidance.choice import reach_of
-from clearway.avoidance.decide import Decision, in_reach
+from clearway.avoidance.decide import Decision
+from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, grid_frame, margin_m, margin_slope
+from clearway.avoidance.situation import Situation, margin_slope
 from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray
 from clearway.live.plan import Plan
@@ -24,10 +25,13 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s)
     if not len(paths.parent):
         return None
-    margin = margin_m(planner.settings, situation)
     sloped = sloping(paths, margin_slope(planner.settings, situation))
     reach_m = reach_of(sloped, planner.grid.range_m)
-    hazards = in_reach(planner, situation, margin, reach_m).hazards
+    near = in_reach(planner, situation, reach_m, planner.horizon_s)
+    margin = near.margin_m
+    # Of what intruders may do, as much as the plan was decided to keep clear of.
+    share = float(plan.decision.hazards.moving.share.min(initial=1.0))
+    hazards = near.hazards.keeping_clear_of(share)
     found = path_clearance(sloped, len(paths.parent) - 1, hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
@@ -46,10 +50,10 @@ def rest_of(decision: Decision, decided_s: float, situation: Situation, now_s: f
     times = decided_s + _sample_times(reach_set.end_time_s[nodes], reach_set.samples_m.shape[1])
     left = np.flatnonzero(times > now_s + TIME_TOLERANCE_S)
     here = [np.interp(now_s, times, decision.path_m[:, axis]) for axis in range(3)]
-    _, world_from_grid = grid_frame(situation.state)
+    ahead = decision.path_m[left] - here
     return Paths(
         np.arange(-1, len(left) - 1, dtype=np.int32),
-        np.ascontiguousarray((decision.path_m[left] - here) @ world_from_grid)[:, None],
+        np.ascontiguousarray(ahead @ situation.frame.world_from_grid)[:, None],
         np.full(len(left), float(reach_set.sagitta_m[nodes].max())),
         times[left] - now_s,
     )

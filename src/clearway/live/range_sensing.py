@@ -9,8 +9,8 @@ import numpy as np
 
 from clearway.avoidance.hazards import PointHazards, no_points
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray
+from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.dynamic_objects import (
     DynamicObjectSettings,
@@ -170,27 +170,23 @@ class RangeSensing:
 
     def _detection(self, scan: Scan, state: State, pose: State) -> Detection:
         """pose: the own state when the scan was taken."""
-        position, world_from_grid = grid_frame(state)
-        rotation = world_from_grid.T @ pose.world_from_body
-        offset = world_from_grid.T @ (pose.position_m - position)
-        still = pose.time_s == state.time_s and pose.attitude_rad[0] == 0.0
+        frame = GridFrame.of(state)
         detection = self.sensors[scan.sensor].detect(
             self._planner.grid,
             scan,
-            grid_from_body=None if still else (rotation, offset),
+            grid_from_body=frame.grid_from_body(pose),
             rule=self._detection_rule,
-            ground=self._ground(state),
+            ground=self._ground(frame),
         )
         if self._court is None:
             return detection
         return replace(detection, weight=self._court.records[scan.sensor].weight)
 
-    def _ground(self, state: State) -> Ground | None:
+    def _ground(self, frame: GridFrame) -> Ground | None:
         """Ground that is no obstacle, as the grid of a decision sees it."""
         if self._ground_m == -np.inf:
             return None
-        level = replace(state, attitude_rad=state.attitude_rad * np.array([0.0, 1.0, 1.0]))
-        return Ground.at_height(level, self._ground_m, 0.0)
+        return Ground(frame.up, self._ground_m - float(frame.origin_m[2]), 0.0)
 
     def remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
         """Points of this and earlier scans that a trajectory from there could come near to.

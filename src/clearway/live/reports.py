@@ -9,7 +9,15 @@ from typing import Protocol
 import numpy as np
 
 from clearway.base.state import State
-from clearway.traffic import Intruder, Ownship, Report, TrackerSettings, Tracks, track_reports
+from clearway.traffic import (
+    Intruder,
+    Manoeuvres,
+    Ownship,
+    Report,
+    TrackerSettings,
+    Tracks,
+    track_reports,
+)
 
 
 class Reports(Protocol):
@@ -44,6 +52,7 @@ class LatestReports:
         self._stale_s = stale_s
         self._address = address
         self._latest: dict[str, Intruder] = {}
+        self._manoeuvres = Manoeuvres()
         self._anonymous = 0
 
     def take(self, report: Intruder) -> str | None:
@@ -58,6 +67,7 @@ class LatestReports:
         if known is not None and _same_report(report, known):
             return "intruder: duplicate"
         self._latest[name] = report if report.name else replace(report, name=name)
+        self._manoeuvres.take(name, report)
         return None
 
     def intruders(self, _own: State, now_s: float, /) -> tuple[list[Intruder], Counter[str]]:
@@ -66,8 +76,10 @@ class LatestReports:
         ]
         for name in stale:
             del self._latest[name]
+            self._manoeuvres.forget(name)
         left_out = {"intruder: stale": len(stale)} if stale else {}
-        return list(self._latest.values()), Counter(left_out)
+        shown = [self._manoeuvres.shown_by(name, each) for name, each in self._latest.items()]
+        return shown, Counter(left_out)
 
 
 class TrackedReports:
@@ -78,6 +90,7 @@ class TrackedReports:
         self._address = address
         self._tracks = Tracks(settings=settings)
         self._heard: list[Report] = []
+        self._manoeuvres = Manoeuvres()
 
     def take(self, report: Intruder) -> str | None:
         self._heard.append(Report.of(report))
@@ -90,9 +103,17 @@ class TrackedReports:
         self._tracks = track_reports(self._tracks, self._heard, now_s, ownship)
         self._heard.clear()
         left_out = Counter(self._tracks.left_out) - before
-        return self._tracks.intruders(), Counter(
+        return self._shown(), Counter(
             {f"report: {reason}": count for reason, count in left_out.items()}
         )
+
+    def _shown(self) -> list[Intruder]:
+        """Tracks with the manoeuvres that they have shown from report to report."""
+        tracks = {track.name: track for track in self._tracks.reported()}
+        for name, track in tracks.items():
+            self._manoeuvres.take(name, track)
+        self._manoeuvres.keep(tracks)
+        return [self._manoeuvres.shown_by(each.name, each) for each in self._tracks.intruders()]
 
 
 def _same_report(one: Intruder, other: Intruder) -> bool:

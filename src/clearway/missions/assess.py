@@ -29,6 +29,8 @@ from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder
 
 SCENE = ".toml"
+OLDEST_S = 120.0
+"""Age of a report that still tells something."""
 
 
 def assess(
@@ -51,9 +53,9 @@ def assess(
     body frame of the vehicle; by default the paper's, 10 m deep. lidar: of the scan; by default
     what `read_scan` found, or estimated from the points. state: own pose in the world frame; by
     default the recorded one, else level at the origin. obstacle_map and intruders: world frame,
-    metres; intruders count by the models of the settings. speed_mps: of the vehicle whose
-    trajectories are rated; by default one layer a second. settings: rating, unknown space,
-    threshold and margin. notice: called with sentences about what was assumed or prepared.
+    metres; intruders as reported, predicted to the time of the state. speed_mps: of the vehicle
+    whose trajectories are rated; by default one layer a second. settings: of decisions, looked at
+    more finely here. notice: called with sentences about what was assumed or prepared.
 
     Raises InputError for files that cannot be used, and ClearwayError for values that contradict
     each other or where nothing leads through the grid.
@@ -87,16 +89,21 @@ def assess(
         sightings=tuple(_sighting(scan, lidar) for scan in scans),
         traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
         reach=ReachSettings(speed_mps=speed_mps),
-        rating=RatingSettings(
-            name=settings.rating,
-            unknown=settings.unknown,
-            unknown_unseen=settings.unknown_unseen,
-            detection=detection_rule,
-            threshold=settings.threshold,
-            safety_margin_m=settings.safety_margin_m,
-        ),
+        rating=RatingSettings.of(settings, detection_rule),
     )
+    _check_times(scene)
     return assess_scene(scene, notice)
+
+
+def _check_times(scene: Scene) -> None:
+    """Refuse reports of another time: predicted so far, they would be anywhere."""
+    for seen in scene.traffic:
+        age = scene.state.time_s - seen.intruder.time_s
+        if abs(age) > OLDEST_S:
+            raise ClearwayError(
+                f"intruders: {seen.intruder.name or '?'} is of {seen.intruder.time_s:g} s, the own "
+                f"state of {scene.state.time_s:g} s; valid: at most {OLDEST_S:g} s apart"
+            )
 
 
 def _tell(notice: Notice | None, notes: Sequence[str]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.io.toml import Section
-from clearway.missions.sections import Share
+from clearway.missions.sections import Share, values_for
 from clearway.sim.faults import Faults
 
 
@@ -39,12 +39,9 @@ class FaultsSection(Section):
 
     def to_faults(self) -> Faults:
         right, left = np.radians(self.blind_deg)
-        return Faults(
-            self.range_bias_m,
-            float(right),
-            float(left),
-            np.inf if self.dead_from_s is None else self.dead_from_s,
-            self.report_loss,
-            self.spoofed,
-            self.spoof_m,
-        )
+        keys = values_for(Faults, self) | {
+            "blind_from_rad": float(right),
+            "blind_to_rad": float(left),
+            "dead_from_s": np.inf if self.dead_from_s is None else self.dead_from_s,
+        }
+        return Faults(**keys)

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from clearway.base.grid import AvoidanceGrid
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
-from clearway.missions.sections import NotNegative, Numbers, Point, Positive
+from clearway.missions.sections import NotNegative, Numbers, Point, Positive, values_for
 from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, named_pattern
 from clearway.sim.lying_lidar import LIES, LyingLidar
 
@@ -69,15 +69,12 @@ class LidarSection(Section):
 
     def to_lidar(self, grid: AvoidanceGrid) -> Lidar:
         """The sensor, with beams evenly through the grid's cells unless the file says otherwise."""
-        return Lidar(
-            self.name,
-            self._pattern(grid),
-            Mounting(np.array(self.position_m), np.radians(self.attitude_deg)),
-            self.sigma_m,
-            self.dropout,
-            self.airframe_radius_m,
-            Standing(self.precision, self.trust),
-        )
+        keys = values_for(Lidar, self) | {
+            "pattern": self._pattern(grid),
+            "mounting": Mounting(np.array(self.position_m), np.radians(self.attitude_deg)),
+            "standing": Standing(**values_for(Standing, self)),
+        }
+        return Lidar(**keys)
 
     def to_lie(self, grid: AvoidanceGrid) -> LyingLidar | None:
         """What tells the system something else than what is there; None if it is honest."""

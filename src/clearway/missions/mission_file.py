@@ -33,7 +33,7 @@ from clearway.missions.mission_sections import (
 from clearway.missions.place_sections import MapSection, PointCloudSection, WorldObstacleSection
 from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
-from clearway.missions.sections import GridSection
+from clearway.missions.sections import GridSection, values_for
 from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 
@@ -138,20 +138,14 @@ class MissionFile(Section):
 
     def to_avoidance(self) -> AvoidanceSettings:
         """How decisions are taken."""
-        rating, safety = self.rating, self.safety
         return AvoidanceSettings(
-            rating=rating.name,
-            unknown=rating.unknown,
-            unknown_unseen=rating.unknown_unseen,
-            threshold=rating.threshold,
+            **values_for(AvoidanceSettings, self.rating, self.safety),
+            rating=self.rating.name,
             verify=self.verify.method == "evidence",
-            safety_margin_m=safety.margin_m,
-            sigmas=safety.sigmas,
-            own_drift_mps=safety.own_drift_mps,
+            safety_margin_m=self.safety.margin_m,
             intruder_models=self.traffic.models,
-            point_sigmas=safety.point_sigmas,
-            prices=Prices(**self.prices.model_dump()),
-            sensor_fusion=rating.sensors,
+            prices=Prices(**values_for(Prices, self.prices)),
+            sensor_fusion=self.rating.sensors,
         )
 
     def effective(self) -> dict[str, Any]:

@@ -5,18 +5,31 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from clearway.base.errors import InputError, naming
 from clearway.io.plans.flight_plan import FlightPlan, as_mission
 from clearway.io.plans.qgc_plan import read_plan
 from clearway.io.plans.waypoint_file import read_waypoints
 
-READERS = {".plan": read_plan, ".waypoints": read_waypoints}
-PLANS = tuple(READERS)
+
+class PlanFormat(NamedTuple):
+    """A kind of flight plans of ground stations."""
+
+    name: str
+    suffix: str
+    sign: bytes
+    """Pattern of what they begin like, whatever they are called: Mission Planner says .txt too."""
+    read: Callable[[Path], FlightPlan]
+
+
+FORMATS = (
+    PlanFormat("plan of QGroundControl", ".plan", rb'"fileType"\s*:\s*"Plan"', read_plan),
+    PlanFormat("QGC WPL", ".waypoints", rb"\A(?:\xef\xbb\xbf)?QGC WPL", read_waypoints),
+)
+"""Add a format here."""
+PLANS = tuple(one.suffix for one in FORMATS)
 """Suffixes of flight plans of ground stations."""
-SIGNS = {rb"\A(?:\xef\xbb\xbf)?QGC WPL": read_waypoints, rb'"fileType"\s*:\s*"Plan"': read_plan}
-"""What they begin like, whatever they are called: Mission Planner says .txt too."""
 HEAD = 4096
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
@@ -29,12 +42,12 @@ def beside(path: Path, file: str) -> str:
 
 def plan_reader(path: Path) -> Callable[[Path], FlightPlan] | None:
     """What reads a flight plan, by suffix or content; None for any other file."""
-    reader = READERS.get(path.suffix.lower())
+    reader = next((one.read for one in FORMATS if one.suffix == path.suffix.lower()), None)
     if reader is not None or path.suffix == ".toml" or not path.is_file():
         return reader
     with naming(path, "read"), path.open("rb") as file:
         head = file.read(HEAD)
-    return next((reader for sign, reader in SIGNS.items() if re.search(sign, head)), None)
+    return next((one.read for one in FORMATS if re.search(one.sign, head)), None)
 
 
 def planned_tables(path: Path, speed_mps: float | None, notice: Notice | None) -> dict[str, Any]:

@@ -117,7 +117,7 @@ def _system(
     )
     rating = scene.rating
     settings = AvoidanceSettings(
-        rating=rating.name,
+        rating=rating.rating,
         unknown=rating.unknown,
         unknown_unseen=rating.unknown_unseen,
         threshold=rating.threshold,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -90,10 +90,10 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         state=state,
         obstacle_map=ObstacleMap([obstacle.to_obstacle() for obstacle in file.obstacle]),
         sightings=(_sighting(source, file, grid, state, measured),) if file.scan else (),
-        traffic=_traffic(file),
+        traffic=_traffic(file, state.time_s),
         timing=TimingSettings(file.vehicle_timing.model, file.vehicle_timing.speed_mps),
         reach=_reach_settings(file),
-        rating=RatingSettings(**file.rating.model_dump()),
+        rating=_rating(file),
     )
     return SceneInput(scene, file.effective(folder), (*_notes_of(measured), *_inside(file, state)))
 
@@ -141,16 +141,22 @@ def _state(file: SceneFile, measured: Measured | None) -> State:
     return State(np.zeros(3))
 
 
-def _traffic(file: SceneFile) -> tuple[SceneIntruder, ...]:
+def _traffic(file: SceneFile, now_s: float) -> tuple[SceneIntruder, ...]:
+    """The intruders, stated for the moment of the scene."""
     return tuple(
         SceneIntruder(
-            section.to_intruder(),
+            replace(section.to_intruder(), time_s=now_s),
             section.chosen_models,
             section.timed,
             None if section.up is None else np.array(section.up),
         )
         for section in file.intruder
     )
+
+
+def _rating(file: SceneFile) -> RatingSettings:
+    stated = file.rating.model_dump()
+    return RatingSettings(rating=stated.pop("name"), **stated)
 
 
 def _reach_settings(file: SceneFile) -> ReachSettings:

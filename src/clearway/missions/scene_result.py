@@ -26,7 +26,7 @@ def scene_result(assessment: SceneAssessment) -> dict[str, Any]:
             "azimuth_deg": np.degrees(grid.azimuth_edges_rad).tolist(),
             "elevation_deg": np.degrees(grid.elevation_edges_rad).tolist(),
         },
-        "rating_name": scene.rating.name,
+        "rating_name": scene.rating.rating,
         "scans": [
             _scan(detection, sighting.pattern_from, sighting.lidar.pattern.name)
             for detection, sighting in zip(assessment.detections, scene.sightings, strict=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -31,6 +32,22 @@ def said(make: Callable[[], object]) -> None:
         make()
     except InputError as error:
         raise ValueError("; ".join(error.problems)) from error
+
+
+def values_for(target: Any, *sections: Section) -> dict[str, Any]:
+    """Arguments of a dataclass: values of the keys that are called as its fields are.
+
+    So a key is added in two places, the section and what it sets. Raises TypeError where two
+    sections have a key of that name.
+    """
+    names = {field.name for field in fields(target) if field.init}
+    values: dict[str, Any] = {}
+    for section in sections:
+        keys = names & set(type(section).model_fields)
+        if not keys.isdisjoint(values):
+            raise TypeError(f"{target.__name__}: {sorted(keys & set(values))} twice")
+        values |= {key: getattr(section, key) for key in keys}
+    return values
 
 
 class GridSection(Section):

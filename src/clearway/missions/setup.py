@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
 from clearway.missions.mission_world import mission_world
 from clearway.missions.rule_sections import mission_rules
+from clearway.missions.sections import values_for
 from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
@@ -119,10 +121,17 @@ class FlightSetup:
         return self._flown(self.system(), on_decision)
 
     def fly_with(
-        self, planner: str, on_decision: OnDecision[Steering] | None = None
+        self,
+        planner: str,
+        on_decision: OnDecision[Steering] | None = None,
+        folder: Path | None = None,
     ) -> Run[Steering]:
-        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others."""
-        run = self._flown(pilot_named(planner, self.system(), self.craft), on_decision)
+        """As `fly`, with a planner by name or a user's own; raises ClearwayError for others.
+
+        folder: where modules of users are looked for before the current one.
+        """
+        pilot = pilot_named(planner, self.system(), self.craft, folder)
+        run = self._flown(pilot, on_decision)
         return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
@@ -174,7 +183,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         world=world.there,
         obstacle_map=world.charted,
         simulation=_simulation(file, faults),
-        limits=DataLimits(patience_turns=file.safety.patience_turns),
+        limits=DataLimits(**values_for(DataLimits, file.safety)),
         detection_rule=file.rating.detection,
         ground_m=-np.inf if ground_m is None else ground_m,
         script=tuple(part.to_scripted(file.traffic.spawn) for part in file.intruder),
@@ -205,6 +214,9 @@ def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: Avoidanc
 
 
 def _simulation(file: MissionFile, faults: Faults) -> SimulationSettings:
-    told = file.simulation.model_dump()
-    sigma_rad = float(np.radians(told.pop("attitude_sigma_deg")))
-    return SimulationSettings(**told, attitude_sigma_rad=sigma_rad, faults=faults)
+    sigma_rad = float(np.radians(file.simulation.attitude_sigma_deg))
+    return SimulationSettings(
+        **values_for(SimulationSettings, file.simulation),
+        attitude_sigma_rad=sigma_rad,
+        faults=faults,
+    )

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from clearway.io.toml import Section
 from clearway.missions.scene_file import ModelName
-from clearway.missions.sections import NotNegative, Point, Positive, said
+from clearway.missions.sections import NotNegative, Point, Positive, said, values_for
 from clearway.sim.scripted import ScriptedIntruder, Spawn, TrafficSettings
 from clearway.traffic import Intruder, TrackerSettings
 from clearway.traffic.recorded.aircraft import LONGEST_GAP_S
@@ -57,9 +57,7 @@ class TrafficSection(Section):
     """Reports from farther away, horizontally, are not heard."""
 
     def to_settings(self) -> TrafficSettings:
-        return TrafficSettings(
-            self.position_sigma_m, self.velocity_sigma_mps, self.deviates, self.report_s
-        )
+        return TrafficSettings(**values_for(TrafficSettings, self))
 
     def to_tracker(self) -> TrackerSettings | None:
         """Recordings hold fewer reports than a receiver hears, so silence means less there."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeGuard
+from typing import Any, Generic, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.provenance import provenance
+from clearway.base.variants import Variants
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
@@ -134,35 +135,7 @@ class Run(Generic[D]):
         Units stand in the keys; None where there is nothing to tell, such as a distance in empty
         space.
         """
-        metrics, traffic, straight = self.metrics, self.metrics.intruders, self.metrics.straight
-        return {
-            "mission": self.mission.name,
-            "planner": self.planner,
-            "reached": self.reached,
-            "waypoints_reached": self.progress.waypoints_reached(self.mission),
-            "time_s": round(metrics.time_s, 6),
-            "path_length_m": round(metrics.path_length_m, 6),
-            "min_obstacle_distance_m": rounded(metrics.min_obstacle_distance_m),
-            "min_intruder_distance_m": rounded(traffic.min_distance_m) if traffic else None,
-            "closest_intruder": traffic.closest_name if traffic else None,
-            "straight_flight_intruder_distance_m": rounded(straight.min_distance_m)
-            if straight
-            else None,
-            "safety_margin_m": self.safety_margin_m,
-            "margin_violations": metrics.margin_violations,
-            "emergencies": self.emergencies,
-            "decisions": len(self.decisions),
-            "decision_ms": self.decision_ms,
-            "seed": self.seed,
-            "crashed_s": self.crashed_s,
-            "tracking_mean_m": rounded(float(metrics.tracking_m.mean())),
-            "tracking_max_m": rounded(float(metrics.tracking_m.max())),
-            "climb_m": rounded(metrics.climb_m),
-            "effort_m2ps3": rounded(metrics.effort_m2ps3),
-            "corrections": self.corrections,
-            "data_left_out": dict(sorted(self.counts.items())),
-            "provenance": provenance(),
-        }
+        return {name: metric.of(self) for name, metric in METRICS.items()}
 
     def to_row(self) -> dict[str, str | float | int | bool | None]:
         """The summary as one flat row of a table, and whether the flight was safe.
@@ -180,6 +153,89 @@ class Run(Generic[D]):
             **{f"decision_ms_{name}": value for name, value in times.items()},
             "data_left_out": sum(left_out.values()),
         }
+
+
+class Metric(NamedTuple):
+    """One thing that a summary tells of a flight."""
+
+    about: str
+    of: Callable[[Run[Any]], Any]
+    """A plain value, or a flat object of them; None where there is nothing to tell."""
+
+
+def _nearest_intruder(run: Run[Any]) -> float | None:
+    traffic = run.metrics.intruders
+    return rounded(traffic.min_distance_m) if traffic else None
+
+
+def _closest_intruder(run: Run[Any]) -> str | None:
+    return run.metrics.intruders.closest_name if run.metrics.intruders else None
+
+
+def _straight_flight(run: Run[Any]) -> float | None:
+    straight = run.metrics.straight
+    return rounded(straight.min_distance_m) if straight else None
+
+
+METRICS: Variants[Metric] = Variants(
+    "metric",
+    {
+        "mission": Metric("Its name.", lambda run: run.mission.name),
+        "planner": Metric("Who flew.", lambda run: run.planner),
+        "reached": Metric("Whether it came to the last goal.", lambda run: run.reached),
+        "waypoints_reached": Metric(
+            "How many.", lambda run: run.progress.waypoints_reached(run.mission)
+        ),
+        "time_s": Metric("Time flown.", lambda run: round(run.metrics.time_s, 6)),
+        "path_length_m": Metric("Length flown.", lambda run: round(run.metrics.path_length_m, 6)),
+        "min_obstacle_distance_m": Metric(
+            "Smallest distance to an obstacle's surface.",
+            lambda run: rounded(run.metrics.min_obstacle_distance_m),
+        ),
+        "min_intruder_distance_m": Metric(
+            "Smallest distance to an intruder, between centres.", _nearest_intruder
+        ),
+        "closest_intruder": Metric("Which one came nearest.", _closest_intruder),
+        "straight_flight_intruder_distance_m": Metric(
+            "How near straight flight would have come to one.", _straight_flight
+        ),
+        "safety_margin_m": Metric("Margin to keep.", lambda run: run.safety_margin_m),
+        "margin_violations": Metric(
+            "Episodes below it.", lambda run: run.metrics.margin_violations
+        ),
+        "emergencies": Metric(
+            "Decisions in which nothing kept the margin.", lambda run: run.emergencies
+        ),
+        "decisions": Metric("How many.", lambda run: len(run.decisions)),
+        "decision_ms": Metric(
+            "Time from the sensor's arrays to the explained decision: p50, p99, max.",
+            lambda run: run.decision_ms,
+        ),
+        "seed": Metric("Of all noise.", lambda run: run.seed),
+        "crashed_s": Metric("When it crashed.", lambda run: run.crashed_s),
+        "tracking_mean_m": Metric(
+            "Distance to the straight legs (6.13), on average.",
+            lambda run: rounded(float(run.metrics.tracking_m.mean())),
+        ),
+        "tracking_max_m": Metric(
+            "The same at most.", lambda run: rounded(float(run.metrics.tracking_m.max()))
+        ),
+        "climb_m": Metric("Metres climbed.", lambda run: rounded(run.metrics.climb_m)),
+        "effort_m2ps3": Metric(
+            "Time integral of the squared acceleration across the path.",
+            lambda run: rounded(run.metrics.effort_m2ps3),
+        ),
+        "corrections": Metric(
+            "Movements flown with corrected turn rates (4.2.2).", lambda run: run.corrections
+        ),
+        "data_left_out": Metric(
+            "Data that the system left out, by reason.",
+            lambda run: dict(sorted(run.counts.items())),
+        ),
+        "provenance": Metric("What made it: version and surroundings.", lambda _run: provenance()),
+    },
+)
+"""What a summary tells, in this order. Add one here: JSON, tables and the reference follow."""
 
 
 OnDecision = Callable[[LoggedDecision[D], Progress], None]

@@ -10,7 +10,6 @@ import numpy as np
 
 from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
-from clearway.sim.baselines import PLANNERS
 from clearway.sim.pilot import Steering
 
 SetupOf = Callable[[int], FlightSetup]
@@ -58,7 +57,7 @@ def fly_all(
     for seed in seeds:
         setup = setup_of(seed)
         for planner in planners:
-            yield ComparedFlight(planner, setup.fly_with(PLANNERS.located(planner, folder)))
+            yield ComparedFlight(planner, setup.fly_with(planner, folder=folder))
 
 
 def standing(planner: str, runs: Sequence[Run[Steering]]) -> PlannerStanding:

@@ -11,6 +11,7 @@ from clearway.traffic.models.timing import (
     radial_vehicle_times,
     reach_set_vehicle_times,
 )
+from clearway.traffic.tracking.manoeuvre import Manoeuvres
 from clearway.traffic.tracking.screening import Ownship, TrackerSettings
 from clearway.traffic.tracking.tracker import Tracks, track_reports
 from clearway.traffic.tracking.tracks import Report
@@ -18,6 +19,7 @@ from clearway.traffic.tracking.tracks import Report
 __all__ = [
     "Intruder",
     "IntruderCells",
+    "Manoeuvres",
     "ModelCells",
     "Ownship",
     "Report",

@@ -42,6 +42,8 @@ class Intruder:
     """Largest acceleration it may show; None where no bound is known."""
     address: str = ""
     """Transponder address, empty where unknown."""
+    manoeuvre_mps2: float = 0.0
+    """Acceleration that it has shown, and may show again any way at no more than its speed."""
 
     __repr__ = brief
 
@@ -55,6 +57,7 @@ class Intruder:
                 number_problem("radius_m", self.radius_m),
                 number_problem("position_std_m", self.position_std_m),
                 number_problem("velocity_std_mps", self.velocity_std_mps),
+                number_problem("manoeuvre_mps2", self.manoeuvre_mps2),
             )
         )
         if self.acceleration_bound_mps2 is not None:

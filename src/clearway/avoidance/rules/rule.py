@@ -16,7 +16,8 @@ import numpy as np
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import MovingHazards, nothing_moving
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.frames import FloatArray
+from clearway.base.grid_frame import GridFrame
 from clearway.base.state import BoolArray, IndexArray, IntArray, State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.reach.tree import ReachSet
@@ -43,15 +44,19 @@ class RuleView:
     dynamic_object_names: tuple[str, ...] = ()
 
     @cached_property
+    def frame(self) -> GridFrame:
+        """Where the avoidance grid sits."""
+        return GridFrame.of(self.state)
+
+    @property
     def world_from_grid(self) -> FloatArray:
-        """[3, 3] the grid leaves out the roll."""
-        _, pitch, yaw = self.state.attitude_rad
-        return world_from_body([0.0, pitch, yaw])
+        """[3, 3]"""
+        return self.frame.world_from_grid
 
     @cached_property
     def samples_m(self) -> FloatArray:
         """[nodes, samples, 3] positions along all trajectories."""
-        return self.reach_set.samples_m @ self.world_from_grid.T + self.state.position_m
+        return self.frame.world_points(self.reach_set.samples_m)
 
     @cached_property
     def bearing_rad(self) -> float:

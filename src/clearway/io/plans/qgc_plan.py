@@ -70,7 +70,7 @@ class RallyPoints(Foreign):
 
 
 class QgcPlan(Foreign):
-    fileType: Literal["QgcPlan"]
+    fileType: Literal["Plan"]
     mission: PlanMission
     geoFence: GeoFence = GeoFence()
     rallyPoints: RallyPoints = RallyPoints()

@@ -24,6 +24,8 @@ POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceS
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 BODIES = ("base_link", "base_footprint")
 """Frames of the vehicle by ROS's custom."""
+UNMEASURED = 1e4
+"""Variances from here on stand for what is not measured."""
 
 
 class BagPoses(NamedTuple):
@@ -67,14 +69,16 @@ def poses_of_bag(path: Path, bag: Bag, sensor_frame: str, topic: str | None) -> 
 def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
     """The track of one topic, and the frame whose poses they are."""
     times, poses, body = [], [], ""
+    deviations: list[tuple[float, float]] = []
     for message in bag.messages([topic]):
         found = bag.decoded(message)
         with damage_told(path, f"message of {topic}"):  # its definition, too, is of the recording
             pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
             times.append(_seconds(found.header.stamp) or message.logged_s)
             poses.append(_numbers(pose.position, pose.orientation))
+            deviations.append(_deviations(getattr(found.pose, "covariance", None)))
             body = getattr(found, "child_frame_id", "")
-    return _track(f"{path} {topic}", times, poses), body
+    return _track(f"{path} {topic}", times, poses, deviations), body
 
 
 def _edges(path: Path, bag: Bag) -> dict[str, Edge]:
@@ -105,9 +109,29 @@ def _numbers(place: Any, turn: Any) -> list[float]:
     return [place.x, place.y, place.z, turn.w, turn.x, turn.y, turn.z]
 
 
-def _track(source: str, times: Sequence[float], poses: Sequence[Sequence[float]]) -> PoseTrack:
+def _deviations(covariance: Sequence[float] | None) -> tuple[float, float]:
+    """Standard deviations of position (m) and attitude (rad) by REP 103's six by six, row by row.
+
+    Zero where they are unknown: none told, all zero, or what is no variance (ROS writes -1). Axes
+    that are not measured, as the height of a planar estimator, have huge ones and do not count.
+    """
+    if covariance is None or len(covariance) != 36:
+        return 0.0, 0.0
+    variances = np.array([float(covariance[7 * axis]) for axis in range(6)])
+    known = (variances >= 0.0) & (variances < UNMEASURED)  # NaN is neither
+    stds = np.sqrt(np.where(known, variances, 0.0))
+    return float(stds[:3].max()), float(min(stds[3:].max(), np.pi))
+
+
+def _track(
+    source: str,
+    times: Sequence[float],
+    poses: Sequence[Sequence[float]],
+    deviations: Sequence[tuple[float, float]] | None = None,
+) -> PoseTrack:
     numbers = np.array(poses, dtype=np.float64).reshape(-1, 7)
-    return pose_track(source, np.array(times), numbers[:, :3], numbers[:, 3:])
+    stds = None if deviations is None else np.array(deviations, dtype=np.float64).reshape(-1, 2)
+    return pose_track(source, np.array(times), numbers[:, :3], numbers[:, 3:], deviations=stds)
 
 
 def _of_transforms(path: Path, edges: Mapping[str, Edge], sensor_frame: str) -> BagPoses:

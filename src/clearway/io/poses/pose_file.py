@@ -29,6 +29,8 @@ class Poses(NamedTuple):
     notes: tuple[str, ...]
 
 
+FORMATS = ("table", "TUM", "KITTI", "ULog")
+"""Told by suffix, header, or the number of values a line; see `read_poses`."""
 KITTI = 12
 """Values a line."""
 SHAPE_OF = {KITTI: None, 8: TUM, 7: TABLE}

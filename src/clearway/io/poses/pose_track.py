@@ -27,6 +27,10 @@ class PoseTrack:
     quaternion: FloatArray
     """[n, 4] w, x, y, z, world from body; the body has x ahead, y left, z up."""
     notes: tuple[str, ...] = ()
+    position_std_m: FloatArray | None = None
+    """[n] along the least certain axis; None where it is not told."""
+    attitude_std_rad: FloatArray | None = None
+    """[n] about the least certain axis."""
 
     def at(self, time_s: float) -> State | None:
         """The pose at a time, interpolated; None in gaps and away from both ends."""
@@ -47,7 +51,12 @@ class PoseTrack:
     def _state(self, before: int, after: int, share: float, time_s: float) -> State:
         position = (1.0 - share) * self.position_m[before] + share * self.position_m[after]
         turned = slerp(self.quaternion[before], self.quaternion[after], share)
-        return State(position, attitude_from_rotation(rotation_of(turned)), time_s)
+        attitude = attitude_from_rotation(rotation_of(turned))
+        stds = (
+            0.0 if std is None else float(max(std[before], std[after]))
+            for std in (self.position_std_m, self.attitude_std_rad)
+        )
+        return State(position, attitude, time_s, *stds)
 
 
 def pose_track(
@@ -56,8 +65,12 @@ def pose_track(
     position_m: FloatArray,
     quaternion: FloatArray,
     notes: tuple[str, ...] = (),
+    deviations: FloatArray | None = None,
 ) -> PoseTrack:
-    """A track by time, poses that are not finite, or not a turn, or told twice left out."""
+    """A track by time, poses that are not finite, or not a turn, or told twice left out.
+
+    deviations: [n, 2] standard deviations of position (m) and attitude (rad); None where not told.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         length = np.linalg.norm(quaternion, axis=1)
     whole = np.isfinite(np.column_stack([time_s, position_m, quaternion])).all(axis=1)
@@ -67,9 +80,9 @@ def pose_track(
     left_out = len(time_s) - len(kept)
     if left_out:
         notes = (*notes, f"{left_out} poses left out: not finite, or told twice")
-    return PoseTrack(
-        source, time_s[kept], position_m[kept], quaternion[kept] / length[kept, None], notes
-    )
+    stds = (None, None) if deviations is None else (deviations[kept, 0], deviations[kept, 1])
+    turned = quaternion[kept] / length[kept, None]
+    return PoseTrack(source, time_s[kept], position_m[kept], turned, notes, *stds)
 
 
 def slerp(start: FloatArray, end: FloatArray, share: float) -> FloatArray:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 class ScanFormat(NamedTuple):
     """A format by the suffixes of its files: either of one cloud, or of a recording of many."""
 
+    name: str
+    """For tables."""
     suffixes: tuple[str, ...]
     magic: tuple[bytes, ...] = ()
     """What its files begin with, where they all do."""
@@ -30,6 +32,13 @@ class ScanFormat(NamedTuple):
     """Opens a recording; topic and poses (of its own topics) where it has such."""
     topics: bool = False
     """Whether its recordings have topics, to choose scans and poses by."""
+    beams: str = "estimated"
+    """Where the pattern of beams is from, for tables; so the next two."""
+    time: str = ""
+    needs: str = ""
+    """Extra that it needs."""
+    known_by: str = ""
+    """Beside the suffix."""
 
 
 def _pcd(path: Path) -> PointCloud:
@@ -81,17 +90,60 @@ def _packets(path: Path, _topic: str | None, _poses: str | None) -> ScanSequence
 
 
 FORMATS = (
-    ScanFormat((".pcd",), (b"# .PCD", b"VERSION"), _pcd),
-    ScanFormat((".ply",), (b"ply\n", b"ply\r"), _ply),
-    ScanFormat((".las", ".laz"), (b"LASF",), _las),
-    ScanFormat((".csv", ".xyz", ".txt"), cloud=_table),
-    ScanFormat((".npy",), (b"\x93NUMPY",), _npy),
-    ScanFormat((".bin",), cloud=_bin),
-    ScanFormat((".bag",), (b"#ROSBAG",), scans=_bag, topics=True),
-    ScanFormat((".db3",), (b"SQLite format 3",), scans=_bag, topics=True),
-    ScanFormat((".mcap",), (b"\x89MCAP",), scans=_bag, topics=True),
-    ScanFormat((".pcap",), scans=_packets),
+    ScanFormat(
+        "PCD 0.5 to 0.7: ascii, binary, compressed",
+        (".pcd",),
+        (b"# .PCD", b"VERSION"),
+        _pcd,
+        needs="compressed: `[lidar]`",
+    ),
+    ScanFormat("PLY: ascii, binary of either byte order", (".ply",), (b"ply\n", b"ply\r"), _ply),
+    ScanFormat("LAS, LAZ", (".las", ".laz"), (b"LASF",), _las, needs="`[lidar]`"),
+    ScanFormat("tables of points", (".csv", ".xyz", ".txt"), cloud=_table),
+    ScanFormat("NumPy arrays", (".npy",), (b"\x93NUMPY",), _npy),
+    ScanFormat("KITTI (x, y, z, intensity as float32), nuScenes", (".bin",), cloud=_bin),
+    ScanFormat(
+        "ROS 1 bag",
+        (".bag",),
+        (b"#ROSBAG",),
+        scans=_bag,
+        topics=True,
+        beams="as of its topic",
+        time="header stamp, else time of recording",
+        needs="`[lidar]`",
+    ),
+    ScanFormat(
+        "ROS 2 bag, its `metadata.yaml` of any version or lost",
+        (".db3",),
+        (b"SQLite format 3",),
+        scans=_bag,
+        topics=True,
+        beams="as of its topic",
+        time="header stamp, else time of recording",
+        needs="`[lidar]`",
+        known_by="its folder",
+    ),
+    ScanFormat(
+        "MCAP of ROS 1 or ROS 2 messages",
+        (".mcap",),
+        (b"\x89MCAP",),
+        scans=_bag,
+        topics=True,
+        beams="as of its topic",
+        time="header stamp, else time of recording",
+        needs="`[lidar]`",
+    ),
+    ScanFormat(
+        "Ouster packets",
+        (".pcap",),
+        scans=_packets,
+        beams="of the metadata",
+        time="the sensor's clock",
+        needs="`[ouster]`",
+        known_by="the sensor's `.json` beside it",
+    ),
 )
+"""Add a format here: help, messages and the table of docs/scans.md are made from it."""
 BY_SUFFIX: Mapping[str, ScanFormat] = {suffix: one for one in FORMATS for suffix in one.suffixes}
 
 

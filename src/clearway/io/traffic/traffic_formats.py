@@ -37,6 +37,11 @@ class Format:
     recognises: Callable[[bytes], bool]
     """Whether the content begins like it."""
     read: Callable[[str, bytes], TrafficRecording]
+    known_by: str = ""
+    """What it is recognised by, for tables; so the next two."""
+    time: str = ""
+    needs: str = ""
+    """Extra that it needs."""
 
 
 def _begins_with(content: bytes, signs: bytes) -> bool:
@@ -90,18 +95,102 @@ def _is_bluesky(content: bytes) -> bool:
 
 
 FORMATS = (
-    Format("ULog of PX4", _is_ulog, read_ulog_traffic),
-    Format("Beast binary", _is_beast, read_beast),
-    Format("readsb trace (JSON)", _has("trace"), read_trace),
-    Format("Mode S frames of jet1090 (JSON)", _is_json_frames, read_json_frames),
-    Format("OpenSky states (JSON)", _has("time", "states"), read_states),
-    Format("trajectories (JSON)", _has("icao24", "latitude"), read_trajectories),
-    Format("readsb aircraft (JSON, one object or one a line)", _is_json, read_aircraft),
-    Format("OpenSky states or trajectories (CSV)", lambda c: is_table(c[:HEAD]), read_table),
-    Format("BaseStation (MSG,...)", _is_sbs, read_sbs),
-    Format("Mode S messages with ticks (AVR: @...;)", lambda c: is_avr(c[:HEAD]), read_avr),
-    Format("Mode S messages (CSV of time, hex)", _is_hex, read_hex),
-    Format("DAIDALUS .daa", _is_daidalus, read_daidalus),
-    Format("BlueSky scenario (.scn)", _is_bluesky, read_bluesky),
+    Format(
+        "ULog of PX4",
+        _is_ulog,
+        read_ulog_traffic,
+        "`ULog`; own GPS positions (`own`), `transponder_report`",
+        "UTC where GPS told it",
+        "`[ulog]`",
+    ),
+    Format(
+        "Beast binary",
+        _is_beast,
+        read_beast,
+        "`1a 31` to `1a 35`, `1a e3`; of readsb and Radarcape too",
+        "12 MHz ticks, or GPS time, since the first frame",
+        "`[adsb]`",
+    ),
+    Format(
+        "readsb trace (JSON)",
+        _has("trace"),
+        read_trace,
+        "JSON with `trace`: one aircraft",
+        "`timestamp` + seconds",
+    ),
+    Format(
+        "Mode S frames of jet1090 (JSON)",
+        _is_json_frames,
+        read_json_frames,
+        "JSON with `frame`",
+        "`timestamp`",
+        "`[adsb]`",
+    ),
+    Format(
+        "OpenSky states (JSON)",
+        _has("time", "states"),
+        read_states,
+        "`states`",
+        "of the position, else `time`",
+    ),
+    Format(
+        "trajectories (JSON)",
+        _has("icao24", "latitude"),
+        read_trajectories,
+        "`icao24` and `latitude`: the `traffic` library, OpenSky's fields in feet",
+        "`last_position`, else `timestamp`",
+    ),
+    Format(
+        "readsb aircraft (JSON, one object or one a line)",
+        _is_json,
+        read_aircraft,
+        "JSON objects, or a list; dump1090, tar1090, adsb.lol too: snapshots, or a row a line",
+        "`now` less `seen_pos`",
+    ),
+    Format(
+        "OpenSky states or trajectories (CSV)",
+        lambda c: is_table(c[:HEAD]),
+        read_table,
+        "columns `icao24`, `lat`, `baroaltitude`, or `icao24` and `latitude`",
+        "as of their JSON",
+    ),
+    Format(
+        "BaseStation (MSG,...)",
+        _is_sbs,
+        read_sbs,
+        "lines `MSG,...` (SBS-1)",
+        "of the computer, taken as UTC",
+    ),
+    Format(
+        "Mode S messages with ticks (AVR: @...;)",
+        lambda c: is_avr(c[:HEAD]),
+        read_avr,
+        "lines `@...;` or `<...;` as receivers print them (`*...;` has no time)",
+        "12 MHz ticks since the first message",
+        "`[adsb]`",
+    ),
+    Format(
+        "Mode S messages (CSV of time, hex)",
+        _is_hex,
+        read_hex,
+        "rows of a time and 14 or 28 digits, in any columns",
+        "seconds, ms, µs or ns since 1970, dates",
+        "`[adsb]`",
+    ),
+    Format(
+        "DAIDALUS .daa",
+        _is_daidalus,
+        read_daidalus,
+        "names and units in the first rows",
+        "seconds",
+    ),
+    Format(
+        "BlueSky scenario (.scn)",
+        _is_bluesky,
+        read_bluesky,
+        "rows of `HH:MM:SS>`: aircraft where `CRE` puts them",
+        "of the script",
+    ),
 )
-"""In the order in which they are tried."""
+"""In the order in which they are tried. Add a format here: help, messages and the table of
+docs/traffic.md are made from it."""

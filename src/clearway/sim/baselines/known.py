@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.decide import NO_ROLL
-from clearway.avoidance.evidence import hazards_of
+from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Hazards, MovingHazards
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, grid_frame
+from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
 
 MAP_SPACING_RAD = np.radians(5.0)
@@ -42,10 +41,7 @@ class MovingBalls(NamedTuple):
 
 def hazards_around(planner: Planner, situation: Situation) -> Hazards:
     """Remembered points, map shapes and intruders in the grid frame, as clearway verifies them."""
-    level = situation.state.attitude_rad * NO_ROLL
-    seen_from = type(situation.state)(situation.state.position_m, level, situation.state.time_s)
-    intruders = [i.at(seen_from.time_s).seen_from(seen_from) for i in situation.intruders]
-    return hazards_of(planner, situation, intruders, planner.settings.safety_margin_m)
+    return in_reach(planner, situation).hazards
 
 
 def balls_around(planner: Planner, situation: Situation) -> KnownBalls:
@@ -94,9 +90,9 @@ def _map_surfaces(situation: Situation, range_m: float) -> KnownBalls:
     charted = situation.obstacle_map
     if charted is None or not len(charted):
         return KnownBalls(np.zeros((0, 3)), np.zeros(0))
-    position, world_from_grid = grid_frame(situation.state)
-    rays = _directions()
-    distance = charted.cast(position, np.ascontiguousarray(rays @ world_from_grid.T), range_m)
+    frame, rays = situation.frame, _directions()
+    towards = np.ascontiguousarray(frame.world_vectors(rays))
+    distance = charted.cast(frame.origin_m, towards, range_m)
     hit = np.isfinite(distance)
     return KnownBalls(distance[hit, None] * rays[hit], 0.5 * MAP_SPACING_RAD * distance[hit])
 

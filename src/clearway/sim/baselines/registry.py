@@ -105,6 +105,8 @@ def known_planner(name: str, folder: Path | None = None) -> str:
     return name
 
 
-def pilot_named(name: str, system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
+def pilot_named(
+    name: str, system: AvoidanceSystem, craft: Craft, folder: Path | None = None
+) -> Pilot[Steering]:
     """Whoever flies by that name, a user's own as `module:name`. Errors as of `known_planner`."""
-    return PLANNERS.named(name)(system, craft)
+    return PLANNERS.named(name, folder)(system, craft)

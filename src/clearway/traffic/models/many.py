@@ -65,7 +65,7 @@ def deviations_m(
     """
     elapsed = np.abs(elapsed_s)
     spread = spread_tangents(intruders) * speeds_mps(intruders) * elapsed
-    bounds = np.array([i.acceleration_bound_mps2 or 0.0 for i in intruders])
+    bounds = np.array([max(i.acceleration_bound_mps2 or 0.0, i.manoeuvre_mps2) for i in intruders])
     velocity_std = np.array([i.velocity_std_mps for i in intruders])
     std = np.hypot([i.position_std_m for i in intruders], velocity_std * elapsed)
     deviations: FloatArray = np.maximum(spread, 0.5 * bounds * elapsed**2) + sigmas * std

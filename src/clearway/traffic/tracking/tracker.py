@@ -45,6 +45,10 @@ class Tracks:
     """Reports left out, by the reasons of LEFT_OUT."""
     settings: TrackerSettings = field(default_factory=TrackerSettings)
 
+    def reported(self) -> list[Intruder]:
+        """Believed tracks as intruders, each at the time of its last report."""
+        return [track.intruder() for track in self.tracks if _is_believed(track, self.settings)]
+
     def intruders(self) -> list[Intruder]:
         """Believed tracks as intruders, world frame, predicted to the time of the last call."""
         noise = self.settings.acceleration_std_mps2

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.sim import LoggedDecision, Run
@@ -108,8 +107,7 @@ def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
         if entry.flight.time_s > until_s + 1e-9:
             break
         decision = entry.flight.decision
-        position, world_from_grid = grid_frame(decision.state)
-        clouds.append(decision.hazards.points.position_m @ world_from_grid.T + position)
+        clouds.append(decision.frame.world_points(decision.hazards.points.position_m))
     points = np.concatenate(clouds)
     return points[:: max(1, len(points) // MOST_DOTS)]
 
@@ -117,9 +115,8 @@ def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
 def field_of_view(entry: LoggedDecision) -> list[FloatArray]:
     """Border lines [m, 3] of the avoidance grid of a decision, world frame."""
     decision = entry.flight.decision
-    position, world_from_grid = grid_frame(decision.state)
     grid = decision.cells.evidence.grid
-    return [line @ world_from_grid.T + position for line in grid_outline(grid)]
+    return [decision.frame.world_points(line) for line in grid_outline(grid)]
 
 
 def grid_outline(grid: AvoidanceGrid) -> list[FloatArray]:

@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray
 from clearway.obstacles.world import World
 from clearway.sim import LoggedDecision, Run
@@ -148,10 +147,9 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
 
 def _draw_courses(axes: Axes, entry: LoggedDecision, columns: tuple[int, int]) -> None:
     """Where intruders are going, as the decision knows it."""
-    moving = entry.flight.decision.hazards.moving
-    position, world_from_grid = grid_frame(entry.flight.decision.state)
-    places = moving.position_m @ world_from_grid.T + position
-    ways = COURSE_S * moving.velocity_mps @ world_from_grid.T
+    frame, moving = entry.flight.decision.frame, entry.flight.decision.hazards.moving
+    places = frame.world_points(moving.position_m)
+    ways = frame.world_vectors(COURSE_S * moving.velocity_mps)
     for place, way in zip(places[:, columns], ways[:, columns], strict=True):
         axes.annotate(
             "",

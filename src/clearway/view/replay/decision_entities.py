@@ -6,7 +6,6 @@ import numpy as np
 from foxglove import messages as fox
 
 from clearway.avoidance.decide import Decision
-from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import attitude_from_rotation, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
@@ -118,5 +117,5 @@ class ReachScene:
 
 
 def grid_pose(decision: Decision) -> fox.Pose:
-    origin, rotation = grid_frame(decision.state)
-    return pose_of(origin, attitude_from_rotation(rotation))
+    frame = decision.frame
+    return pose_of(frame.origin_m, attitude_from_rotation(frame.world_from_grid))

@@ -13,7 +13,6 @@ import numpy as np
 from clearway.avoidance.decide import Decision
 from clearway.avoidance.fusion import RATINGS, assess_cells
 from clearway.avoidance.planner import AvoidanceSettings
-from clearway.avoidance.situation import grid_frame
 from clearway.base.frames import FloatArray
 from clearway.base.own_code import shown
 from clearway.base.state import IntArray
@@ -45,10 +44,9 @@ def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
 
 def moving(decision: Decision) -> list[dict[str, Any]]:
     """Intruders as the planner knew them, in the world frame, at the decision time."""
-    origin, world_from_grid = grid_frame(decision.state)
-    known = decision.hazards.moving
-    places = known.position_m @ world_from_grid.T + origin
-    velocities = known.velocity_mps @ world_from_grid.T
+    frame, known = decision.frame, decision.hazards.moving
+    places = frame.world_points(known.position_m)
+    velocities = frame.world_vectors(known.velocity_mps)
     return [
         {
             "name": name,
@@ -110,8 +108,7 @@ def reach_message(decision: Decision) -> dict[str, Any]:
 
 def seen_points(decision: Decision, voxel_m: float) -> FloatArray:
     """[n, 3] centres of the voxels of the world that hold points the planner reckoned with."""
-    origin, world_from_grid = grid_frame(decision.state)
-    points = decision.hazards.points.position_m @ world_from_grid.T + origin
+    points = decision.frame.world_points(decision.hazards.points.position_m)
     return voxel_centers(points, voxel_m)
 
 

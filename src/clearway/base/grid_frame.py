@@ -1,0 +1,57 @@
+"""Where the avoidance grid sits in the world: the one place that leaves out the roll."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.state import State
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GridFrame:
+    """The frame of the avoidance grid at an own state: its place, pitch and yaw, roll left out."""
+
+    origin_m: FloatArray
+    """[3] world frame."""
+    attitude_rad: FloatArray
+    """[3] roll, which is 0, pitch and yaw."""
+    world_from_grid: FloatArray
+    """[3, 3] rotation (3.37)."""
+
+    @classmethod
+    def of(cls, state: State) -> GridFrame:
+        _, pitch, yaw = state.attitude_rad
+        attitude = np.array([0.0, pitch, yaw])
+        return cls(state.position_m, attitude, world_from_body(attitude))
+
+    @property
+    def up(self) -> FloatArray:
+        """[3] world up, in the grid frame."""
+        up: FloatArray = self.world_from_grid[2]
+        return up
+
+    def grid_points(self, world_points_m: FloatArray) -> FloatArray:
+        """[..., 3] world points, in the grid frame."""
+        points: FloatArray = (world_points_m - self.origin_m) @ self.world_from_grid
+        return points
+
+    def world_points(self, grid_points_m: FloatArray) -> FloatArray:
+        """[..., 3] points of the grid frame, in the world."""
+        points: FloatArray = grid_points_m @ self.world_from_grid.T + self.origin_m
+        return points
+
+    def world_vectors(self, grid_vectors: FloatArray) -> FloatArray:
+        """[..., 3] directions or velocities of the grid frame, in the world."""
+        vectors: FloatArray = grid_vectors @ self.world_from_grid.T
+        return vectors
+
+    def grid_from_body(self, pose: State) -> tuple[FloatArray, FloatArray] | None:
+        """Rotation [3, 3] and translation [3] from the body at a pose; None where they are one."""
+        is_here = np.array_equal(pose.position_m, self.origin_m)
+        if is_here and np.array_equal(pose.attitude_rad, self.attitude_rad):
+            return None
+        rotation = self.world_from_grid.T @ pose.world_from_body
+        return rotation, self.world_from_grid.T @ (pose.position_m - self.origin_m)
