@@ -56,6 +56,18 @@ def test_only_complete_trajectories_are_candidates():
     assert decision.path_m[:, 0].max() <= 9.0 - 0.25 - 0.6
 
 
+@pytest.mark.parametrize("gap_m", [0.05, 0.2, 0.59])
+def test_what_is_mapped_just_beyond_the_range_keeps_its_margin_too(gap_m):
+    """As returns do: a trajectory ends at 10 m, and the margin reaches farther."""
+    wall = Obstacle.cuboid([10.25 + gap_m, 0.0, 0.0], (0.5, 60.0, 60.0))
+    decision = decide(PLANNER, situation(wall))
+    assert decision.path_m[:, 0].max() <= 10.0 + gap_m - 0.6 + 1e-6
+    assert 0.6 <= decision.choice.clearance_m < np.inf
+    assert decision.cells.evidence.coated.any()
+    beyond = Obstacle.cuboid([10.25 + 0.61, 0.0, 0.0], (0.5, 60.0, 60.0))
+    assert decide(PLANNER, situation(beyond)).choice.clearance_m == np.inf
+
+
 def test_the_final_waypoint_ends_a_trajectory():
     wall = Obstacle.cuboid([6.5, 0.0, 0.0], (0.5, 60.0, 60.0))
     decision = decide(PLANNER, situation(wall, target=[4.5, 0.0, 0.0]))

@@ -37,6 +37,13 @@ def test_pursuers_that_took_the_margin_of_straight_predictions_are_kept_away(see
     assert keeps(seed, 20.0)
 
 
+def test_the_search_finds_a_way_where_there_is_one_and_none_where_there_is_none():
+    automaton = planner_at(1.0).automaton
+    assert can_be_avoided(Hunt.of(0), automaton, 1.2, 20.0)
+    at_once = Hunt(np.array([1.6, 0.0, 0.0]), np.array([-0.9, 0.0, 0.0]), 10.0)
+    assert not can_be_avoided(at_once, automaton, 1.2, 2.0)
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(100))
 def test_every_slower_pursuer_that_can_be_avoided_is_kept_away(seed):

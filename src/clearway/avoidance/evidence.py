@@ -20,7 +20,7 @@ from clearway.avoidance.hazards import (
     nothing_moving,
 )
 from clearway.avoidance.planner import EvidenceSettings
-from clearway.avoidance.situation import Situation, margin_m
+from clearway.avoidance.situation import Situation, margin_m, margin_slope
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
@@ -98,7 +98,8 @@ def in_reach(
     """
     settings, frame, range_m = terms.settings, situation.frame, terms.grid.range_m
     margin = margin_m(settings, situation)
-    within_m = max(range_m, reach_m) + margin
+    sloped_m = margin_slope(settings, situation) * range_m
+    within_m = max(range_m + sloped_m, reach_m) + margin
     intruders = seen_at(situation.intruders, situation.state, frame.world_from_grid)
     points, points_left_out_m = _points(situation, settings, within_m)
     shapes = _shapes_near(situation, terms.grid, within_m)
