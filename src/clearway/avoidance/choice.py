@@ -21,6 +21,7 @@ from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.rules.rule import RuleNote, Ruling
 from clearway.avoidance.verify import (
     Paths,
+    ROUNDING_M,
     RoomPrice,
     Verification,
     clearances,
@@ -410,6 +411,8 @@ class _Report:
         clearance = path_clearance(self.prepared.paths, node, self.hazards)
         # What was left out is at least so far from any place on the path.
         unseen_m = self.hazards.left_out_m - farthest_m(self.prepared.paths, node)
+        if unseen_m > margin_m - ROUNDING_M:
+            unseen_m = max(unseen_m, margin_m)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))
         counts = sum((np.bincount(v.causes, minlength=len(Cause)) for _, v in tried), start=0)

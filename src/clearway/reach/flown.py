@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray, IntArray
@@ -31,6 +32,9 @@ class AttitudeTurns(NamedTuple):
     """[attitudes, movements] attitude at the movement's end; -1 where the set has none such."""
     depth: int
     """Most movements of a trajectory."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 def turns_of(reach_set: ReachSet) -> AttitudeTurns:
