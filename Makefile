@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test lint types imports unit nightly bench bench-peers format clean
+.PHONY: demo test lint types imports unit nightly fuzz bench bench-peers format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -28,6 +28,12 @@ unit: $(VENV)/.dev
 # What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# Damaged files of every format through the commands: make fuzz MINUTES=5 SEED=1
+MINUTES ?= 5
+SEED ?= 1
+fuzz: $(VENV)/.dev
+	$(BIN)/python -m tools.fuzz --minutes $(MINUTES) --seed $(SEED)
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks

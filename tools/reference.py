@@ -103,6 +103,9 @@ NAMES = """
 What has a name in files and on the command line. Where a key says so, your own takes its place as
 `module:name` or `file.py:name`: a module beside the file that names it, in the current folder, or
 installed. [examples](../examples) has a planner, a rating, a sensor and a rule of one's own.
+
+**Reading a file that names one runs its code**: open missions of others as you would their
+programs.
 """
 METRICS_HEAD = """
 ## The summary of a flight

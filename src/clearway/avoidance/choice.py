@@ -20,8 +20,8 @@ from clearway.avoidance.hazards import Cause, Hazards, MovingHazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.rules.rule import RuleNote, Ruling
 from clearway.avoidance.verify import (
-    Paths,
     ROUNDING_M,
+    Paths,
     RoomPrice,
     Verification,
     clearances,

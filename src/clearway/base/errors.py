@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
+
+from clearway.base.plain_text import plain, shortened
 
 MOST_SHOWN = 70
 """Characters of a source or a problem in the one line that stands for an error."""
@@ -16,12 +19,16 @@ class ClearwayError(ValueError):
 
 
 class InputError(ClearwayError):
-    """A file or argument cannot be used; collects every problem found, one line each."""
+    """A file or argument cannot be used; collects every problem found, one line each.
+
+    As text it has at most 500 characters, none of them a control character: problems beyond that
+    are counted, and stand in full in `problems`.
+    """
 
     def __init__(self, source: str, problems: str | Sequence[str]) -> None:
         self.source = source
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
-        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+        super().__init__(shortened(plain(source, ""), [plain(one) for one in self.problems]))
 
     def __repr__(self) -> str:
         """One line: the source, the first problem and how many more; `str` has all of them."""
@@ -31,17 +38,42 @@ class InputError(ClearwayError):
         return f"{type(self).__name__}({self.source[-MOST_SHOWN:]!r}: {shown}{more})"
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, tuple[str, ...]]]:
-        """As it was made, so that it comes back whole from a worker process."""
+        """As it was made, so that it comes back whole from another process."""
         return type(self), (self.source, self.problems)
+
+
+def refuse_special(path: str | Path) -> None:
+    """Raise InputError for what is neither a file nor a folder, which to open may block for ever.
+
+    What is not there, or may not be asked about, is for the opening to tell.
+    """
+    try:
+        mode = Path(path).stat().st_mode
+    except (OSError, ValueError):
+        return
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        kind = (
+            "a pipe" if stat.S_ISFIFO(mode) else "a socket" if stat.S_ISSOCK(mode) else "a device"
+        )
+        raise InputError(str(path), f"cannot be read: it is {kind}; a file is needed")
 
 
 @contextmanager
 def naming(path: str | Path, doing: Literal["read", "written"]) -> Iterator[None]:
-    """What the operating system refuses in the block, told as InputError of the file."""
+    """What the operating system refuses in the block, told as InputError of the file.
+
+    Pipes, sockets and devices are refused before.
+    """
+    if doing == "read":
+        refuse_special(path)
     try:
         yield
     except OSError as cause:
         raise InputError(str(path), f"cannot be {doing}: {cause.strerror or cause}") from cause
+    except ValueError as cause:  # a name with a null character
+        if "null" not in str(cause):
+            raise
+        raise InputError(str(path), f"cannot be {doing}: no file has such a name") from cause
 
 
 class MissingExtraError(ClearwayError):

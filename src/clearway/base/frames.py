@@ -11,9 +11,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import FloatArray as FloatArray
 from clearway.base.compiled import compiled
-
-FloatArray = npt.NDArray[np.float64]
 
 LEVEL = np.array([1.0, 1.0, 0.0])
 """What the axes count in level distances."""

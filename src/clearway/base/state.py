@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import BoolArray as BoolArray
+from clearway.base.arrays import FloatArray
+from clearway.base.arrays import IndexArray as IndexArray
+from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
-from clearway.base.frames import FloatArray, world_from_body
-
-IntArray = npt.NDArray[np.int64]
-IndexArray = npt.NDArray[np.integer[Any]]
-"""Indices of any width, as the stored trees keep them."""
-BoolArray = npt.NDArray[np.bool_]
-
+from clearway.base.frames import world_from_body
 
 MOST_RAD = 1e6
 """No attitude is turned farther, be it counted on from turn to turn."""

@@ -26,7 +26,7 @@ from clearway.cli.pursuit import pursuit
 from clearway.cli.reach_compare import compare as compare_reach_sets
 from clearway.cli.reach_set import reach_set
 from clearway.cli.replay import replay
-from clearway.cli.report import run_guarded
+from clearway.cli.report import run, run_guarded
 from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
 from clearway.cli.traffic import traffic
@@ -79,4 +79,4 @@ def _options(
 def main() -> None:
     """Entry point of the `clearway` command."""
     began_as(sys.argv[1:])
-    app()
+    run(app)

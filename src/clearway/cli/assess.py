@@ -10,7 +10,7 @@ import typer
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.cli.compile_notice import notice_when_slow
-from clearway.cli.report import print_json, say, sourced
+from clearway.cli.report import print_json, say, show, sourced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -136,7 +136,7 @@ def assess(
     if as_json:
         print_json(result)
     else:
-        print(words)
+        show(words)
     say(f"wrote {', '.join(written)} to {folder}")
 
 

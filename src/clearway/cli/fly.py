@@ -10,7 +10,7 @@ import typer
 
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show
 
 if TYPE_CHECKING:
     from clearway.live.mission import Progress as MissionProgress
@@ -83,7 +83,7 @@ def fly(
     if as_json:
         print_json(run.summary() | {"notes": list(setup.notes)})
     else:
-        print(_in_words(run))
+        show(_in_words(run))
     say(f"wrote {', '.join(written)} to {folder}")
     if not run.safe:
         leave(NOT_REACHED)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, leave, print_json, say, show
 
 if TYPE_CHECKING:
     from clearway.missions.encounter_mission import FlownAs
@@ -64,7 +64,7 @@ def fly_recorded(
     if as_json:
         print_json(result)
     else:
-        print(_in_words(result))
+        show(_in_words(result))
     say(f"wrote {', '.join(written)} to {folder}")
     if not found.run.safe:
         leave(NOT_REACHED)

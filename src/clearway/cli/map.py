@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli.report import print_json, say
+from clearway.cli.report import print_json, say, show
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -59,7 +59,7 @@ def show_map(
     if as_json:
         print_json(_as_json(maps, when))
     else:
-        print("\n\n".join(_in_words(one, when) for one in maps))
+        show("\n\n".join(_in_words(one, when) for one in maps))
 
 
 def _origin(text: str | None) -> Geodetic | None:

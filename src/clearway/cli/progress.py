@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from clearway.base.plain_text import plain
+
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn, TaskID
 
@@ -47,11 +49,11 @@ def progress_bar(
     from rich.progress import BarColumn, Progress, TextColumn
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), *map(_column, beside))
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), *map(_column, beside))
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
-        yield Bar(progress, progress.add_task(name, total=total, status=status))
+        yield Bar(progress, progress.add_task(plain(name, ""), total=total, status=status))
 
 
 def _column(what: Beside) -> ProgressColumn:
@@ -61,7 +63,7 @@ def _column(what: Beside) -> ProgressColumn:
         case "count":
             return MofNCompleteColumn()
         case "status":
-            return TextColumn("{task.fields[status]}")
+            return TextColumn("{task.fields[status]}", markup=False)
         case "elapsed":
             return TimeElapsedColumn()
         case "remaining":

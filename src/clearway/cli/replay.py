@@ -34,12 +34,14 @@ def replay(
     ] = False,
 ) -> None:
     """Show a run in 3-D: its cells, reach set, plan and intruders at every moment."""
+    from clearway.io.foreign_errors import damage_told
     from clearway.view.replay.page import page_of
     from clearway.view.replay.reading import read_run
 
     recording = read_run(run)
-    page = page_of(recording)
-    result = _told(recording, len(page.encode()))
+    with damage_told(recording.source, "run"):
+        page = page_of(recording)
+        result = _told(recording, len(page.encode()))
     if html is not None:
         _write(page, html)
         say(f"wrote {html}, {len(page.encode()) / 1e6:.2f} MB")

@@ -6,11 +6,13 @@ import functools
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
-from clearway.base.errors import ClearwayError, InputError
+from clearway.base.errors import ClearwayError, InputError, refuse_special
+from clearway.base.plain_text import LONGEST, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ Result = TypeVar("Result")
 
 NOT_REACHED = 1
 BAD_INPUT = 2
+BROKEN = 70
 NOT_SHOWN = 3
 """Neither shown nor missed, or something that was asked for was skipped."""
 INTERRUPTED = 130
@@ -34,10 +37,19 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
 
     @functools.wraps(command)
     def guarded(*args: Parameters.args, **options: Parameters.kwargs) -> Result:
+        given = [*args, *options.values()]
         try:
+            for name in _names(given):
+                _check_name(name)
             return command(*args, **options)
         except ClearwayError as error:
-            say(str(error))
+            say(some_lines(_with_file(str(error), given), LONGEST))
+            leave(BAD_INPUT)
+        except (MemoryError, RecursionError) as error:
+            what = "memory" if isinstance(error, MemoryError) else "depth"
+            files = ", ".join(str(name) for name in _names(given) if isinstance(name, Path))
+            files = files or "what was asked for"
+            say(some_lines(f"{files}: takes more {what} than there is", LONGEST))
             leave(BAD_INPUT)
         except KeyboardInterrupt:
             say("interrupted")
@@ -48,6 +60,56 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             leave(141)
 
     return guarded
+
+
+def run(app: Callable[[], object]) -> None:
+    """The whole program: what nobody foresaw is told in a line too, exit status 70.
+
+    CLEARWAY_TRACEBACK=1 shows where it came from, and `python -W` the warnings of libraries.
+    """
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+    try:
+        app()
+    except Exception as error:
+        if os.environ.get("CLEARWAY_TRACEBACK"):
+            raise
+        given = " ".join(sys.argv[1:])
+        say(
+            some_lines(
+                f"{given}: an error inside clearway ({type(error).__name__}: {error}); please "
+                "report it with what CLEARWAY_TRACEBACK=1 shows",
+                LONGEST,
+            )
+        )
+        leave(BROKEN)
+
+
+def _names(given: Iterable[object]) -> Iterator[str | Path]:
+    """The paths and names among the arguments of a command."""
+    for value in given:
+        if isinstance(value, (str, Path)):
+            yield value
+        elif isinstance(value, (list, tuple)):
+            yield from _names(value)
+
+
+def _with_file(message: str, given: Iterable[object]) -> str:
+    """The message, after the first file that was given where it names none of them."""
+    files = [str(name) for name in _names(given) if Path(name).is_file()]
+    if not files or message.startswith("-") or any(Path(one).stem in message for one in files):
+        return message
+    return f"{plain(files[0], '')}: {message}"
+
+
+def _check_name(name: str | Path) -> None:
+    """Refuse what is no file, and names that cannot be written into the results."""
+    try:
+        str(name).encode()
+    except UnicodeEncodeError:
+        raise InputError(str(name), "this name is not UTF-8: rename the file") from None
+    if isinstance(name, Path):
+        refuse_special(name)
 
 
 def number_pair(option: str, text: str, example: str) -> tuple[float, float]:
@@ -79,7 +141,12 @@ def leave_by(verdicts: Iterable[DemandVerdict]) -> None:
 
 def say(message: str) -> None:
     """A message to the user: on standard error, so that results stay alone on output."""
-    print(message, file=sys.stderr)
+    print(plain(message), file=sys.stderr)
+
+
+def show(words: str) -> None:
+    """A result in words, without the control characters that names in files may have."""
+    print(plain(words))
 
 
 def table_console() -> Console:
@@ -99,5 +166,5 @@ def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[s
 
 def print_json(result: dict[str, Any]) -> None:
     """One JSON object on standard output, with where it comes from."""
-    print(json.dumps(sourced(result), allow_nan=False))
+    print(json.dumps(sourced(result), allow_nan=False).replace("\x7f", "\\u007f"))
     sys.stdout.flush()

@@ -10,7 +10,7 @@ import typer
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
-from clearway.cli.report import print_json, say
+from clearway.cli.report import print_json, say, show
 
 if TYPE_CHECKING:
     from clearway.traffic.recorded.picture import AirPicture
@@ -93,7 +93,7 @@ def traffic(
     if as_json:
         print_json(result)
     else:
-        print("\n\n".join(_in_words(one, most) for one in result["recordings"]))
+        show("\n\n".join(_in_words(one, most) for one in result["recordings"]))
     if out is not None:
         _write(pictures, result, out)
 

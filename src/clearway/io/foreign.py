@@ -12,6 +12,9 @@ from pydantic import BaseModel, ConfigDict
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
 
+MOST_DIGITS = 18
+"""Of whole numbers: they fit into 64 bits."""
+
 
 class Foreign(BaseModel):
     """A table of a format that is not ours: other keys are left aside, text may be a number."""
@@ -43,6 +46,23 @@ def unended(text: str | bytes) -> tuple[str, ...]:
     return () if ended else ("the last line has no line end: cut off?",)
 
 
+def whole_number(word: str) -> int | None:
+    """The number from 0 that a word of a file is; None where it is none, or no file needs it."""
+    return int(word) if word.isascii() and word.isdigit() and len(word) <= MOST_DIGITS else None
+
+
+def parsed_json(text: str | bytes) -> Any:
+    """Any value of JSON text, whole numbers beyond 64 bits as floats.
+
+    Raises ValueError, RecursionError where it is none.
+    """
+    return json.loads(text, parse_int=_whole)
+
+
+def _whole(digits: str) -> float:
+    return int(digits) if len(digits) <= MOST_DIGITS else float(digits)
+
+
 def is_number(word: str) -> bool:
     """Whether a word of a file is one, nan and inf too."""
     try:
@@ -56,7 +76,7 @@ def read_json(path: Path) -> dict[str, Any]:
     """The object in a JSON file; InputError with line and column where it is none."""
     text = read_text(path)
     try:
-        data = json.loads(text, parse_constant=_refuse_constant)
+        data = json.loads(text, parse_int=_whole, parse_constant=_refuse_constant)
     except json.JSONDecodeError as cause:
         end = "truncated: the text ends inside it" if cause.pos >= len(text.rstrip()) - 1 else ""
         raise InputError(

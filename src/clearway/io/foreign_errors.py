@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from clearway.base.errors import ClearwayError, InputError
 
 COMPLAINTS: tuple[type[Exception], ...] = (
@@ -31,9 +33,18 @@ LONGEST = 160
 def damage_told(
     path: str | Path, kind: str, further: tuple[type[Exception], ...] = ()
 ) -> Iterator[None]:
-    """Turn complaints of a library, `further` ones of its own too, into an InputError."""
+    """Turn complaints of a library, `further` ones of its own too, into an InputError.
+
+    Numbers that overflow or are none are no complaint: what is made of them is checked as values.
+    """
     try:
-        yield
+        with np.errstate(all="ignore"):
+            yield
+    except InputError as error:
+        if Path(path).stem in error.source or Path(error.source).is_file():
+            raise
+        problems = [f"{error.source}: {problem}" for problem in error.problems]
+        raise InputError(str(path), problems) from error
     except ClearwayError:
         raise
     except (*COMPLAINTS, *further) as cause:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
 from clearway.base.errors import InputError
+from clearway.io.foreign import parsed_json
 from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -20,7 +20,7 @@ def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[st
     lines = content.removeprefix(BYTE_ORDER_MARK).splitlines()
     if not _parses(lines[0]):
         try:
-            yield from _of(json.loads(b"\n".join(lines)), "", sieve)
+            yield from _of(parsed_json(b"\n".join(lines)), "", sieve)
             return
         except (ValueError, RecursionError) as cause:
             if len(lines) == 1 or lines[0].strip() in (b"{", b"[", b"[{"):
@@ -31,7 +31,7 @@ def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[st
         if not line.strip():
             continue
         try:
-            found = json.loads(line)
+            found = parsed_json(line)
         except (ValueError, RecursionError) as cause:
             if number == len(lines) and not whole:
                 raise InputError(
@@ -55,7 +55,7 @@ def _of(found: Any, place: str, sieve: Sieve) -> Iterator[tuple[str, dict[str, A
 
 def _parses(line: bytes) -> bool:
     try:
-        json.loads(line)
+        parsed_json(line)
     except (ValueError, RecursionError):
         return False
     return True

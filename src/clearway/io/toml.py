@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence, Sized
@@ -14,6 +15,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
+
+SMALLEST, LARGEST = 1e-15, 1e15
+"""Of numbers in files of our own, in any unit."""
 
 
 class Section(BaseModel):
@@ -47,6 +51,10 @@ def parse_model(
 
     folder: where modules that they name are looked for before the current one.
     """
+    if issubclass(model, Section):
+        strange = list(_out_of_reason(data))
+        if strange:
+            raise InputError(source, strange)
     try:
         return model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
@@ -59,7 +67,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     try:
         with naming(path, "read"):
             text = Path(path).read_bytes().decode("utf-8-sig")
-            return tomllib.loads(text)
+            tables = tomllib.loads(text)
     except UnicodeDecodeError as cause:
         raise InputError(
             str(path), f"no TOML file: byte {cause.start} is not UTF-8 text"
@@ -68,6 +76,25 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         raise InputError(str(path), f"no valid TOML: {cause}") from cause
     except RecursionError as cause:
         raise InputError(str(path), "no valid TOML: nested too deeply") from cause
+    except ValueError as cause:  # whole numbers of thousands of digits
+        if isinstance(cause, InputError):
+            raise
+        raise InputError(str(path), f"no valid TOML: {cause}") from cause
+    return tables
+
+
+def _out_of_reason(value: object, parts: tuple[int | str, ...] = ()) -> Iterator[str]:
+    """Places of finite numbers whose squares or inverses a float cannot hold."""
+    if isinstance(value, (int, float)):
+        said_elsewhere = isinstance(value, float) and not math.isfinite(value)
+        if value and not said_elsewhere and not SMALLEST <= abs(value) <= LARGEST:
+            yield (f"{_place(parts)}: should be 0, or between {SMALLEST:g} and {LARGEST:g} in size")
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _out_of_reason(inner, (*parts, key))
+    elif isinstance(value, (list, tuple)):
+        for number, inner in enumerate(value):
+            yield from _out_of_reason(inner, (*parts, number))
 
 
 def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> list[str]:

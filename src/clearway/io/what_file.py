@@ -44,9 +44,11 @@ KNOWN = (
 def what_file(path: str | Path) -> str:
     """The end of a message, "; it looks like a map: ...", or nothing where the file is unknown."""
     try:
+        if not Path(path).is_file():
+            return ""
         with Path(path).open("rb") as file:
             return what_content(file.read(HEAD))
-    except OSError:
+    except (OSError, ValueError):
         return ""
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from clearway.base.errors import InputError, naming
+from clearway.io.foreign_errors import damage_told
 from clearway.io.plans.flight_plan import FlightPlan, as_mission
 from clearway.io.plans.qgc_plan import read_plan
 from clearway.io.plans.waypoint_file import read_waypoints
@@ -58,8 +59,8 @@ def planned_tables(path: Path, speed_mps: float | None, notice: Notice | None) -
     read = plan_reader(path)
     if read is None:
         raise InputError(str(path), f"no flight plan; valid: {', '.join(PLANS)}")
-    plan = read(path)
-    converted = as_mission(plan, speed_mps)
+    with damage_told(path, "flight plan"):
+        converted = as_mission(read(path), speed_mps)
     if notice is not None:
         for note in converted.notes:
             notice(f"{path}: {note}")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import read_text
+from clearway.io.foreign import parsed_json, read_text
 
 
 def read_sequence(path: Path) -> dict[str, Any]:
@@ -22,7 +21,7 @@ def read_sequence(path: Path) -> dict[str, Any]:
         if not line.strip():
             continue
         try:
-            row = json.loads(line)
+            row = parsed_json(line)
         except (ValueError, RecursionError) as cause:
             problems.append(f"line {number}: no JSON object, truncated? ({cause})")
             continue

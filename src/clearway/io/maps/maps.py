@@ -13,6 +13,7 @@ from clearway.avoidance.rules import GroundHeights
 from clearway.base.brief import brief
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
+from clearway.io.foreign_errors import damage_told
 from clearway.io.maps.ground import ground_heights
 from clearway.io.maps.map_features import (
     UNLIMITED_M,
@@ -118,7 +119,11 @@ def read_maps(
     parsed = [_parse(Path(path), point_radius_m) for path in paths]
     ground = next((one.terrain for one in parsed if one.terrain is not None), None)
     place = Place(origin or _middle(paths, parsed), ground, bounds_m)
-    return tuple(_placed(str(path), one, place) for path, one in zip(paths, parsed, strict=True))
+    placed = []
+    for path, one in zip(paths, parsed, strict=True):
+        with damage_told(path, "map"):
+            placed.append(_placed(str(path), one, place))
+    return tuple(placed)
 
 
 def _parse(path: Path, radius_m: float) -> ParsedMap:
@@ -130,7 +135,8 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
     if empty or path.is_dir():
         raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
     refuse_others(path, "map")
-    parsed = reader(path, radius_m)
+    with damage_told(path, "map"):
+        parsed = reader(path, radius_m)
     refuse_impossible(path, parsed)
     return parsed
 

@@ -12,6 +12,7 @@ from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.base.state import State
 from clearway.io.foreign import is_number, read_text, unended
+from clearway.io.foreign_errors import damage_told
 from clearway.io.moments import second_of
 from clearway.io.poses.pose_columns import TABLE, TUM, PoseColumns, columns_of
 from clearway.io.poses.pose_track import PoseTrack, pose_track
@@ -52,6 +53,11 @@ def read_poses(path: str | Path) -> Poses:
     cannot be read.
     """
     path = Path(path)
+    with damage_told(path, "file of poses"):
+        return _read(path)
+
+
+def _read(path: Path) -> Poses:
     if path.suffix.lower() == ".ulg":
         from clearway.io.poses.ulog import read_ulog
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import struct
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,8 +12,9 @@ import numpy as np
 
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
-from clearway.io.foreign_errors import damage_told
+from clearway.io.apart import apart
 from clearway.io.poses.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of, slerp
+from clearway.io.poses.ulog_topics import Log, logged
 from clearway.io.traffic.traffic_rows import NO_ADDRESS, NO_POSITION, Sieve
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
@@ -93,7 +93,7 @@ def _origin(place: Any) -> tuple[float, float, float] | None:
     return where[0], where[1], where[2]
 
 
-def _utc_shift(log: Any) -> float:
+def _utc_shift(log: Log) -> float:
     """Seconds from the log's clock to UTC; 0 where GPS never told the time."""
     gps = _data(log, "vehicle_gps_position")
     if gps is None:
@@ -117,15 +117,15 @@ def read_ulog_traffic(source: str, content: bytes) -> TrafficRecording:
     sieve.notes.extend(notes)
     shift = _utc_shift(log)
     _take_own(log, shift, sieve)
-    for data in log.data_list:
-        if data.name == "transponder_report":
-            for number in range(len(data.data["timestamp"])):
-                _take_report(data.data, number, shift, sieve)
+    for topic, data in log.topics:
+        if topic == "transponder_report":
+            for number in range(len(data["timestamp"])):
+                _take_report(data, number, shift, sieve)
     clock = "utc" if shift or _data(log, "vehicle_gps_position") is not None else "relative"
     return sieve.recording(FORM, clock=clock, own_address=OWN)  # type: ignore[arg-type]
 
 
-def _take_own(log: Any, shift: float, sieve: Sieve) -> None:
+def _take_own(log: Log, shift: float, sieve: Sieve) -> None:
     gps = _data(log, "vehicle_gps_position")
     if gps is None:
         return
@@ -188,19 +188,12 @@ def _take_report(data: Any, n: int, shift: float, sieve: Sieve) -> None:
     )
 
 
-def _parsed(source: str, content: bytes, names: list[str]) -> tuple[Any, tuple[str, ...]]:
+def _parsed(source: str, content: bytes, names: list[str]) -> tuple[Log, tuple[str, ...]]:
     """The log with some of its topics, and a note where it ends in the middle."""
-    try:
-        from pyulog import ULog
-        from pyulog.exceptions import ULogException
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {source}", "ulog") from cause
-    printed = io.StringIO()  # pyulog prints its complaints
-    with contextlib.redirect_stdout(printed), damage_told(source, "ULog", (ULogException,)):
-        log = ULog(io.BytesIO(content), names)
-    if log.file_corruption and not log.data_list:
-        raise InputError(source, "damaged or truncated ULog: nothing of it can be read")
-    notes = ["damaged: parts of it were left out"] if log.file_corruption else []
+    if find_spec("pyulog") is None:
+        raise MissingExtraError(f"reading {source}", "ulog")
+    log = apart(Path(source), "ULog", logged, source, content, names)
+    notes = ["damaged: parts of it were left out"] if log.damaged else []
     left = _bytes_left(content)
     if left:
         notes.append(f"cut off: the last {left} bytes are half a record; what is before was read")
@@ -218,6 +211,6 @@ def _bytes_left(content: bytes) -> int:
     return max(0, len(content) - at)
 
 
-def _data(log: Any, name: str) -> Any:
+def _data(log: Log, name: str) -> Any:
     """Columns of a topic's first instance; None where it was not logged."""
-    return next((one.data for one in log.data_list if one.name == name), None)
+    return next((data for topic, data in log.topics if topic == name), None)

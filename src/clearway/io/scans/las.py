@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import struct
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from clearway.base.errors import InputError, MissingExtraError
+from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.units import FOOT_M, US_SURVEY_FOOT_M
+from clearway.io.apart import apart
 from clearway.io.scans.laz_chunks import check_chunks
 from clearway.io.scans.pointcloud import PointCloud
 
@@ -27,6 +29,9 @@ HEADER_BYTES_1_2, HEADER_BYTES = 227, 375
 RECORD_HEADER_BYTES, EXTENDED_RECORD_HEADER_BYTES = 54, 60
 COMPRESSED_FORMAT = 128
 """Added to the point format by LAZ."""
+PACKAGES = ("laspy", "pyproj")
+MOST_PACKED = 5_000_000
+"""Points of a LAZ file that need not have a byte each."""
 HORIZONTAL_UNIT_KEY = 3076
 VERTICAL_UNIT_KEY = 4099
 
@@ -50,16 +55,21 @@ class Reference(NamedTuple):
 def read_las(path: Path) -> PointCloud:
     """Points of a LAS or LAZ file in metres, without noise (class 7, 18) and withheld points.
 
-    Raises InputError when the file is damaged, truncated or in degrees.
+    LAZ is unpacked in a process of its own, which lazrs ends on some damaged files. Raises
+    InputError when the file is damaged, truncated or in degrees.
     """
-    try:
-        import laspy
-        import pyproj  # noqa: F401 (laspy looks for it where a file states a CRS)
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {path}", "lidar") from cause
-    compressed = _is_compressed(path)
-    if compressed and not laspy.LazBackend.detect_available():
+    if not all(map(find_spec, PACKAGES)):  # laspy looks for pyproj where a file states a CRS
         raise MissingExtraError(f"reading {path}", "lidar")
+    with naming(path, "read"):
+        compressed = _is_compressed(path)
+    if compressed and find_spec("lazrs") is None:
+        raise MissingExtraError(f"reading {path}", "lidar")
+    return apart(path, "LAZ file", _read, path, True) if compressed else _read(path, False)
+
+
+def _read(path: Path, compressed: bool) -> PointCloud:
+    import laspy
+
     try:
         if compressed:
             with laspy.open(path) as file:
@@ -114,6 +124,11 @@ def _is_compressed(path: Path) -> bool:
         or (extended and extended_start + extended * EXTENDED_RECORD_HEADER_BYTES > size)
     ):
         raise InputError(str(path), f"truncated in its header records ({size} bytes), or damaged")
+    if form >= COMPRESSED_FORMAT and count > max(MOST_PACKED, size):
+        raise InputError(
+            str(path),
+            f"damaged LAZ: the header promises {count:,} points, more than {size} bytes can hold",
+        )
     if form < COMPRESSED_FORMAT and start + count * length > size:
         raise InputError(
             str(path),

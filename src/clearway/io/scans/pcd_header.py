@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.errors import InputError
+from clearway.io.foreign import whole_number
 
 KEYS = (
     "VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"
@@ -16,6 +17,8 @@ NEEDED = ("FIELDS", "SIZE", "TYPE", "WIDTH", "DATA")
 """COUNT, HEIGHT, VIEWPOINT and POINTS are younger, or follow from the others."""
 ENCODINGS = ("ascii", "binary", "binary_compressed")
 SIZES: Mapping[str, tuple[int, ...]] = {"F": (4, 8), "I": (1, 2, 4, 8), "U": (1, 2, 4, 8)}
+LARGEST = 2**31 - 1
+"""Of sizes and counts of a field."""
 AXES = ("x", "y", "z")
 MOST_LINES = 1_000
 
@@ -109,7 +112,7 @@ def _words(content: bytes) -> tuple[dict[str, list[str]], int, int]:
 def _whole(words: Mapping[str, list[str]], key: str, problems: list[str]) -> list[int]:
     """Whole numbers above 0, one a field."""
     values, fields = words[key], words.get("FIELDS", [])
-    good = [int(word) for word in values if word.isdigit() and int(word) > 0]
+    good = [size for word in values if 0 < (size := whole_number(word) or 0) <= LARGEST]
     if len(good) != len(values) or ("FIELDS" in words and len(values) != len(fields)):
         problems.append(
             f"header {key} {' '.join(values)[:80]}: one whole number above 0 is needed for each "
@@ -123,10 +126,11 @@ def _points(words: Mapping[str, list[str]], problems: list[str]) -> int:
     numbers = {}
     for key in ("WIDTH", "HEIGHT", "POINTS"):
         word = next(iter(words.get(key, ["1"])), "")
-        if word.isdigit():
-            numbers[key] = int(word)
+        number = whole_number(word)
+        if number is None:
+            problems.append(f"header {key} {word[:40]!r} is no whole number")
         else:
-            problems.append(f"header {key} {word!r} is no whole number")
+            numbers[key] = number
     if problems or len(numbers) < 3:
         return 0
     cells = numbers["WIDTH"] * numbers["HEIGHT"]

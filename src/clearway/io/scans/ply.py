@@ -10,6 +10,7 @@ import numpy as np
 
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
+from clearway.io.foreign import whole_number
 from clearway.io.scans.pointcloud import PointCloud
 
 TYPES: Mapping[str, str] = {
@@ -60,7 +61,11 @@ def _header(source: str, content: bytes) -> PlyHeader:
     problems = []
     if form not in ORDERS:
         problems.append(f"header format {form!r}; valid: {', '.join(ORDERS)}")
-    if not elements or words[elements[0]][1] != "vertex" or not words[elements[0]][2].isdigit():
+    if (
+        not elements
+        or words[elements[0]][1] != "vertex"
+        or whole_number(words[elements[0]][2]) is None
+    ):
         problems.append("header: its first element must be vertex, with how many there are")
         raise InputError(source, problems)
     until = elements[1] if len(elements) > 1 else len(words)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import BoolArray, FloatArray
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray
-from clearway.sensors import BeamPattern
+
+if TYPE_CHECKING:
+    from clearway.sensors import BeamPattern
 
 SCAN_LIMIT_M = 5_000.0
 """No LiDAR of a vehicle sees as far: a wider scan is in another unit than metres."""

@@ -166,14 +166,16 @@ def read_points(path: str | Path) -> PointCloud:
 
 def read_cloud(path: Path) -> PointCloud:
     """As `read_points`, but perhaps without any point."""
+    from clearway.io.foreign_errors import damage_told
     from clearway.io.scans.pointcloud import cleaned
 
     one = format_of(path)
     check_start(path)
-    if one.cloud is not None:
-        return cleaned(one.cloud(path))
-    assert one.scans is not None
-    return _first(one.scans(path, None, None))
+    with damage_told(path, f"{path.suffix} file"):
+        if one.cloud is not None:
+            return cleaned(one.cloud(path))
+        assert one.scans is not None
+        return _first(one.scans(path, None, None))
 
 
 def _first(scans: ScanSequence) -> PointCloud:

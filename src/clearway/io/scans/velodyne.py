@@ -25,6 +25,8 @@ CALIBRATIONS = {
 """Table of laser angles, and step in azimuth in degrees at 600 rpm (one firing cycle)."""
 
 
+PACKET_BYTES = 1206
+"""The library ends the process on a scan without packets, and reads this many of each."""
 BLOCKS, BLOCK_BYTES = 12, 100
 """Of a packet; each begins with two marks and its azimuth in hundredths of a degree, clockwise."""
 LOST_RAD = np.radians(5.0)
@@ -52,6 +54,8 @@ class VelodyneDecoder:
         Returns nearer than 0.1 m are left out by the library. Beams are those of the model that
         the packets name, without azimuths whose packets are lost; estimated for unknown models.
         """
+        if not scan.packets or any(len(one.data) != PACKET_BYTES for one in scan.packets):
+            raise ValueError(f"a scan needs packets of {PACKET_BYTES} bytes")
         packets = [
             self._library.VelodynePacket(
                 packet.stamp.sec + 1e-9 * packet.stamp.nanosec, packet.data

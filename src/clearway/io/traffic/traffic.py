@@ -6,12 +6,14 @@ import zlib
 from pathlib import Path
 
 from clearway.base.errors import InputError, naming
+from clearway.io.foreign_errors import damage_told
 from clearway.io.what_file import what_content
 from clearway.traffic.recorded.report import TrafficRecording
 
 GZIP = b"\x1f\x8b"
-MOST_BYTES = 1_000_000_000
-"""Unpacked: some five million positions. A small file may unpack to more than memory holds."""
+MOST_BYTES, MOST_RATIO = 40_000_000, 4
+"""Unpacked, of a small file and for each byte of a larger one: reading takes twenty times as much
+memory, and a small file may unpack to more than there is."""
 
 
 def read_traffic(path: str | Path) -> TrafficRecording:
@@ -34,11 +36,11 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     if reader is None:
         raise InputError(
             str(path),
-            f"no known traffic recording: it begins with {content[:24]!r}; valid: "
-            + "; ".join(form.name for form in FORMATS)
-            + what_content(content),
+            f"no known traffic recording: it begins with {content[:24]!r}{what_content(content)}; "
+            "valid: " + "; ".join(form.name for form in FORMATS),
         )
-    recording = reader(str(path), content)
+    with damage_told(path, "recording of traffic"):
+        recording = reader(str(path), content)
     if not (recording.reports or recording.of_use or recording.heard):
         reasons = ", ".join(f"{count} {reason}" for reason, count in recording.left_out.items())
         raise InputError(
@@ -51,15 +53,18 @@ def read_traffic(path: str | Path) -> TrafficRecording:
 def _unpacked(source: str, content: bytes) -> bytes:
     """What gzip has packed, all members of it."""
     parts: list[bytes] = []
+    most = max(MOST_BYTES, MOST_RATIO * len(content))
     while content:
         unpacker = zlib.decompressobj(wbits=31)
         try:
-            parts.append(unpacker.decompress(content, MOST_BYTES - sum(map(len, parts))))
+            parts.append(unpacker.decompress(content, most - sum(map(len, parts))))
         except zlib.error as cause:
             raise InputError(source, f"damaged gzip file: {cause}") from cause
-        if sum(map(len, parts)) >= MOST_BYTES:
+        if sum(map(len, parts)) >= most:
             raise InputError(
-                source, f"unpacks to {MOST_BYTES:,} bytes or more: cut a shorter time out of it"
+                source,
+                f"unpacks to {most:,} bytes or more; valid: the file unpacked (gunzip), which may "
+                "be of any size, or a shorter time cut out of it",
             )
         if not unpacker.eof:
             raise InputError(

@@ -33,7 +33,7 @@ class NoParameters(Section):
 class BallParameters(Section):
     """Of `balls`."""
 
-    balls: Annotated[int, Field(ge=1)] | None = None
+    balls: Annotated[int, Field(ge=1, le=10_000)] | None = None
     """Number in the box of 50 x 30 x 20 m; default: drawn from 30 to 240 with the seed."""
 
 

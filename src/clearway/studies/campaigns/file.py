@@ -20,6 +20,8 @@ from clearway.studies.campaigns.families import FAMILIES
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 Tables = dict[str, Any]
+MOST_SEEDS = 100_000
+"""All flights of a campaign are listed before the first one starts."""
 
 
 class FamilySection(Section):
@@ -29,7 +31,7 @@ class FamilySection(Section):
     """Its name in the registry."""
     label: str | None = Field(default=None, pattern=r"^[A-Za-z0-9][\w.-]*$")
     """Name in tables and keys; default: the family's."""
-    seeds: int | None = Field(default=None, ge=1)
+    seeds: int | None = Field(default=None, ge=1, le=MOST_SEEDS)
     """Number of cases; default: the campaign's."""
     planners: Names | None = None
     """Default: the campaign's."""
@@ -75,7 +77,7 @@ class CampaignFile(Section):
     name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$")
     planners: Names = tuple(PLANNERS)
     """The first is the one that is looked at; default: all there are."""
-    seeds: int = Field(default=1, ge=1)
+    seeds: int = Field(default=1, ge=1, le=MOST_SEEDS)
     """Cases of each family."""
     first_seed: int = Field(default=0, ge=0)
     family: Annotated[tuple[FamilySection, ...], Field(strict=False, min_length=1)]

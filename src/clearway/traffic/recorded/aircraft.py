@@ -106,7 +106,7 @@ def _aircraft(address: str, reports: Sequence[TrafficReport]) -> Aircraft:
     latitude = np.array([report.latitude_deg for report in reports])
     longitude = np.unwrap([report.longitude_deg for report in reports], period=360.0)
     east, north = planar_offset_m(latitude[:-1], longitude[:-1], latitude[1:], longitude[1:])
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         segment = np.hypot(east, north) / np.diff(time_s)
     callsigns = Counter(report.callsign for report in reports if report.callsign)
     return Aircraft(

@@ -10,17 +10,20 @@ import numpy as np
 from clearway.base.brief import brief
 from clearway.base.units import FOOT_M, NAUTICAL_MILE_M
 from clearway.traffic.recorded.aircraft import Aircraft
+from clearway.traffic.recorded.closest_point import ClosestPoint, closest_point
 from clearway.traffic.recorded.proximity import proximity_pairs
 from clearway.traffic.recorded.samples import Samples, sample
 
 WITHIN_M = 10_000.0
+MOST_BETWEEN_M = 1_200.0
+"""How much nearer than at whole seconds two aircraft come between them, at most: 600 m/s each."""
 TOGETHER_M, TOGETHER_HEIGHT_M = 0.5 * NAUTICAL_MILE_M, 500.0 * FOOT_M
 """Pairs that stay this near for long fly together."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosestPair:
-    """Two aircraft at the second when the straight line between them was shortest."""
+    """Two aircraft at the time when the straight line between them was shortest."""
 
     first: Aircraft
     second: Aircraft
@@ -54,8 +57,9 @@ def closest_pairs(
 ) -> list[ClosestPair]:
     """Every pair once, at its closest, nearest pair first; with `own_address` only its pairs.
 
-    Positions are interpolated to whole seconds over gaps of at most 12 s; both aircraft must be in
-    flight (above 40 kt), their heights known, and within `within_m` of each other, horizontally.
+    Positions are interpolated over gaps of at most 12 s; both aircraft must be in flight (above
+    40 kt), their heights known, and at some whole second within `within_m` of each other,
+    horizontally.
     """
     samples = sample(aircraft)
     met = proximity_pairs(samples, within_m)
@@ -66,16 +70,22 @@ def closest_pairs(
     pairs, starts = np.unique(pair[order], return_index=True)
     together = (met.horizontal_m <= TOGETHER_M) & (np.abs(met.height_m) <= TOGETHER_HEIGHT_M)
     seconds = np.bincount(np.searchsorted(pairs, pair[together]), minlength=len(pairs))
-    found = [
-        _pair(
-            aircraft,
-            samples,
-            (met.first[row], met.second[row]),
-            (float(met.horizontal_m[row]), float(met.height_m[row])),
-            int(seconds[number]),
+    best = slant[order[starts]]
+    found = []
+    for number, (row, nearest_m) in enumerate(zip(order[starts], best, strict=True)):
+        mine = order[starts[number] : starts[number + 1] if number + 1 < len(starts) else None]
+        near = met.first[mine[slant[mine] <= nearest_m + MOST_BETWEEN_M]]
+        span = (float(samples.second[near].min()) - 1.0, float(samples.second[near].max()) + 1.0)
+        found.append(
+            _pair(
+                aircraft,
+                samples,
+                (met.first[row], met.second[row]),
+                (float(met.horizontal_m[row]), float(met.height_m[row])),
+                int(seconds[number]),
+                span,
+            )
         )
-        for number, row in enumerate(order[starts])
-    ]
     if own_address is not None:
         found = [one for one in found if own_address in (one.first.address, one.second.address)]
     return sorted(found, key=lambda one: one.slant_m)
@@ -87,7 +97,9 @@ def _pair(
     rows: tuple[np.int64, np.int64],
     apart_m: tuple[float, float],
     together_s: int,
+    span_s: tuple[float, float],
 ) -> ClosestPair:
+    """Of their rows at the nearest whole second, and the exact time within a span around it."""
     a, b = rows
     first, second = aircraft[samples.aircraft[a]], aircraft[samples.aircraft[b]]
     altitudes = samples.barometric_m[[a, b]]
@@ -96,16 +108,27 @@ def _pair(
     relative = np.hypot(
         samples.east_mps[b] - samples.east_mps[a], samples.north_mps[b] - samples.north_mps[a]
     )
+    at_second = ClosestPoint(
+        time_s=float(samples.second[a]),
+        horizontal_m=apart_m[0],
+        height_m=apart_m[1],
+        latitude_deg=float(samples.latitude_deg[a]),
+        longitude_deg=float(samples.longitude_deg[a]),
+        altitude_m=float(altitudes.mean()),
+        relative_mps=None if np.isnan(relative) else float(relative),
+    )
+    exact = closest_point(first, second, *span_s)
+    point = at_second if exact is None or exact.slant_m > at_second.slant_m else exact
     return ClosestPair(
         first=first,
         second=second,
-        time_s=float(samples.second[a]),
-        distance_m=apart_m[0],
-        height_m=apart_m[1],
+        time_s=point.time_s,
+        distance_m=point.horizontal_m,
+        height_m=point.height_m,
         height_step_m=0.5 * (first.altitude_step_m + second.altitude_step_m),
-        altitude_m=float(altitudes.mean()),
-        relative_mps=None if np.isnan(relative) else float(relative),
-        latitude_deg=float(samples.latitude_deg[a]),
-        longitude_deg=float(samples.longitude_deg[a]),
+        altitude_m=point.altitude_m,
+        relative_mps=point.relative_mps,
+        latitude_deg=point.latitude_deg,
+        longitude_deg=point.longitude_deg,
         together_s=together_s,
     )

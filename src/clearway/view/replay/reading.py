@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-import struct
 from collections import defaultdict
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from clearway.base.errors import InputError, MissingExtraError
+from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
+from clearway.io.foreign_errors import damage_told
 from clearway.view.replay import schemas
 
 RUN_FILE = "run.mcap"
@@ -63,12 +64,10 @@ def read_run(run: Path) -> Recording:
     MissingExtraError without the extra `foxglove`.
     """
     path = run_file(run)
-    messages = _messages(path)
-    _check_complete(path, messages)
-    try:
+    with damage_told(path, "run"):
+        messages = _messages(path)
+        _check_complete(path, messages)
         return _recording(path, messages)
-    except (KeyError, TypeError, IndexError, ValueError, struct.error) as cause:
-        raise InputError(str(path), f"a message of the run is damaged: {cause!r}") from cause
 
 
 def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
@@ -124,30 +123,29 @@ def _messages(path: Path) -> dict[str, list[bytes]]:
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "foxglove") from cause
     found: dict[str, list[bytes]] = defaultdict(list)
-    try:
-        with path.open("rb") as stream:
-            _check_ends(path, stream)
-            reader = SeekingReader(stream, validate_crcs=True)
-            summary = reader.get_summary()
-            for channel in summary.channels.values() if summary else ():
-                found[channel.topic] = []
-            for _, channel, message in reader.iter_messages(topics=READ):
-                found[channel.topic].append(message.data)
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
-    except _signs_of_damage() as cause:
-        raise InputError(str(path), f"a damaged MCAP file: {cause!r}") from cause
+    with (
+        naming(path, "read"),
+        damage_told(path, "MCAP file", _libraries_own()),
+        path.open("rb") as stream,
+    ):
+        _check_ends(path, stream)
+        reader = SeekingReader(stream, validate_crcs=True)
+        summary = reader.get_summary()
+        for channel in summary.channels.values() if summary else ():
+            found[channel.topic] = []
+        for _, channel, message in reader.iter_messages(topics=READ):
+            found[channel.topic].append(message.data)
     return found
 
 
-def _signs_of_damage() -> tuple[type[Exception], ...]:
-    """What the reader and its decompressors stumble over, beside their own errors."""
+@cache
+def _libraries_own() -> tuple[type[Exception], ...]:
+    """What the reader and its decompressors raise besides Python's own errors."""
     from mcap.exceptions import McapError
     from mcap.stream_reader import CRCValidationError
     from zstandard import ZstdError
 
-    others = (UnicodeDecodeError, KeyError, OverflowError, struct.error, RuntimeError)
-    return (McapError, CRCValidationError, ZstdError, *others)
+    return (McapError, CRCValidationError, ZstdError)
 
 
 def _check_ends(path: Path, stream: IO[bytes]) -> None:

@@ -1,0 +1,64 @@
+"""Text for a terminal: no control characters of a file get there, and no message fills it."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+
+LONGEST = 500
+"""Characters of a message."""
+LONGEST_SOURCE = 200
+"""Of which a name of a file may take; of a longer one the end, which tells more."""
+HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Categories of characters that move the cursor, turn the writing round, or are half of one."""
+
+
+def plain(text: str, kept: str = "\n\t") -> str:
+    """The text with control characters escaped as Python does, but for those `kept`."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        one
+        if one in kept or unicodedata.category(one) not in HIDDEN
+        else one.encode("unicode_escape").decode()
+        for one in text
+    )
+
+
+def cut(text: str, length: int) -> str:
+    """The text, or its beginning and dots where it is longer."""
+    return text if len(text) <= length else text[: max(0, length - 3)] + "..."
+
+
+def some_lines(text: str, length: int) -> str:
+    """The text, or as many of its lines as fit and how many more there are."""
+    if len(text) <= length:
+        return text
+    lines = text.split("\n")
+    told, room = [cut(lines[0], length - 20)], length - 20
+    for line in lines[1:]:
+        if sum(map(len, told)) + len(told) + len(line) > room:
+            break
+        told.append(line)
+    left = len(lines) - len(told)
+    return "\n".join([*told, f"and {left} more lines"] if left else told)
+
+
+def shortened(source: str, problems: Sequence[str]) -> str:
+    """One line a problem, "source: problem", as many as fit; then how many more there are."""
+    if len(source) > LONGEST_SOURCE:
+        source = "..." + source[3 - LONGEST_SOURCE :]
+    lines = [f"{source}: {problem}" for problem in problems]
+    whole = "\n".join(lines)
+    if len(whole) <= LONGEST:
+        return whole
+    room = LONGEST - len(f"\n{source}: and {len(lines)} more")
+    told: list[str] = []
+    for line in lines:
+        if told and sum(map(len, told)) + len(told) + len(line) > room:
+            break
+        told.append(line)
+    left = len(lines) - len(told)
+    if left:
+        return "\n".join([cut(told[0], room), *told[1:], f"{source}: and {left} more"])
+    return cut(told[0], LONGEST)
