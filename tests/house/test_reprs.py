@@ -44,7 +44,9 @@ def values() -> dict[str, Any]:
         "obstacle": cw.Obstacle.ball([9.0, 0, 0], 1.0, "tree"),
         "situation": cw.Situation(cw.State(np.zeros(3)), np.ones(3)),
         "prices": cw.Prices(*np.linspace(0.123456789, 1.0, 10)),
-        "settings": cw.AvoidanceSettings("printed", 0.123, 0.456, 0.789, 1.23, 4.56, 7.89, 0.12),
+        "settings": cw.AvoidanceSettings(
+            "printed", unknown=0.123, threshold=0.789, verify=False, sigmas=4.56
+        ),
         "simulation": cw.SimulationSettings(7, 0.01234, 0.5, 0.1, 0.1, (1.0, 2.0, 3.0), 0.123),
         "library": cw.ReachLibrary.load_or_build(setup.planner.automaton, setup.planner.grid),
         "error": InputError("/very/long/path" * 30, ["something\nis wrong " * 30] * 30),

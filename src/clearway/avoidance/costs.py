@@ -47,6 +47,10 @@ class Prices:
     """Small prices beside the length flown, in metres of flight.
 
     Raises InputError naming every price that is not a number from 0 to 1e9.
+
+    >>> import clearway as cw
+    >>> cw.Prices(risk=1.0)
+    Prices(risk=1)
     """
 
     turn: float = 0.2

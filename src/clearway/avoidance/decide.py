@@ -46,7 +46,17 @@ MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What to fly and why, with everything that it was derived from."""
+    """What to fly and why, with everything that it was derived from.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> ahead = cw.Situation(cw.State(np.zeros(3)), target_m=np.array([20.0, 0.0, 0.0]))
+    >>> decision = cw.decide(cw.Planner.of(library), ahead)
+    >>> decision.movements[0], decision.path_m.shape[1], decision.margin_m
+    ('Straight', 3, 0.6)
+    """
 
     state: State
     choice: Choice
@@ -96,6 +106,16 @@ def decide(
 
     Raises ClearwayError for detections of another grid, and for costs or a margin that are no
     finite numbers.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> tree = cw.ObstacleMap([cw.Obstacle.ball([6.0, 0.5, 0.0], 1.5)])
+    >>> here, there = cw.State(np.zeros(3)), np.array([20.0, 0.0, 0.0])
+    >>> decision = cw.decide(cw.Planner.of(library), cw.Situation(here, there, obstacle_map=tree))
+    >>> bool(decision.choice.clearance_m >= decision.margin_m)
+    True
     """
     settings = planner.settings
     _check_grids(planner, situation)

@@ -75,11 +75,18 @@ class EvidenceSettings:
 
 @dataclass(frozen=True, slots=True)
 class AvoidanceSettings(EvidenceSettings):
-    """How decisions are taken; defaults are those of the paper's static mission."""
+    """How decisions are taken; defaults are those of the paper's static mission.
+
+    >>> import clearway as cw
+    >>> cw.AvoidanceSettings(safety_margin_m=3.0, rating="visible")
+    AvoidanceSettings(rating='visible', safety_margin_m=3)
+    """
 
     verify: bool = True
     """Hold candidates against the evidence itself; without, cell ratings alone decide."""
     prices: Prices = field(default_factory=Prices)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)
@@ -90,7 +97,14 @@ class AvoidanceSettings(EvidenceSettings):
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """What stays the same from decision to decision: reach sets, costs, settings."""
+    """What stays the same from decision to decision: reach sets, costs, settings.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> cw.Planner.of(library, cw.AvoidanceSettings(safety_margin_m=1.0))
+    Planner(9 movements up to 1 m/s, 5 reach sets to 10 m, margin 1 m, 0 rules)
+    """
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid

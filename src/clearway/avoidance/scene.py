@@ -95,6 +95,8 @@ class RatingSettings(EvidenceSettings):
     detection: Rule = "ratio"
     """How hits become P_OD."""
 
+    __repr__ = brief
+
     @classmethod
     def of(cls, settings: EvidenceSettings, detection: Rule = "ratio") -> RatingSettings:
         """Those of a decision."""
@@ -155,7 +157,13 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class SceneAssessment:
-    """What a scene means, cell by cell and trajectory by trajectory."""
+    """What a scene means, cell by cell and trajectory by trajectory.
+
+    >>> import clearway as cw
+    >>> rated = cw.assess("two-balls.toml")
+    >>> rated.cells.rating.shape, len(rated.reach_set.trajectories) > 0
+    ((350,), True)
+    """
 
     scene: Scene
     detections: tuple[Detection, ...]

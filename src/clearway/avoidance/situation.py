@@ -39,6 +39,12 @@ class Situation:
 
     Raises InputError naming all that cannot be used: what is not finite or out of range would end
     in a margin or a cost that every trajectory keeps.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> here = cw.State(np.zeros(3))
+    >>> cw.Situation(here, target_m=np.array([20.0, 0.0, 0.0]))
+    Situation(state=State, target_m=[20, 0, 0])
     """
 
     state: State

@@ -15,7 +15,15 @@ MOST_SHOWN = 70
 
 
 class ClearwayError(ValueError):
-    """Base of all errors raised on purpose; the command line prints it and exits 2."""
+    """Base of all errors raised on purpose; the command line prints it and exits 2.
+
+    >>> import clearway as cw
+    >>> try:
+    ...     cw.read_scan("absent.pcd")
+    ... except cw.ClearwayError as error:
+    ...     print(error)
+    absent.pcd: cannot be read: No such file or directory
+    """
 
 
 class InputError(ClearwayError):

@@ -40,6 +40,11 @@ class AvoidanceGrid:
     [-pi, pi], left positive. elevation_edges_rad: [rows + 1] within [-pi/2, pi/2], up positive.
     Raises ClearwayError naming the axis when edges do not ascend, are not finite or leave their
     interval.
+
+    >>> import clearway as cw
+    >>> grid = cw.AvoidanceGrid.uniform(range_m=10.0)
+    >>> grid.shape, grid.cells, grid.range_m
+    ((10, 7, 5), 350, 10.0)
     """
 
     range_edges_m: FloatArray

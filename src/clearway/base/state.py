@@ -35,6 +35,11 @@ class State:
 
     Raises InputError naming every value that cannot be used: not finite, out of range, or a
     deviation below 0, by which some say "unknown".
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> cw.State(np.array([1.0, 2.0, 30.0]), [0.0, 0.0, np.pi / 2]).world_from_body.shape
+    (3, 3)
     """
 
     position_m: FloatArray

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
 
-SMALLEST, LARGEST = 1e-15, 1e15
+SMALLEST, LARGEST = 1e-30, 1e30
 """Of numbers in files of our own, in any unit."""
 
 

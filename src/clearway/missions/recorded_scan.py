@@ -28,8 +28,8 @@ class RecordedScan(Scan):
 
     >>> import clearway as cw
     >>> scan = cw.read_scan("street.pcd")
-    >>> scan.points_m.shape, scan.lidar.pattern.name, scan.state is None
-    ((4127, 3), 'VLP-16', True)
+    >>> scan.points_m.shape, scan.lidar_from, scan.state is None
+    ((2760, 3), 'estimated', True)
     """
 
     lidar: Lidar
@@ -86,7 +86,7 @@ def read_scan(
     >>> import clearway as cw
     >>> scan = cw.read_scan("street.pcd", sensor="vlp16")
     >>> scan
-    RecordedScan('street.pcd' scan 0: 4,127 points at 0 s by VLP-16 (stated))
+    RecordedScan('street.pcd' scan 0, 2,760 points, at 0 s, by vlp16 (stated))
     """
     sequence = open_scans(path, topic, poses)
     scan = scan_at(sequence, at)
@@ -112,7 +112,7 @@ def read_scans(
 
     >>> import clearway as cw
     >>> [len(scan.points_m) for scan in cw.read_scans("street.pcd")]
-    [4127]
+    [2760]
     """
     sequence = open_scans(path, topic, poses)
     lidar, told_by = _lidar(sensor, sequence, _first(sequence))

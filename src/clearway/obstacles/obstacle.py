@@ -51,6 +51,10 @@ class Obstacle:
     """One obstacle of the map (5.49), in the frame of its collection.
 
     Raises InputError that names every field which cannot be used.
+
+    >>> import clearway as cw
+    >>> cw.Obstacle.ball([6.0, 0.5, 0.0], 1.5).shape
+    'ball'
     """
 
     shape: ObstacleShape

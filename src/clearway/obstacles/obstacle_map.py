@@ -26,6 +26,11 @@ class ObstacleMap:
     """Any number of obstacles in the world frame; an empty map is legal. Immutable.
 
     Serves as a world to fly in too: it has signed distances and casts rays.
+
+    >>> import clearway as cw
+    >>> trees = cw.ObstacleMap([cw.Obstacle.ball([6.0, 0.0, 0.0], 1.5)])
+    >>> trees.distance_m([[0.0, 0.0, 0.0]]).tolist()
+    [4.5]
     """
 
     __slots__ = ("obstacles", "shapes", "tree")

@@ -40,6 +40,11 @@ class PointWorld:
 
     labels: [n] class of each point, kept for whoever asks. Raises ClearwayError for anything but
     finite points and a radius above 0.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> cw.PointWorld(np.array([[5.0, 0.0, 0.0]]), 0.5).distance_m(np.zeros((1, 3))).tolist()
+    [4.5]
     """
 
     def __init__(

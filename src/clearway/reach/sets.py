@@ -32,6 +32,12 @@ def build_reach_set(
     the most movements of a trajectory (default: as many as layers, or as straight flight needs),
     and `side_exits=0` to leave out what ends outside through the side. Raises ClearwayError for
     an unknown method or tuning, and when nothing leads through the grid.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> reach_set = cw.build_reach_set(automaton, cw.AvoidanceGrid.uniform(), method="primitives")
+    >>> reach_set.nodes > len(reach_set.trajectories) > 0
+    True
     """
     lattice = lattice_for(automaton, grid, (start_pitch_rad,), tuning)
     return reach_set_at(lattice, grid, method, start_pitch_rad, **tuning)

@@ -41,7 +41,14 @@ Notice = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class ReachLibrary:
-    """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2."""
+    """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> len(library.reach_sets), library.nearest(0.0).start_pitch_rad
+    (5, 0.0)
+    """
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid

@@ -22,6 +22,13 @@ class ReachSet:
 
     A node is one movement that follows its parent's. Positions are in the grid frame: the body
     frame at the start, where the vehicle sits at the origin with nose along x.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> reach_set = cw.build_reach_set(automaton, cw.AvoidanceGrid.uniform())
+    >>> last = int(reach_set.trajectories[-1])
+    >>> len(reach_set.movements_to(last)) == len(reach_set.path(last))
+    True
     """
 
     grid: AvoidanceGrid

@@ -26,6 +26,12 @@ class BeamPattern:
 
     Raises ClearwayError naming the field when angles are missing or not finite, or ranges are
     impossible.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> pattern = cw.BeamPattern.rotating(np.linspace(-15.0, 15.0, 16), 0.2, max_range_m=100.0)
+    >>> pattern.beams, pattern.directions.shape
+    (28800, (28800, 3))
     """
 
     name: str

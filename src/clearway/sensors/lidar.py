@@ -45,6 +45,11 @@ class Lidar:
     """A LiDAR: where it looks, where it sits, how well it measures.
 
     Raises ClearwayError naming the field that is out of its interval.
+
+    >>> import clearway as cw
+    >>> grid = cw.AvoidanceGrid.uniform()
+    >>> cw.Lidar("front", cw.BeamPattern.per_cell(grid, 4), sigma_m=0.03)
+    Lidar('front', 1,400 beams to inf m, sigma 0.03 m)
     """
 
     name: str
@@ -78,6 +83,11 @@ class Scan:
     """Returns of one sweep, a point cloud of scanned points (3.32), def. 14.
 
     Beams of the pattern without return are evidence of free space.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> cw.Scan(np.zeros((100, 3)), 2.5, sensor="front")
+    Scan(100 points, at 2.5 s, by 'front')
     """
 
     points_m: FloatArray

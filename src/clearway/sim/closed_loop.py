@@ -41,6 +41,17 @@ def simulate(
     """Fly the pilot's mission through a true world; the same seed gives the same run.
 
     traffic: fresh for every flight, since it flies along.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> trees = cw.ObstacleMap([cw.Obstacle.ball([6.0, 0.2, 0.0], 1.0)])
+    >>> mission = cw.Mission("by", cw.State(np.zeros(3)), waypoints_m=np.array([[12.0, 0.0, 0.0]]))
+    >>> system = cw.AvoidanceSystem(cw.Planner.of(library), mission, obstacle_map=trees)
+    >>> run = cw.simulate(system, trees, lidars=[])
+    >>> run.safe, run.planner
+    (True, 'clearway')
     """
     settings = settings or SimulationSettings()
     flight = _Flight(system, world, lidars, settings, traffic)

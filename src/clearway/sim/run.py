@@ -35,7 +35,13 @@ class LoggedDecision(Generic[D]):
 
 @dataclass(frozen=True, eq=False)
 class Run(Generic[D]):
-    """One simulated flight."""
+    """One simulated flight.
+
+    >>> import clearway as cw
+    >>> run = cw.fly(cw.read_mission("static-obstacles").changed("simulation", time_limit_s=2.0))
+    >>> run.reached, run.summary()["planner"], run.to_row()["time_s"]
+    (False, 'clearway', 2.0)
+    """
 
     mission: Mission
     time_s: FloatArray

@@ -16,7 +16,12 @@ LARGEST_STEP_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
-    """What the simulated truth is like."""
+    """What the simulated truth is like.
+
+    >>> import clearway as cw
+    >>> cw.SimulationSettings(seed=3, wind_mps=(0.0, 1.0, 0.0))
+    SimulationSettings(seed=3, wind_mps=(0, 1, 0))
+    """
 
     seed: int = 0
     step_s: float = LARGEST_STEP_S

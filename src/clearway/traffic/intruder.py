@@ -21,6 +21,11 @@ class Intruder:
     Position and velocity are in the world frame where reports, missions and tracks keep them, and
     in the grid's frame after `seen_from`, which is what the intersection models take. Raises
     InputError naming every value that cannot be used.
+
+    >>> import clearway as cw
+    >>> other = cw.Intruder([100.0, 0.0, 0.0], [-20.0, 0.0, 0.0], name="other")
+    >>> other.speed_mps, other.at(2.0).position_m.tolist()
+    (20.0, [60.0, 0.0, 0.0])
     """
 
     position_m: FloatArray

@@ -76,6 +76,11 @@ class MovementAutomaton:
     (first, next) that may not follow each other, the transition map of (3.15). Raises
     ClearwayError for no movements, names used twice, a table without some movement, or unknown
     names in `forbidden`.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=5.0, turn_step_deg=15.0)
+    >>> len(automaton.names), round(automaton.turning_radius_m, 1)
+    (9, 19.1)
     """
 
     movements: tuple[Movement, ...]

@@ -96,7 +96,17 @@ class MapFile:
 def read_map(
     path: str | Path, origin: Geodetic | None = None, *, point_radius_m: float = POINT_RADIUS_M
 ) -> MapFile:
-    """One map file; errors and arguments as of `read_maps`."""
+    """One map file; errors and arguments as of `read_maps`.
+
+    >>> from pathlib import Path
+    >>> import clearway as cw
+    >>> place = '{"type": "Point", "coordinates": [14.5, 46.05]}'
+    >>> mast = '{"type": "Feature", "properties": {"height": 40}, "geometry": ' + place + "}"
+    >>> masts = '{"type": "FeatureCollection", "features": [' + mast + "]}"
+    >>> _ = Path("masts.geojson").write_text(masts)
+    >>> len(cw.ObstacleMap(cw.read_map("masts.geojson").solid))
+    1
+    """
     return read_maps([path], origin, point_radius_m=point_radius_m)[0]
 
 

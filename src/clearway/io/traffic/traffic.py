@@ -22,6 +22,13 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     Raises InputError when the file is absent, empty, truncated, of no known format, or has nothing
     in it that can be understood; MissingExtraError when Mode S is to be decoded without [adsb], or
     a ULog read without [ulog].
+
+    >>> from pathlib import Path
+    >>> import clearway as cw
+    >>> row = '{"now": 10, "hex": "4b1801", "lat": 46.05, "lon": 14.5, "alt_baro": 3000}\\n'
+    >>> _ = Path("one.jsonl").write_text(row)
+    >>> cw.read_traffic("one.jsonl").reports[0].address
+    '4b1801'
     """
     from clearway.io.traffic.traffic_formats import FORMATS
 

@@ -44,6 +44,19 @@ def air_picture(recording: TrafficRecording, own_address: str | None = None) -> 
     """Tracks and closest pairs of a recording; the own address is the file's if not given.
 
     Raises InputError if the own address is given, but nowhere in the recording.
+
+    >>> import json
+    >>> from pathlib import Path
+    >>> import clearway as cw
+    >>> rows = [
+    ...     {"now": t, "hex": h, "lat": 46.05, "lon": 14.5 + 7e-4 * w * (t - 60), "alt_baro": 3000}
+    ...     for t in range(0, 121, 4)
+    ...     for h, w in (("4b1801", 1), ("4b1802", -1))
+    ... ]
+    >>> _ = Path("day.jsonl").write_text("".join(json.dumps(row) + "\\n" for row in rows))
+    >>> picture = cw.air_picture(cw.read_traffic("day.jsonl"))
+    >>> [one.address for one in picture.aircraft], len(picture.pairs)
+    (['4b1801', '4b1802'], 1)
     """
     aircraft = aircraft_of(recording)
     placed = {one.address for one in aircraft}
