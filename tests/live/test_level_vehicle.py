@@ -124,7 +124,7 @@ def flown_in_lock_step(waypoint_m: list[float], most_s: float) -> SimulatedAutop
     setup = prepare(file)
     counts: Counter[str] = Counter()
     session = Session(
-        replace(setup, lidars=()).system(), None, SessionSettings(act=True, speedup=None), counts
+        replace(setup, sensors=()).system(), None, SessionSettings(act=True, speedup=None), counts
     )
     wire, inbox, packer = Wire(), Inbox(1, 1, None, stream=False), Packer(255, 1, None)
     autopilot = SimulatedAutopilot(file, setup, wire, None)  # type: ignore[arg-type]

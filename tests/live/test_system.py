@@ -41,11 +41,21 @@ def test_unusable_readings_are_counted_by_reason():
     live.update(state(1.0))
     live.update(state(1.0))
     live.update(state(0.5))
-    live.update(State(np.array([np.nan, 0, 0]), time_s=2.0))
+    assert not live.receive(State, [np.nan, 0, 0], time_s=2.0)
+    assert not live.receive(State, [9.0, 0, 0], [0, 0, 0], 2.0, -1.0, np.inf)
+    assert not live.receive(Scan, np.zeros((0, 3)), np.nan, "lidar")
+    assert not live.receive(Intruder, [0, 0, np.inf], ["x", 0, 0])
     live.update(Scan(np.zeros((0, 3)), 1.0, "radar"))
     live.update(Scan(np.zeros((0, 3)), 1.0, "lidar"))
     live.update(Scan(np.zeros((0, 3)), 0.3, "lidar"))
-    assert dict(live.counts) == {"state: not finite": 1, "scan: unknown sensor": 1}
+    at_once = {
+        "state: unusable position_m": 1,
+        "state: unusable position_std_m, attitude_std_rad": 1,
+        "scan: unusable": 1,
+        "intruder: unusable position_m, velocity_mps": 1,
+        "scan: unknown sensor": 1,
+    }
+    assert dict(live.counts) == at_once
     live.catch_up(1.0)
     live.update(Scan(np.zeros((0, 3)), 0.9, "lidar"))
     live.update(state(0.8))
@@ -53,9 +63,8 @@ def test_unusable_readings_are_counted_by_reason():
     assert dict(live.counts) == {
         "scan: no own state of its time": 2,
         "state: late or repeated": 2,
-        "state: not finite": 1,
-        "scan: unknown sensor": 1,
         "scan: late or repeated": 1,
+        **at_once,
     }
 
 
@@ -73,10 +82,9 @@ def test_readings_from_the_future_are_counted_and_shut_nothing_out():
     live = system()
     live.update(state(0.0))
     live.update(Scan(np.zeros((0, 3)), 60.0, "lidar"))
-    live.update(Scan(np.zeros((0, 3)), np.nan, "lidar"))
     live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=60.0))
     live.catch_up(0.0)
-    assert dict(live.counts) == {"scan: from the future": 2, "intruder: from the future": 1}
+    assert dict(live.counts) == {"scan: from the future": 1, "intruder: from the future": 1}
     live.update(Scan(np.zeros((0, 3)), 0.0, "lidar"))
     live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=0.5))
     situation, scan_age_s = live.situation(1.0)
@@ -85,7 +93,19 @@ def test_readings_from_the_future_are_counted_and_shut_nothing_out():
     # Whoever asks tells the time, without own states too.
     live.due(60.0)
     live.update(Scan(np.zeros((0, 3)), 60.0, "lidar"))
-    assert live.counts["scan: from the future"] == 2
+    assert live.counts["scan: from the future"] == 1
+
+
+def test_what_is_no_reading_and_no_time_is_refused():
+    live = system()
+    live.update(state(0.0))
+    with pytest.raises(ClearwayError, match="takes a State, a Scan or an Intruder, got dict"):
+        live.update({"position_m": [0, 0, 0]})
+    for ask in (live.due, live.decide, live.situation, live.catch_up):
+        for time_s in (np.nan, np.inf, 1e300, "now"):
+            with pytest.raises(ClearwayError, match="must be a number"):
+                ask(time_s)
+    assert live.decide(0.0).movements, "a question at an impossible time leaves nothing behind"
 
 
 def test_an_own_state_from_the_future_shuts_nothing_out():

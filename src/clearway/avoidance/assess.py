@@ -44,13 +44,17 @@ def assess_situation(
     situation: Situation,
     reach_set: ReachSet,
     counted: Sequence[CountedAs] | None = None,
+    *,
+    reach_m: float = 0.0,
+    horizon_s: float = 0.0,
 ) -> Assessment:
     """Fuse and rate one moment: (5.37)-(5.54), (4.17)-(4.23).
 
     counted: how each intruder of the situation is counted; None for all as the settings say.
+    reach_m, horizon_s: how far trajectories lead, where that is beyond the grid.
     """
     settings = terms.settings
-    near = in_reach(terms, situation)
+    near = in_reach(terms, situation, reach_m, horizon_s)
     intruders = intruder_cells(terms, near, counted)  # (5.36)
     evidence = gather_evidence(terms, situation, near, intruders)  # (5.38), (5.47), (5.53), (5.37)
     cells = assess_cells(

@@ -20,18 +20,25 @@ from clearway.avoidance.hazards import Cause, Hazards, MovingHazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.rules.rule import RuleNote, Ruling
 from clearway.avoidance.verify import (
+    ROUNDING_M,
     Paths,
     RoomPrice,
     Verification,
     clearances,
+    farthest_m,
     first_clear,
     path_clearance,
     paths_of,
 )
 from clearway.base.brief import brief
+from clearway.base.checks import positive
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.grid import BORDER_TOLERANCE
 from clearway.base.state import BoolArray, IntArray
+from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
 from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
 """Shares of the margin that the emergency rule steps down through."""
@@ -94,7 +101,8 @@ class Choice:
     rating: float
     """P_R of the trajectory (4.22)."""
     clearance_m: float
-    """Smallest distance to the evidence; inf without any in reach."""
+    """Smallest distance to the evidence, and never more than to what is known but out of reach;
+    inf without any."""
     limited_by: Cause
     limiting_index: int
     margin_m: float
@@ -121,7 +129,11 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedReachSet:
-    """A reach set with what every decision needs of it, worked out once."""
+    """A reach set with what every decision needs of it, worked out once.
+
+    Built for one of few start pitches; `flown_from` says where the same movements lead from the
+    attitude that the vehicle really has.
+    """
 
     reach_set: ReachSet
     paths: Paths
@@ -134,6 +146,11 @@ class PreparedReachSet:
     """[nodes] node of that first movement."""
     step_m: float
     """Length of one movement: the unit of prices."""
+    turns: AttitudeTurns
+    flyable: BoolArray
+    """[nodes] whether the path to the node's end keeps the automaton's pitch limit."""
+    reach_m: float
+    """How far from the vehicle its paths lead, at least the range of the grid."""
 
     __repr__ = brief
 
@@ -146,7 +163,9 @@ class PreparedReachSet:
         turning_radius_m: float = 0.0,
     ) -> PreparedReachSet:
         """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles."""
-        cost = stage_cost(reach_set, prices).copy()
+        cost = np.array(stage_cost(reach_set, prices), dtype=np.float64)
+        if cost.shape != (reach_set.nodes,) or not np.all(np.isfinite(cost)):
+            raise ClearwayError("stage cost: must be a finite number for every node")
         first = reach_set.movement.astype(np.int64)
         first_node = np.arange(reach_set.nodes)
         for node, parent in enumerate(reach_set.parent):
@@ -155,7 +174,43 @@ class PreparedReachSet:
                 first[node], first_node[node] = first[parent], first_node[parent]
         step_m = float(np.max(reach_set.length_m[reach_set.parent < 0]))
         loiter = loiter_circles(reach_set, turning_radius_m)
-        return cls(reach_set, paths_of(reach_set), loiter, cost, first, first_node, step_m)
+        return cls(
+            reach_set,
+            paths_of(reach_set),
+            loiter,
+            cost,
+            first,
+            first_node,
+            step_m,
+            turns_of(reach_set),
+            np.ones(reach_set.nodes, dtype=np.bool_),
+            reach_of(paths_of(reach_set), reach_set.grid.range_m),
+        )
+
+    def flown_from(
+        self, automaton: MovementAutomaton, roll_rad: float, pitch_rad: float
+    ) -> PreparedReachSet:
+        """The same trajectories from a true attitude; cells and costs of movements stay."""
+        if is_flown(self.reach_set, automaton, roll_rad, pitch_rad):
+            return self
+        flown, flyable = flown_from(self.reach_set, self.turns, automaton, roll_rad, pitch_rad)
+        return replace(
+            self,
+            reach_set=flown,
+            paths=paths_of(flown),
+            loiter=loiter_circles(flown, self.loiter.radius_m),
+            flyable=flyable,
+            reach_m=reach_of(paths_of(flown), flown.grid.range_m),
+        )
+
+
+def reach_of(paths: Paths, range_m: float) -> float:
+    """How far from the start any path comes, at least the range of the grid; what is added to the
+    margin on the way, as to the sagitta, counts."""
+    samples = paths.samples_m
+    farthest = np.sqrt(np.einsum("nsi,nsi->ns", samples, samples).max(axis=1))
+    reach_m = float((farthest + paths.sagitta_m).max())
+    return reach_m if reach_m > range_m + BORDER_TOLERANCE else range_m
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -215,7 +270,7 @@ def price_candidates(
     complete = reach_set.complete
     if goal.final:
         complete = (complete & ~arrived.reached) | arrived.first
-    nodes = np.flatnonzero(complete)
+    nodes = np.flatnonzero(complete & prepared.flyable)
     to_go_m = to_go(nodes)
     if goal.final:
         to_go_m = np.where(arrived.reached[nodes], 0.0, to_go_m)
@@ -233,6 +288,11 @@ def price_candidates(
         cost += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
+    if not np.all(np.isfinite(cost)):
+        raise ClearwayError(
+            f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
+            "finite number; stage cost, terminal cost and rating must be finite"
+        )
     ends_here = arrived.reached[nodes] & goal.final
     room_price = np.where(ends_here, 0.0, prices.no_room * step_m)
     obeys_all = np.zeros(len(nodes), dtype=np.int64)
@@ -271,8 +331,10 @@ def choose(
     """The cheapest candidate that passes, else the emergency rule.
 
     Without verification a candidate must keep out of coated cells besides. Candidates that break
-    rules come last, those that break the less important ones first.
+    rules come last, those that break the less important ones first. Raises ClearwayError for a
+    margin that is not a positive number: every trajectory would keep it.
     """
+    positive("safety margin", margin_m)
     paths = prepared.paths
     order = np.lexsort((candidates.cost_m, candidates.broken))
     ends = candidates.nodes[order]
@@ -347,6 +409,10 @@ class _Report:
         node = int(candidates.nodes[best])
         first = self.prepared.reach_set.path(node)[0]
         clearance = path_clearance(self.prepared.paths, node, self.hazards)
+        # What was left out is at least so far from any place on the path.
+        unseen_m = self.hazards.left_out_m - farthest_m(self.prepared.paths, node)
+        if unseen_m > margin_m - ROUNDING_M:
+            unseen_m = max(unseen_m, margin_m)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))
         counts = sum((np.bincount(v.causes, minlength=len(Cause)) for _, v in tried), start=0)
@@ -355,7 +421,7 @@ class _Report:
             basis=basis,
             cost_m=float(candidates.cost_m[best]),
             rating=float(assessment.node_rating[node]),
-            clearance_m=clearance.distance_m,
+            clearance_m=min(clearance.distance_m, unseen_m),
             limited_by=clearance.cause,
             limiting_index=clearance.index,
             margin_m=margin_m,

@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.brief import brief
+from clearway.base.checks import found, number_problem
 from clearway.base.compiled import compiled
+from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray, IntArray
 from clearway.reach.tree import ReachSet
@@ -44,6 +46,8 @@ class Goal(NamedTuple):
 class Prices:
     """Small prices beside the length flown, in metres of flight.
 
+    Raises InputError naming every price that is not a number from 0 to 1e9.
+
     >>> import clearway as cw
     >>> cw.Prices(risk=1.0)
     Prices(risk=1)
@@ -71,6 +75,12 @@ class Prices:
     entered without room to turn round may be a dead end."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+
+    def __post_init__(self) -> None:
+        keys = self.__slots__
+        problems = found(number_problem(key, getattr(self, key)) for key in keys)
+        if problems:
+            raise InputError("prices", problems)
 
     __repr__ = brief
 

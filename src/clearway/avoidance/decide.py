@@ -23,6 +23,7 @@ from clearway.avoidance.choice import (
     choose,
     choose_by_rules,
     price_candidates,
+    reach_of,
 )
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
@@ -33,6 +34,7 @@ from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
 from clearway.base.brief import one_line, runs
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -102,6 +104,9 @@ def decide(
 ) -> Decision:
     """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6).
 
+    Raises ClearwayError for detections of another grid, and for costs or a margin that are no
+    finite numbers.
+
     >>> import numpy as np
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
@@ -113,9 +118,16 @@ def decide(
     True
     """
     settings = planner.settings
-    prepared = planner.prepared(float(situation.state.attitude_rad[1]))
+    _check_grids(planner, situation)
+    prepared = planner.prepared_at(situation.state)
     prepared = with_slope(prepared, margin_slope(settings, situation))
-    known = assess_situation(planner, situation, prepared.reach_set)  # (4.17), (4.22), (4.23)
+    known = assess_situation(
+        planner,
+        situation,
+        prepared.reach_set,
+        reach_m=prepared.reach_m,
+        horizon_s=planner.horizon_s,
+    )  # (4.17), (4.22), (4.23)
     near, margin = known.near, known.near.margin_m
     clear = untouched(prepared.reach_set, known.cells.evidence.coated)  # def. 6
 
@@ -208,6 +220,15 @@ def _candidates(
     )
 
 
+def _check_grids(planner: Planner, situation: Situation) -> None:
+    for detection in situation.detections:
+        if detection.grid.shape != planner.grid.shape:
+            raise ClearwayError(
+                f"detection {detection.sensor}: has cells {list(detection.grid.shape)}, "
+                f"the planner's grid {list(planner.grid.shape)}"
+            )
+
+
 def _rule_view(
     planner: Planner,
     situation: Situation,
@@ -237,7 +258,8 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
     """The reach set to be verified with a margin that grows with the distance from the vehicle."""
     if slope <= 0.0:
         return prepared
-    return replace(prepared, paths=sloping(prepared.paths, slope))
+    paths = sloping(prepared.paths, slope)
+    return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
 
 
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:

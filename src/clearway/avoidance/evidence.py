@@ -41,6 +41,8 @@ from clearway.traffic.models.many import deviations_m, seen_at, speeds_mps, spre
 NO_SHAPES = no_shapes()
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
+MOST_MEASURED = 20_000
+"""Shapes of a map of which each is asked for its distance at every decision."""
 
 
 class Terms(Protocol):
@@ -87,16 +89,25 @@ class InReach(NamedTuple):
     """At the time of the state."""
 
 
-def in_reach(terms: Terms, situation: Situation) -> InReach:
-    """Bring map, returns and intruders into the grid's frame."""
+def in_reach(
+    terms: Terms, situation: Situation, reach_m: float = 0.0, horizon_s: float = 0.0
+) -> InReach:
+    """Bring map, returns and intruders into the grid's frame.
+
+    reach_m, horizon_s: how far trajectories lead in space and time; at least through the grid.
+    """
     settings, frame, range_m = terms.settings, situation.frame, terms.grid.range_m
     margin = margin_m(settings, situation)
-    widest = margin + margin_slope(settings, situation) * range_m
+    sloped_m = margin_slope(settings, situation) * range_m
+    within_m = max(range_m + sloped_m, reach_m) + margin
     intruders = seen_at(situation.intruders, situation.state, frame.world_from_grid)
+    points, points_left_out_m = _points(situation, settings, within_m)
+    shapes = _shapes_near(situation, terms.grid, within_m)
     hazards = Hazards(
-        _points(situation, settings, range_m + widest),
-        _shapes_near(situation, terms.grid, widest),
-        _moving(intruders, situation, settings, range_m / terms.speed_mps),
+        points,
+        shapes,
+        _moving(intruders, situation, settings, max(range_m / terms.speed_mps, horizon_s)),
+        min(points_left_out_m, _left_out_m(situation, shapes, within_m)),
     )
     return InReach(frame, margin, hazards, intruders)
 
@@ -152,28 +163,48 @@ def intruder_cells(
     )
 
 
-def _shapes_near(situation: Situation, grid: AvoidanceGrid, margin: float) -> Shapes:
+def _shapes_near(situation: Situation, grid: AvoidanceGrid, within_m: float) -> Shapes:
     if situation.obstacle_map is None or not len(situation.obstacle_map):
         return NO_SHAPES
-    frame = situation.frame
-    return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid, margin)
+    frame, beyond_m = situation.frame, within_m - grid.range_m
+    return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid, beyond_m)
 
 
-def _points(situation: Situation, settings: EvidenceSettings, reach_m: float) -> PointHazards:
-    """What is remembered, or else the returns at hand merged in voxels; grown by range noise."""
+def _left_out_m(situation: Situation, near: Shapes, within_m: float) -> float:
+    """At most the distance of the nearest map shape that is out of reach; inf without any."""
+    known = situation.obstacle_map
+    if known is None or len(known) == len(near.radius_m):
+        return np.inf
+    if len(known) > MOST_MEASURED:
+        return within_m
+    away = np.linalg.norm(known.shapes.center_m - situation.frame.origin_m, axis=1)
+    away -= known.shapes.bound_m
+    away[near.source] = np.inf
+    return max(within_m, float(away.min()))
+
+
+def _points(
+    situation: Situation, settings: EvidenceSettings, within_m: float
+) -> tuple[PointHazards, float]:
+    """What is remembered, or else the returns at hand merged in voxels; grown by range noise.
+
+    Beside it the distance of the nearest return that is out of reach.
+    """
+    noise_m = settings.point_sigmas * situation.range_sigma_m
+    left_out_m = np.inf
     if situation.remembered is not None:
         place = situation.frame.grid_points(situation.remembered.position_m)
         radius = situation.remembered.radius_m
     else:
         place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
         radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
-        near = np.einsum("ij,ij->i", place, place) <= (reach_m + radius) ** 2
+        away = np.sqrt(np.einsum("ij,ij->i", place, place)) - radius - noise_m
+        near = away <= within_m
+        left_out_m = float(away[~near].min(initial=np.inf))
         place, radius = place[near], radius[near]
         if settings.accuracy == "fast":
             place, radius = thin_points(place, radius, THINNING * settings.safety_margin_m)
-    return PointHazards(
-        np.ascontiguousarray(place), radius + settings.point_sigmas * situation.range_sigma_m
-    )
+    return PointHazards(np.ascontiguousarray(place), radius + noise_m), left_out_m
 
 
 def _moving(

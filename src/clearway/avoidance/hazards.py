@@ -103,6 +103,9 @@ class Hazards:
     points: PointHazards = field(default_factory=no_points)
     shapes: Shapes = field(default_factory=no_shapes)
     moving: MovingHazards = field(default_factory=nothing_moving)
+    left_out_m: float = np.inf
+    """Distance from the vehicle to the nearest thing that is known, but out of reach and not among
+    these; inf without any."""
     bins: PointBins = field(init=False, repr=False)
 
     __repr__ = brief

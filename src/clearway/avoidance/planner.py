@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import get_args
-
-import numpy as np
 
 from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
@@ -19,8 +18,10 @@ from clearway.avoidance.costs import (
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import brief, one_line
-from clearway.base.errors import ClearwayError
+from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
 from clearway.traffic.models.cells import Accuracy
@@ -58,12 +59,16 @@ class EvidenceSettings:
     def __post_init__(self) -> None:
         rating_named(self.rating)
         combine_rule_named(self.sensor_fusion)
-        for name in ("unknown", "unknown_unseen", "threshold"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
-        for name in ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise ClearwayError(f"{name}: {getattr(self, name)} is not a number >= 0")
+        shares = ("unknown", "unknown_unseen", "threshold")
+        lengths = ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas")
+        problems = found(
+            (
+                *(number_problem(key, getattr(self, key), 0.0, 1.0) for key in shares),
+                *(number_problem(key, getattr(self, key)) for key in lengths),
+            )
+        )
+        if problems:
+            raise InputError("settings", problems)
         if self.accuracy not in get_args(Accuracy):
             raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
 
@@ -87,11 +92,11 @@ class AvoidanceSettings(EvidenceSettings):
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)
-        smallest = self.smallest_object_m
-        if smallest is not None and not 0.0 < smallest < np.inf:
-            raise ClearwayError(f"smallest_object_m: {smallest} is not a number > 0")
-        if self.safety_margin_m == 0.0:
-            raise ClearwayError("safety_margin_m: must be above 0")
+        problems = [above_zero_problem("safety_margin_m", self.safety_margin_m)]
+        if self.smallest_object_m is not None:
+            problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
+        if found := [problem for problem in problems if problem]:
+            raise InputError("settings", found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +179,20 @@ class Planner:
     def speed_mps(self) -> float:
         """Fastest speed of the automaton."""
         return max(movement.speed_mps for movement in self.automaton.movements)
+
+    @cached_property
+    def horizon_s(self) -> float:
+        """How far ahead in time trajectories lead, at least what the range takes."""
+        longest = max(float(one.reach_set.end_time_s.max()) for _, one in self.prepared_sets)
+        return max(self.grid.range_m / self.speed_mps, longest)
+
+    def prepared_at(self, state: State) -> PreparedReachSet:
+        """The reach set whose start pitch is nearest, flown from the true attitude.
+
+        What is verified is then what is flown, from whatever attitude.
+        """
+        roll, pitch, _ = state.attitude_rad.tolist()
+        return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:
         """The reach set whose start pitch is nearest; the flatter one of two."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,6 +11,16 @@ from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings, Planner
 from clearway.base.brief import brief
+from clearway.base.checks import (
+    LARGEST,
+    LATEST_S,
+    above_zero_problem,
+    array_problem,
+    found,
+    number_problem,
+    vector_problem,
+)
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
@@ -25,6 +36,9 @@ PLANNED_REACH = 0.9
 @dataclass(frozen=True, eq=False)
 class Situation:
     """All that is known at the decision time, in the world frame unless said otherwise.
+
+    Raises InputError naming all that cannot be used: what is not finite or out of range would end
+    in a margin or a cost that every trajectory keeps.
 
     >>> import numpy as np
     >>> import clearway as cw
@@ -57,6 +71,31 @@ class Situation:
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
 
+    def __post_init__(self) -> None:
+        problems = found(self._problems())
+        if problems:
+            raise InputError("situation", problems)
+
+    def _problems(self) -> Iterator[str | None]:
+        yield from (
+            _kind_problem("state", [self.state], State),
+            vector_problem("target_m", self.target_m, 3),
+            None if self.next_m is None else vector_problem("next_m", self.next_m, 3),
+            None if self.from_m is None else vector_problem("from_m", self.from_m, 3),
+            above_zero_problem("reach_radius_m", self.reach_radius_m),
+            number_problem("state_age_s", self.state_age_s, 0.0, LATEST_S),
+            number_problem("unsure_m", self.unsure_m, 0.0, LARGEST * LARGEST),
+            number_problem("range_sigma_m", self.range_sigma_m),
+            _kind_problem("detections", self.detections, Detection),
+            _kind_problem("intruders", self.intruders, Intruder),
+        )
+        if self.obstacle_map is not None:
+            yield _kind_problem("obstacle_map", [self.obstacle_map], ObstacleMap)
+        if self.remembered is not None:
+            place, radius = self.remembered
+            yield array_problem("remembered.position_m", place, (None, 3))
+            yield array_problem("remembered.radius_m", radius, (len(place),), 0.0, LARGEST)
+
     __repr__ = brief
 
     @cached_property
@@ -66,13 +105,17 @@ class Situation:
 
 
 def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
-    """Safety margin grown by the uncertainty and the age of the own state."""
-    return (
+    """Safety margin grown by the uncertainty and the age of the own state; ClearwayError where that
+    is no finite number."""
+    margin = (
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
-        + settings.own_drift_mps * max(0.0, situation.state_age_s)
+        + settings.own_drift_mps * situation.state_age_s
         + situation.unsure_m
     )
+    if not 0.0 <= margin < math.inf:
+        raise ClearwayError(f"safety margin: must be a finite number, got {margin}")
+    return margin
 
 
 def margin_slope(settings: EvidenceSettings, situation: Situation) -> float:
@@ -90,6 +133,12 @@ def widest_margin_m(planner: Planner, situation: Situation) -> float:
     settings = planner.settings
     slope = margin_slope(settings, situation)
     return margin_m(settings, situation) + slope * planner.grid.range_m
+
+
+def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None:
+    """What keeps values from being all of a kind."""
+    wrong = [type(value).__name__ for value in values if not isinstance(value, kind)]
+    return f"{name}: must be of {kind.__name__}, got {', '.join(wrong)}" if wrong else None
 
 
 def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:

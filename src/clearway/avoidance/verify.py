@@ -133,6 +133,17 @@ def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
     return Clearance(distance, Cause(cause), index)
 
 
+def farthest_m(paths: Paths, node: int) -> float:
+    """How far from the start the path to the end of `node` may come."""
+    farthest = 0.0
+    while node >= 0:
+        samples = paths.samples_m[node]
+        away = float(np.sqrt(np.einsum("si,si->s", samples, samples).max()))
+        farthest = max(farthest, away + float(paths.sagitta_m[node]))
+        node = int(paths.parent[node])
+    return farthest
+
+
 def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
     """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
     summed over its movements: the measure of how bad a path is where none is good."""
@@ -183,7 +194,8 @@ def _keeps(
         if np.isnan(known[n, 0]):
             found = _node_clearance(paths, n, bins, shapes, moving, margin)
             known[n, 0], known[n, 1], known[n, 2] = found
-        if known[n, 0] < margin - ROUNDING_M:
+        # What is not a number keeps no margin.
+        if not known[n, 0] >= margin - ROUNDING_M:
             return n, int(known[n, 1]), int(known[n, 2]), known[n, 0]
     return -1, 0, -1, margin
 

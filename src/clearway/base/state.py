@@ -12,7 +12,12 @@ from clearway.base.arrays import FloatArray
 from clearway.base.arrays import IndexArray as IndexArray
 from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
+from clearway.base.checks import found, number_problem, time_problem, vector_problem
+from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
+
+MOST_RAD = 1e6
+"""No attitude is turned farther, be it counted on from turn to turn."""
 
 
 def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
@@ -27,6 +32,9 @@ def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """Own state of the vehicle (4.1), world frame, with what is known of its accuracy.
+
+    Raises InputError naming every value that cannot be used: not finite, out of range, or a
+    deviation below 0, by which some say "unknown".
 
     >>> import numpy as np
     >>> import clearway as cw
@@ -45,6 +53,17 @@ class State:
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        problems = found(
+            (
+                vector_problem("position_m", self.position_m, 3),
+                vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
+                time_problem("time_s", self.time_s),
+                number_problem("position_std_m", self.position_std_m),
+                number_problem("attitude_std_rad", self.attitude_std_rad),
+            )
+        )
+        if problems:
+            raise InputError("own state", problems)
         object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))
         object.__setattr__(self, "attitude_rad", frozen_array(self.attitude_rad, (3,)))
 

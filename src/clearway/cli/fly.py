@@ -81,7 +81,7 @@ def fly(
     folder = out or folder_of(file.mission.name)
     written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
     if as_json:
-        print_json(run.summary())
+        print_json(run.summary() | {"notes": list(setup.notes)})
     else:
         show(_in_words(run))
     say(f"wrote {', '.join(written)} to {folder}")

@@ -53,6 +53,9 @@ def show_map(
         folder = out or Path("clearway-out/map")
         _draw(maps, when, folder)
         say(f"wrote map.png to {folder}")
+    for one in maps:
+        if one.is_empty:
+            say(f"{one.source}: {one.notes[-1]}")
     if as_json:
         print_json(_as_json(maps, when))
     else:

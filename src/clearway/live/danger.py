@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.avoidance.choice import reach_of
 from clearway.avoidance.decide import Decision
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Cause
@@ -24,12 +25,13 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s)
     if not len(paths.parent):
         return None
-    near = in_reach(planner, situation)
+    sloped = sloping(paths, margin_slope(planner.settings, situation))
+    reach_m = reach_of(sloped, planner.grid.range_m)
+    near = in_reach(planner, situation, reach_m, planner.horizon_s)
     margin = near.margin_m
     # Of what intruders may do, as much as the plan was decided to keep clear of.
     share = float(plan.decision.hazards.moving.share.min(initial=1.0))
     hazards = near.hazards.keeping_clear_of(share)
-    sloped = sloping(paths, margin_slope(planner.settings, situation))
     found = path_clearance(sloped, len(paths.parent) - 1, hazards)
     # The vehicle is on the path, not on its chords.
     if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:

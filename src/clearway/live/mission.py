@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
+from clearway.base.checks import above_zero_problem, array_problem, found
 from clearway.base.errors import InputError
 from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -65,14 +66,14 @@ class Mission:
         problems = []
         if len(self.waypoints_m) < 1:
             problems.append("waypoints_m: at least one waypoint is needed")
-        if not self.reach_radius_m > 0.0:
-            problems.append(f"reach_radius_m: must be above 0, got {self.reach_radius_m}")
-        if self.pass_within_m is not None and not self.pass_within_m > 0.0:
-            problems.append(f"pass_within_m: must be above 0, got {self.pass_within_m}")
+        problems += found([above_zero_problem("reach_radius_m", self.reach_radius_m)])
+        if self.pass_within_m is not None:
+            problems += found([above_zero_problem("pass_within_m", self.pass_within_m)])
         for name in ("waypoints_m", "landing_m"):
-            if not np.all(np.isfinite(getattr(self, name))):
-                problems.append(f"{name}: coordinates must be finite numbers")
-        gaps = np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
+            if array_problem(name, getattr(self, name), (None, 3)):
+                problems.append(f"{name}: coordinates must be finite numbers, at most 1e9")
+        with np.errstate(invalid="ignore", over="ignore"):  # What is not finite is named above.
+            gaps = np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
         for index in np.flatnonzero(gaps < self.reach_radius_m):
             problems.append(
                 f"waypoints_m[{index + 1}]: {gaps[index]:.3g} m from the one before, "

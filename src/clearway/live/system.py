@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line
+from clearway.base.checks import time_problem
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.clock import Clock
@@ -28,7 +31,7 @@ from clearway.live.mission import Detour, Mission, Progress, advanced, detoured,
 from clearway.live.own_states import Flown, OwnStates
 from clearway.live.plan import Plan
 from clearway.live.range_sensing import RangeSensing
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.readings import DataLimits, Reading, reading_of
 from clearway.live.reports import reports_for
 from clearway.live.waiting import Waiting
 from clearway.live.warm_up import warm_up_moments, with_something_near
@@ -122,11 +125,29 @@ class AvoidanceSystem:
 
     # --- readings -------------------------------------------------------------------------
 
+    def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
+        """Make a reading of raw values and take it, as `update` does; returns whether it could be.
+
+        For values that nobody has looked at: what a State, Scan or Intruder refuses to be made of
+        is counted by what is wrong with it, where making it oneself would raise.
+        """
+        reading = reading_of(kind, *values, **named)
+        if isinstance(reading, str):
+            self.counts[reading] += 1
+            return False
+        self.update(reading)
+        return True
+
     def update(self, reading: Reading) -> None:
         """Take one reading; what cannot be used is counted by reason.
 
         What no time makes right is counted at once, the rest when the next question tells the time.
+        Raises ClearwayError for what is no reading at all.
         """
+        if not isinstance(reading, State | Scan | Intruder):
+            raise ClearwayError(
+                f"update: takes a State, a Scan or an Intruder, got {type(reading).__name__}"
+            )
         flaw = self._flaw_at_any_time(reading)
         if flaw:
             self.counts[flaw] += 1
@@ -137,19 +158,19 @@ class AvoidanceSystem:
             self._take(self._clock.own(overdue), asked=False)
 
     def _flaw_at_any_time(self, reading: Reading) -> str | None:
-        if isinstance(reading, State):
-            finite = np.isfinite(reading.time_s) and np.all(np.isfinite(reading.vector))
-            return None if finite else "state: not finite"
         if isinstance(reading, Scan) and reading.sensor not in self._sensing.sensors:
             return "scan: unknown sensor"
-        return None if np.isfinite(reading.time_s) else "scan: from the future"
+        return None
 
     def catch_up(self, now_s: float) -> None:
         """Take in what has come, held against the time; `due` and `decide` do so themselves."""
         self._catch_up(now_s)
 
     def _catch_up(self, told_s: float) -> float:
-        """Own time of a question, with all taken in that has come."""
+        """Own time of a question, with all taken in that has come; ClearwayError for no time."""
+        problem = time_problem("time", told_s)
+        if problem:
+            raise ClearwayError(f"question: {problem}")
         now, jumped = self._clock.ask(told_s)
         if jumped:
             self.counts[jumped] += 1
@@ -366,7 +387,7 @@ class AvoidanceSystem:
             next_m=self.progress.following(self.mission),
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
-            state_age_s=now - latest_s,
+            state_age_s=max(0.0, now - latest_s),
             unsure_m=self.planner.speed_mps * (self._clock.doubt_s + unknown_s),
         )
 

@@ -19,6 +19,8 @@ from clearway.traffic import Intruder
 INTRUDERS_AHEAD = (None, 0.5, 0.0)
 """By step, in ranges of the grid: none; one ahead; one so near that only the emergency rule is
 left."""
+TILT_RAD = 0.01
+"""More by every step: from between start pitches, trajectories are predicted anew."""
 
 
 def warm_up_moments(
@@ -28,7 +30,8 @@ def warm_up_moments(
     names = tuple(sensors)
     for step, ahead in enumerate(INTRUDERS_AHEAD):
         time_s = start.time_s + step
-        readings: list[Reading] = [replace(start, time_s=time_s)]
+        tilted = start.attitude_rad + np.array([0.0, step * TILT_RAD, 0.0])
+        readings: list[Reading] = [replace(start, attitude_rad=tilted, time_s=time_s)]
         readings += [Scan(0.4 * planner.grid.range_m * _fan(), time_s, name) for name in names]
         if ahead is not None:
             readings.append(_passing(planner, start, ahead, time_s))

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import brief
+from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
@@ -173,17 +174,16 @@ def _problems(obstacle: Obstacle) -> list[str]:
         choices = ", ".join(get_args(ObstacleShape))
         return [f"shape: {obstacle.shape!r} is none of {choices}"]
     for name in ("position_m", "orientation_rad"):
-        values = np.asarray(getattr(obstacle, name), dtype=np.float64)
-        if values.shape != (3,) or not np.all(np.isfinite(values)):
-            problems.append(f"{name}: three finite numbers are needed, got {values.tolist()}")
+        problems += found([vector_problem(name, getattr(obstacle, name), 3)])
     needed, given = SHAPE_SIZES[obstacle.shape], tuple(obstacle.size_m)
     if len(given) != needed:
         problems.append(f"size_m: a {obstacle.shape} needs {needed} lengths, got {len(given)}")
-    if not all(np.isfinite(size) and size > 0.0 for size in given):
+    if any(above_zero_problem("size_m", size) for size in given):
         problems.append(f"size_m: lengths must be positive and finite, got {list(given)}")
     radius = obstacle.radius_m
-    if not (np.isfinite(radius) and radius >= 0.0):
-        problems.append(f"radius_m: must be a finite number >= 0, got {radius}")
+    unusable = number_problem("radius_m", radius)
+    if unusable:
+        problems.append(unusable)
     elif radius == 0.0 and obstacle.shape != "cuboid":
         problems.append(f"radius_m: a {obstacle.shape} needs a radius > 0, else it has no body")
     return problems

@@ -10,8 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from clearway.base.brief import brief
+from clearway.base.checks import array_problem, found, number_problem
 from clearway.base.compiled import compiled, read_only
-from clearway.base.errors import ClearwayError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray, State, frozen_array
@@ -52,7 +53,11 @@ class Ground:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """What one scan of one sensor says of every cell."""
+    """What one scan of one sensor says of every cell.
+
+    Raises InputError naming every array that cannot be used: of the wrong shape, not finite, or
+    beyond what its numbers can be.
+    """
 
     grid: AvoidanceGrid
     sensor: str
@@ -78,6 +83,22 @@ class Detection:
     """Returns kept, outside the grid, and dropped, by reason."""
     weight: float = 1.0
     """Precision times present trust of the sensor, in (0, 1]; the rule "weighted" uses it."""
+
+    def __post_init__(self) -> None:
+        cells, columns = (self.grid.cells,), (self.grid.columns * self.grid.rows,)
+        shares = ("probability", "hindrance", "visibility")
+        problems = found(
+            (
+                *(array_problem(key, getattr(self, key), cells, 0.0, 1.0) for key in shares),
+                array_problem("hits", self.hits, cells, 0.0),
+                array_problem("beams", self.beams, columns, 0.0),
+                array_problem("points_m", self.points_m, (None, 3)),
+                array_problem("radius_m", self.radius_m, (len(self.points_m),), 0.0),
+                number_problem("weight", self.weight, 0.0, 1.0),
+            )
+        )
+        if problems:
+            raise InputError(f"detection {self.sensor}", problems)
 
     __repr__ = brief
 

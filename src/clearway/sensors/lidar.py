@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
+from clearway.base.checks import time_problem
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -106,7 +107,13 @@ class Scan:
         return html_table(repr(self), {}, sketch_from_above(marks))
 
     def __post_init__(self) -> None:
-        points = read_only(self.points_m)
+        late = time_problem("time_s", self.time_s)
+        if late:
+            raise ClearwayError(f"scan {self.sensor}: {late}")
+        try:
+            points = read_only(self.points_m)
+        except (TypeError, ValueError) as cause:
+            raise ClearwayError(f"scan {self.sensor}: points must be numbers") from cause
         if points.ndim != 2 or points.shape[1] != 3:
             raise ClearwayError(
                 f"scan {self.sensor}: points must have shape [n, 3], got {list(points.shape)}"

@@ -8,12 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearway.base.brief import brief
+from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State, frozen_array
-
-LARGEST = 1e9
-"""Nothing that is said in metres and seconds of an intruder is larger."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,37 +53,31 @@ class Intruder:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        problems: list[str] = []
+        problems = found(
+            (
+                vector_problem("position_m", self.position_m, 3),
+                vector_problem("velocity_mps", self.velocity_mps, 3),
+                vector_problem("spread_rad", self.spread_rad, 2),
+                time_problem("time_s", self.time_s),
+                number_problem("radius_m", self.radius_m),
+                number_problem("position_std_m", self.position_std_m),
+                number_problem("velocity_std_mps", self.velocity_std_mps),
+                number_problem("manoeuvre_mps2", self.manoeuvre_mps2),
+            )
+        )
+        if self.acceleration_bound_mps2 is not None:
+            bound = number_problem("acceleration_bound_mps2", self.acceleration_bound_mps2)
+            problems += found([bound])
         for key, length in (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2)):
-            try:
-                array = frozen_array(getattr(self, key), (length,))
-            except (TypeError, ValueError):
-                problems.append(f"{key}: {length} numbers are needed, got {getattr(self, key)!r}")
-                continue
-            object.__setattr__(self, key, array)
-            # Lists of three are checked faster without NumPy, and every decision checks many.
-            numbers = array.tolist()
-            if not all(abs(number) <= LARGEST for number in numbers):
-                problems.append(f"{key}: must be finite numbers, at most 1e9, got {numbers}")
-            elif key == "spread_rad" and not all(0.0 <= number < np.pi / 2 for number in numbers):
-                degrees = np.degrees(array).tolist()
-                problems.append(f"spread: must be within [0, 90) degrees, got {degrees} degrees")
-        problems += self._scalar_problems()
+            if not any(problem.startswith(key) for problem in problems):
+                object.__setattr__(self, key, frozen_array(getattr(self, key), (length,)))
+        if not any(problem.startswith("spread_rad") for problem in problems) and not all(
+            0.0 <= half_angle < np.pi / 2 for half_angle in self.spread_rad.tolist()
+        ):
+            degrees = np.degrees(self.spread_rad).tolist()
+            problems.append(f"spread: must be within [0, 90) degrees, got {degrees} degrees")
         if problems:
             raise InputError(f"intruder {self.name or self.address or '?'}", problems)
-
-    def _scalar_problems(self) -> list[str]:
-        problems = []
-        if not math.isfinite(self.time_s):
-            problems.append(f"time_s: must be a finite number, got {self.time_s!r}")
-        keys = ("radius_m", "position_std_m", "velocity_std_mps", "manoeuvre_mps2")
-        for key in (*keys, "acceleration_bound_mps2"):
-            value = getattr(self, key)
-            if value is None and key == "acceleration_bound_mps2":
-                continue
-            if not 0.0 <= value <= LARGEST:
-                problems.append(f"{key}: must be a number from 0 to 1e9, got {value!r}")
-        return problems
 
     @property
     def speed_mps(self) -> float:

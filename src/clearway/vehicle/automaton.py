@@ -95,8 +95,8 @@ class MovementAutomaton:
             raise ClearwayError("movement automaton: at least one movement is needed")
         if len(set(names)) < len(names):
             raise ClearwayError(f"movement automaton: movement names must differ, got {names}")
-        if self.pitch_limit_rad is not None and not self.pitch_limit_rad >= 0.0:
-            raise ClearwayError("movement automaton: pitch limit must be >= 0, or None")
+        if self.pitch_limit_rad is not None and not 0.0 <= self.pitch_limit_rad < np.inf:
+            raise ClearwayError("movement automaton: pitch limit must be a number >= 0, or None")
         lacking = set(names) - set(self.table.names if self.table else names)
         if lacking:
             raise ClearwayError(f"movement table lacks {', '.join(sorted(lacking))}")

@@ -14,6 +14,7 @@ from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, NAUTICAL_MILE_M
 from clearway.io.foreign import read_text
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap
+from clearway.io.maps.plausible import feature_problem
 
 RECORD = re.compile(r"[0-9A-Z]{2}-\d{6}")
 """States have numbers, other countries letters."""
@@ -119,15 +120,19 @@ def grown(
 ) -> MapFeature:
     """An obstacle grown by its accuracy codes (across, up); heights above ground and sea level."""
     above_ground, top = heights_m
-    if above_ground <= 0.0:
+    if not above_ground > 0.0:
         raise ValueError(f"height above ground {above_ground / FOOT_M:g} ft is not above 0")
     across, up = accuracy
-    return MapFeature(
+    feature = MapFeature(
         name,
         Disc(*place_deg, radius_m + HORIZONTAL_M.get(across, 0.0)),
         Height(top - above_ground, "sea level"),
         Height(top + VERTICAL_M.get(up, 0.0), "sea level"),
     )
+    problem = feature_problem(feature)
+    if problem is not None:
+        raise ValueError(problem)
+    return feature
 
 
 def _angle(
@@ -137,7 +142,7 @@ def _angle(
     if hemisphere not in signs:
         raise ValueError(f"{name}: hemisphere {hemisphere!r} is none of {signs[0]}, {signs[1]}")
     angle = _number(name, degrees) + _number(name, minutes) / 60.0 + _number(name, seconds) / 3600.0
-    if angle > limit:
+    if not angle <= limit:
         raise ValueError(f"{name} {angle:g} is not within +-{limit:g} degrees")
     return angle if hemisphere in "NE" else -angle
 

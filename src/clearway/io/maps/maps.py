@@ -27,11 +27,14 @@ from clearway.io.maps.map_features import (
     ZoneFeature,
 )
 from clearway.io.maps.placing import Bounds, Place, PlacingTally, place_features, place_floor
+from clearway.io.maps.plausible import refuse_impossible
 from clearway.io.what_file import reader_of, refuse_others
 from clearway.obstacles.obstacle import Obstacle
 
 POINT_RADIUS_M = 20.0
 """Assumed around obstacles that a file gives as mere points."""
+NOTHING_LEFT = "WARNING: nothing of this map is left"
+"""How the note begins that says so."""
 WEEK = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
 
 
@@ -78,6 +81,11 @@ class MapFile:
     """What was assumed where the file is silent; to be shown."""
 
     __repr__ = brief
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing at all is left of it: whoever flies with it flies without a map."""
+        return not (self.obstacles or self.floor or self.keep_out)
 
     @property
     def solid(self) -> tuple[Obstacle, ...]:
@@ -138,7 +146,9 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
         raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
     refuse_others(path, "map")
     with damage_told(path, "map"):
-        return reader(path, radius_m)
+        parsed = reader(path, radius_m)
+    refuse_impossible(path, parsed)
+    return parsed
 
 
 def _middle(paths: Sequence[str | Path], maps: Sequence[ParsedMap]) -> Geodetic:
@@ -195,7 +205,20 @@ def _placed(source: str, parsed: ParsedMap, place: Place) -> MapFile:
         ground=ground,
         keep_out=tuple(zones),
         counts={**parsed.counts, **tally.left_out},
-        notes=parsed.notes + notes + tally.notes(),
+        notes=parsed.notes + notes + tally.notes() + _nothing_left(obstacles, floor, zones, place),
+    )
+
+
+def _nothing_left(
+    obstacles: Sequence[Obstacle], floor: Sequence[Obstacle], zones: Sequence[KeepOut], place: Place
+) -> tuple[str, ...]:
+    """A warning where a file ends in nothing: it may be of another place, or its origin wrong."""
+    if obstacles or floor or zones:
+        return ()
+    latitude, longitude, height = place.origin
+    return (
+        f"{NOTHING_LEFT} around the origin {latitude:.6f}, {longitude:.6f} at {height:.1f} m: is "
+        "it the right map, and the right origin?",
     )
 
 

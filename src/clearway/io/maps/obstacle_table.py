@@ -13,6 +13,7 @@ from clearway.base.units import FOOT_M
 from clearway.io.foreign import read_text, unended
 from clearway.io.maps.faa_table import is_faa_table, read_faa_table
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap
+from clearway.io.maps.plausible import feature_problem
 
 COLUMNS: Mapping[str, tuple[str, ...]] = {
     "latitude": ("lat", "latitude"),
@@ -76,10 +77,15 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
         except ValueError as cause:
             problems.append(f"line {line}: {cause}")
             continue
-        if one.values.keys() & {"height", "top"}:
-            parsed.append(_feature(one, radius_m))
-        else:
+        if not one.values.keys() & {"height", "top"}:
             no_height += 1
+            continue
+        feature = _feature(one, radius_m)
+        problem = feature_problem(feature)
+        if problem is None:
+            parsed.append(feature)
+        else:
+            problems.append(f"line {line}: {problem}")
     if problems:
         raise InputError(str(path), problems)
     if not parsed:

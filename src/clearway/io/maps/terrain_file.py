@@ -13,11 +13,10 @@ from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M, US_SURVEY_FOOT_M
 from clearway.io.maps.coordinates import Projection, projection
 from clearway.io.maps.map_features import ParsedMap
+from clearway.io.maps.plausible import HIGHEST_M, LOWEST_M
 from clearway.io.maps.terrain import Terrain
 
 MOST_SAMPLES = 50_000_000
-LOWEST_M, HIGHEST_M = -500.0, 9_000.0
-"""What lies beyond is no ground: many rasters write -9999, -32768 or 3.4e38 for none, unsaid."""
 METRES = {
     "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01,
     "ft": FOOT_M, "foot": FOOT_M, "feet": FOOT_M, "international foot": FOOT_M,

@@ -37,7 +37,7 @@ def routes(
     planner: Planner, situation: Situation, prepared: PreparedReachSet | None = None
 ) -> Routes:
     """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
-    prepared = prepared or planner.prepared(float(situation.state.attitude_rad[1]))
+    prepared = prepared or planner.prepared_at(situation.state)
     reach_set = prepared.reach_set
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     arrived = arrival(reach_set, goal)

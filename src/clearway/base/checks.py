@@ -1,0 +1,98 @@
+"""Range checks of what comes in: each says in a line what is wrong, or nothing.
+
+What is not a number, not finite or out of range never gets past the edge: a margin that is not a
+number would be kept by every trajectory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.errors import ClearwayError
+
+LARGEST = 1e9
+"""Nothing that is said in metres, metres a second or radians is larger."""
+LATEST_S = 1e11
+"""No time is farther from its epoch: seconds since 1970 fit, milliseconds do not."""
+SHOWN = 60
+"""Characters of a refused value that a message repeats."""
+
+
+def number_problem(name: str, value: Any, low: float = 0.0, high: float = LARGEST) -> str | None:
+    """What keeps a value from being a number within [low, high]; NaN is within nothing."""
+    try:
+        if low <= value <= high and not isinstance(value, complex):
+            return None
+    except (TypeError, ValueError):
+        pass
+    return f"{name}: must be a number from {low:g} to {high:g}, got {_shown(value)}"
+
+
+def above_zero_problem(name: str, value: Any, high: float = LARGEST) -> str | None:
+    """What keeps a value from being a number above 0."""
+    problem = number_problem(name, value, 0.0, high)
+    return problem or (f"{name}: must be above 0, got {_shown(value)}" if value == 0.0 else None)
+
+
+def time_problem(name: str, value: Any) -> str | None:
+    """What keeps a value from being a time in seconds."""
+    return number_problem(name, value, -LATEST_S, LATEST_S)
+
+
+def vector_problem(name: str, values: Any, length: int, largest: float = LARGEST) -> str | None:
+    """What keeps values from being `length` finite numbers, none larger than `largest`."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+        numbers = array.tolist()
+        # Lists of three are checked faster without NumPy, and every decision checks many.
+        if array.shape == (length,) and all(abs(number) <= largest for number in numbers):
+            return None
+    except (TypeError, ValueError, OverflowError):
+        pass
+    finite = f"{length} finite numbers, at most {largest:g}, are needed"
+    return f"{name}: {finite}, got {_shown(values)}"
+
+
+def array_problem(
+    name: str,
+    values: npt.NDArray[Any],
+    shape: tuple[int | None, ...],
+    low: float = -LARGEST,
+    high: float = LARGEST,
+) -> str | None:
+    """What keeps an array from having a shape (None: any length) and numbers within [low, high]."""
+    wanted = [length if length is not None else "n" for length in shape]
+    found = getattr(values, "shape", None)
+    fits = found is not None and len(found) == len(shape)
+    if not fits or any(
+        asked not in (None, length) for asked, length in zip(shape, found or (), strict=True)
+    ):
+        return f"{name}: must have shape {wanted}, got {_shown(found)}"
+    try:
+        # The extremes of an array with NaN are NaN, which is within nothing.
+        if not values.size or (low <= values.min() and values.max() <= high):
+            return None
+    except (TypeError, ValueError):
+        pass
+    return f"{name}: must hold numbers from {low:g} to {high:g} only"
+
+
+def found(problems: Iterable[str | None]) -> list[str]:
+    """The problems among the outcomes of checks."""
+    return [problem for problem in problems if problem is not None]
+
+
+def positive(name: str, value: float) -> float:
+    """The value; raises ClearwayError for what is no finite number above 0."""
+    if not (isinstance(value, (int, float, np.number)) and 0.0 < value < np.inf):
+        raise ClearwayError(f"{name}: must be a finite number above 0, got {_shown(value)}")
+    return value
+
+
+def _shown(value: Any) -> str:
+    text = repr(value.tolist() if isinstance(value, np.ndarray) and value.size < 10 else value)
+    return text if len(text) <= SHOWN else text[:SHOWN] + "..."

@@ -1,0 +1,67 @@
+"""What a map may say of a place on Earth: whatever format a feature comes from, it passes here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from clearway.base.errors import InputError
+from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap
+
+LOWEST_M, HIGHEST_M = -500.0, 9_000.0
+"""Of the ground, above sea level: the shore of the Dead Sea lies at -430 m, Everest at 8,849 m.
+Many rasters write -9999, -32768 or 3.4e38 for no ground, unsaid."""
+DEEPEST_M, TOP_M = -1_000.0, 100_000.0
+"""Feet and tops of features, above whatever they are above: fill values such as -9999 and numbers
+in a wrong unit lie outside, cellars and unlimited zones inside."""
+LARGEST_RADIUS_M = 1e6
+TOLD = 10
+"""Features that an error names one by one."""
+
+
+def feature_problem(feature: MapFeature) -> str | None:
+    """Why a feature cannot be of this Earth; comparisons hold for NaN and infinities too."""
+    for end, height in (("foot", feature.low), ("top", feature.high)):
+        if not DEEPEST_M <= height.value_m <= TOP_M:
+            return (
+                f"{end} {height.value_m:g} m above {height.above} is not within "
+                f"{DEEPEST_M:g} to {TOP_M:g} m"
+            )
+    outline = feature.outline
+    if isinstance(outline, Disc):
+        if not 0.0 < outline.radius_m <= LARGEST_RADIUS_M:
+            return f"radius {outline.radius_m:g} m is not above 0 and at most {LARGEST_RADIUS_M:g}"
+        places = np.array([[outline.latitude_deg, outline.longitude_deg]])
+    else:
+        places = np.concatenate(outline.rings)
+    for name, values, limit in (
+        ("latitude", places[:, 0], 90.0),
+        ("longitude", places[:, 1], 360.0),
+    ):
+        if not np.all(np.abs(values) <= limit):
+            worst = values[~(np.abs(values) <= limit)][0]
+            return f"{name} {worst:g} is not within +-{limit:g} degrees"
+    return None
+
+
+def refuse_impossible(path: Path, parsed: ParsedMap) -> None:
+    """Raise InputError naming the features of a file that cannot be of this Earth."""
+    features = (*parsed.features, *(one for zone in parsed.zones for one in zone.features))
+    problems = [_named(feature, problem) for feature, problem in _problems(features)]
+    if problems:
+        more = len(problems) - TOLD
+        rest = [f"and {more} more"] if more > 0 else []
+        raise InputError(str(path), [*problems[:TOLD], *rest])
+
+
+def _problems(features: Iterable[MapFeature]) -> Iterable[tuple[MapFeature, str]]:
+    for feature in features:
+        problem = feature_problem(feature)
+        if problem is not None:
+            yield feature, problem
+
+
+def _named(feature: MapFeature, problem: str) -> str:
+    return f"{feature.name[:60] or 'a feature without a name'}: {problem}"
