@@ -91,7 +91,7 @@ if __name__ == "__main__":
     grid = cw.AvoidanceGrid.uniform(range_m=10.0)
     library = cw.ReachLibrary.load_or_build(cw.MovementAutomaton.plane(speed_mps=1.0), grid)
     planner = cw.Planner.of(library)
-    lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=10.0), sigma_m=0.02)
+    lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, max_range_m=10.0), sigma_m=0.02)
     mission = cw.Mission("wood", cw.State(np.zeros(3)), np.array([[60.0, 0.0, 0.0]]))
     limits = cw.SimulationSettings(seed=1, time_limit_s=200.0)
 

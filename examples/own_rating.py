@@ -55,7 +55,7 @@ if __name__ == "__main__":
     grid = cw.AvoidanceGrid.uniform(range_m=10.0)
     automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
     library = cw.ReachLibrary.load_or_build(automaton, grid)
-    lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=10.0))
+    lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, max_range_m=10.0))
     trees = cw.ObstacleMap(
         [
             cw.Obstacle.ball([9.0, 1.2, 0.0], 1.6, "left tree"),

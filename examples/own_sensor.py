@@ -151,7 +151,7 @@ if __name__ == "__main__":
         ]
     )
     lidar = cw.Lidar(
-        "lidar", cw.BeamPattern.per_cell(grid, 20, 10, max_range_m=15.0), sigma_m=0.03, dropout=0.05
+        "lidar", cw.BeamPattern.per_cell(grid, max_range_m=15.0), sigma_m=0.03, dropout=0.05
     )
     mission = cw.Mission("fog", cw.State(np.zeros(3)), np.array([[280.0, 0.0, 0.0]]), 7.5)
     runs = {}

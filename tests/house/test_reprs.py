@@ -99,7 +99,7 @@ def test_reprs_tell_what_matters(values: dict[str, Any]) -> None:
     )
     assert repr(cw.State([1.0, 2.0, 3.0], time_s=4.0)) == "State(position_m=[1, 2, 3], time_s=4)"
     assert "and 29 more" in repr(values["error"])
-    assert str(values["error"]).count("\n") >= 29
+    assert 400 < len(str(values["error"])) <= 500
 
 
 class Nesting(HTMLParser):

@@ -297,7 +297,7 @@ def test_two_speeds_and_unlike_climb_rates():
 @pytest.mark.parametrize(
     ("build", "words"),
     [
-        (lambda: build_reach_set(PLANE, GRID, "best"), "there are full, chaotic"),
+        (lambda: build_reach_set(PLANE, GRID, "best"), "valid reach set methods are full, chaotic"),
         (lambda: build_reach_set(PLANE, GRID, "chaotic", width=3), "it takes depth, spread"),
         (lambda: build_reach_set(PLANE, GRID, "chaotic", spread=0), "at least 1"),
         (lambda: build_reach_set(PLANE, GRID, "full"), "outgrows"),

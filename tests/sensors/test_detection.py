@@ -330,5 +330,5 @@ def test_impossible_sensors_are_refused(build, message):
 
 
 def test_an_unknown_rule_lists_the_known_ones():
-    with pytest.raises(ClearwayError, match="'area' is none of ratio, surface"):
+    with pytest.raises(ClearwayError, match="'area': valid detection rules are ratio or surface"):
         detect(GRID, LIDAR, Scan(np.zeros((0, 3))), rule="area")

@@ -71,7 +71,9 @@ def test_one_detection_is_itself_by_any_rule() -> None:
     one = detect(GRID, lidar("a"), simulate_scan(lidar("a"), WORLD, at(5.0)))
     for rule in COMBINE_RULES:
         assert combine_detections([one], rule).detected is one.probability
-    with pytest.raises(ClearwayError, match="valid rules are conjunction, weighted"):
+    with pytest.raises(
+        ClearwayError, match="valid sensor fusion rules are conjunction or weighted"
+    ):
         combine_detections([one], "loudest")
     with pytest.raises(ClearwayError, match="valid rules are"):
         cw.AvoidanceSettings(sensor_fusion="loudest")

@@ -17,6 +17,7 @@ from clearway.base.checks import found, number_problem
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import BoolArray, IndexArray, IntArray
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
@@ -42,6 +43,7 @@ class Goal(NamedTuple):
         return brief(self)
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class Prices:
     """Small prices beside the length flown, in metres of flight.

@@ -38,6 +38,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import BoolArray, IntArray, State
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -99,6 +100,7 @@ class Decision:
         }
 
 
+@keywords_beyond_two
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:

@@ -21,6 +21,7 @@ from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
@@ -73,6 +74,7 @@ class EvidenceSettings:
             raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class AvoidanceSettings(EvidenceSettings):
     """How decisions are taken; defaults are those of the paper's static mission.
@@ -99,6 +101,7 @@ class AvoidanceSettings(EvidenceSettings):
             raise InputError("settings", found)
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Planner:
     """What stays the same from decision to decision: reach sets, costs, settings.

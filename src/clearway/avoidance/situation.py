@@ -23,6 +23,7 @@ from clearway.base.checks import (
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.grid_frame import GridFrame
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
@@ -33,6 +34,7 @@ PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Situation:
     """All that is known at the decision time, in the world frame unless said otherwise.

@@ -18,6 +18,7 @@ from clearway.base.brief import one_line
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 
 BORDER_TOLERANCE = 1e-9
@@ -32,6 +33,7 @@ class GridEdges(NamedTuple):
     elevation_rad: FloatArray
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class AvoidanceGrid:
     """Polar cells between edges; `AvoidanceGrid.uniform` makes the usual ones.
@@ -64,6 +66,7 @@ class AvoidanceGrid:
             object.__setattr__(self, name, edges)
 
     @classmethod
+    @keywords_beyond_two
     def uniform(
         cls,
         range_m: float | tuple[float, float] = 10.0,

@@ -15,6 +15,7 @@ from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
+from clearway.base.positional import keywords_beyond_two
 
 MOST_RAD = 1e6
 """No attitude is turned farther, be it counted on from turn to turn."""
@@ -29,6 +30,7 @@ def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     return array
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """Own state of the vehicle (4.1), world frame, with what is known of its accuracy.

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli.report import NOT_REACHED, leave, print_json, say
+from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
     from clearway.mavlink.loop import Loop, Stop
@@ -156,7 +156,7 @@ def _run(
     if sys.stderr.isatty():
         say("")
     loop.end()
-    result = record.summary(report, loop.inbox, loop.outbox, rate)
+    result = sourced(record.summary(report, loop.inbox, loop.outbox, rate))
     if folder is not None:
         (folder / "summary.json").write_text(json.dumps(result, indent=2) + "\n")
     return result

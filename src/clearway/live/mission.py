@@ -14,6 +14,7 @@ from clearway.base.checks import above_zero_problem, array_problem, found
 from clearway.base.errors import InputError
 from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 
 Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
@@ -29,6 +30,7 @@ class Mode(StrEnum):
     LANDING = "landing"
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Mission:
     """Ordered waypoints (6.1), flown from a start state, then the landing points.

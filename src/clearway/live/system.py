@@ -20,6 +20,7 @@ from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.clock import Clock
 from clearway.live.danger import endangered
@@ -46,6 +47,7 @@ GROWN = 0.01
 """Share of the safety margin by which the margin must have grown to be news."""
 
 
+@keywords_beyond_two
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
 

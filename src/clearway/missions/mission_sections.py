@@ -9,7 +9,7 @@ from pydantic import Field
 from clearway.avoidance.fusion import RATINGS
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
-from clearway.missions.sections import NotNegative, Point, Positive, Share
+from clearway.missions.sections import Attitude, NotNegative, Point, Positive, Share
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
@@ -45,7 +45,7 @@ class VehicleSection(Section):
 
     position_m: Point = (0.0, 0.0, 0.0)
     """Where the flight starts, world frame."""
-    attitude_deg: Point = (0.0, 0.0, 0.0)
+    attitude_deg: Attitude = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
     speed_mps: Positive = 1.0
     """Kept throughout: the vehicle cannot hover."""

@@ -20,8 +20,10 @@ Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Point = Annotated[tuple[float, float, float], Field(strict=False)]
 Count = Annotated[int, Field(ge=1, le=1000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
+Positive = Annotated[float, Field(gt=0.0, le=1e9)]
+NotNegative = Annotated[float, Field(ge=0.0, le=1e9)]
+Turn = Annotated[float, Field(ge=-1e6, le=1e6)]
+Attitude = Annotated[tuple[Turn, Turn, Turn], Field(strict=False)]
 MOST_CELLS = 100_000
 MOST_RANGE_M = 1e6
 

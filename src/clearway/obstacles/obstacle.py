@@ -18,6 +18,7 @@ from clearway.base.checks import above_zero_problem, found, number_problem, vect
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray, frozen_array
 from clearway.obstacles.rounded_box import offset_volume, rounded_box_distance
 
@@ -46,6 +47,7 @@ class Shapes(NamedTuple):
         return brief(self)
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """One obstacle of the map (5.49), in the frame of its collection.
@@ -80,11 +82,13 @@ class Obstacle:
         object.__setattr__(self, "radius_m", float(self.radius_m))
 
     @classmethod
+    @keywords_beyond_two
     def ball(cls, position_m: npt.ArrayLike, radius_m: float, name: str = "") -> Obstacle:
         """A ball around its centre."""
         return cls("ball", _numbers(position_m), radius_m=radius_m, name=name)
 
     @classmethod
+    @keywords_beyond_two
     def line(
         cls,
         position_m: npt.ArrayLike,
@@ -98,6 +102,7 @@ class Obstacle:
         return cls("line", _numbers(position_m), orientation, (length_m,), radius_m, name)
 
     @classmethod
+    @keywords_beyond_two
     def line_between(
         cls, start_m: npt.ArrayLike, end_m: npt.ArrayLike, radius_m: float, name: str = ""
     ) -> Obstacle:
@@ -110,6 +115,7 @@ class Obstacle:
         return cls("line", 0.5 * (start + end), orientation, (length,), radius_m, name)
 
     @classmethod
+    @keywords_beyond_two
     def plane(
         cls,
         position_m: npt.ArrayLike,
@@ -123,6 +129,7 @@ class Obstacle:
         return cls("plane", _numbers(position_m), orientation, size_m, radius_m, name)
 
     @classmethod
+    @keywords_beyond_two
     def cuboid(
         cls,
         position_m: npt.ArrayLike,

@@ -11,6 +11,7 @@ from clearway.base.brief import one_line
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Obstacle, Shapes, shapes_of
 from clearway.obstacles.tree import (
@@ -22,6 +23,7 @@ from clearway.obstacles.tree import (
 )
 
 
+@keywords_beyond_two
 class ObstacleMap:
     """Any number of obstacles in the world frame; an empty map is legal. Immutable.
 

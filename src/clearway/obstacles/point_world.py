@@ -12,6 +12,7 @@ from clearway.base.brief import one_line
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ class Voxels(NamedTuple):
     """[entries, 3]; a ball stands once in every voxel that it may reach into."""
 
 
+@keywords_beyond_two
 class PointWorld:
     """Balls of one radius at points [n, 3] of the world frame; satisfies `World`.
 

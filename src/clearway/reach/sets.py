@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.variants import Variants
 from clearway.reach import covering, keep
 from clearway.reach.buffers import ByteArray
@@ -18,6 +19,7 @@ from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 
+@keywords_beyond_two
 def build_reach_set(
     automaton: MovementAutomaton,
     grid: AvoidanceGrid,

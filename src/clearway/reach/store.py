@@ -19,6 +19,7 @@ import numpy as np
 from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.positional import keywords_beyond_two
 from clearway.reach.lattice import Lattice
 from clearway.reach.sets import lattice_for, reach_set_at
 from clearway.reach.trace import reach_set_of
@@ -39,6 +40,7 @@ Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class ReachLibrary:
     """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2.
@@ -61,6 +63,7 @@ class ReachLibrary:
         return one_line("ReachLibrary", (self.method, sets, f"to {self.grid.range_m:g} m"))
 
     @classmethod
+    @keywords_beyond_two
     def build(
         cls,
         automaton: MovementAutomaton,
@@ -78,6 +81,7 @@ class ReachLibrary:
         )
 
     @classmethod
+    @keywords_beyond_two
     def load_or_build(
         cls,
         automaton: MovementAutomaton,

@@ -10,12 +10,14 @@ import numpy.typing as npt
 from clearway.base.brief import one_line
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import BoolArray, IntArray
 
 LAST_LAYER = 1
 SIDE = 2
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class ReachSet:
     """Trajectories in one grid for one start pitch (section 4.5), as a tree without its root.

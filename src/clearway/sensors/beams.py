@@ -17,9 +17,11 @@ from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class BeamPattern:
     """Directions of one sweep in the sensor frame, and the ranges that the sensor can measure.
@@ -105,6 +107,7 @@ class BeamPattern:
         return cls(name, azimuth.ravel(), elevation.ravel(), min_range_m, max_range_m, spacing_rad)
 
     @classmethod
+    @keywords_beyond_two
     def rotating(
         cls,
         elevations_deg: Sequence[float] | FloatArray,
@@ -132,6 +135,7 @@ class BeamPattern:
         )
 
     @classmethod
+    @keywords_beyond_two
     def per_cell(
         cls,
         grid: AvoidanceGrid,

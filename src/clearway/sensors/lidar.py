@@ -12,6 +12,7 @@ from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.standing import FULL, Standing
@@ -40,6 +41,7 @@ class Mounting:
         object.__setattr__(self, "body_from_sensor", rotation)
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Lidar:
     """A LiDAR: where it looks, where it sits, how well it measures.
@@ -78,6 +80,7 @@ class Lidar:
                 )
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
     """Returns of one sweep, a point cloud of scanned points (3.32), def. 14.

@@ -14,6 +14,7 @@ from typing import Generic
 import numpy as np
 
 from clearway.base.errors import ClearwayError
+from clearway.base.positional import keywords_beyond_two
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Progress, advanced
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -30,6 +31,7 @@ from clearway.sim.swept import swept_distance_m
 from clearway.vehicle.automaton import Movement
 
 
+@keywords_beyond_two
 def simulate(
     system: Pilot[D],
     world: World,

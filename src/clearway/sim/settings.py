@@ -8,12 +8,14 @@ import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
+from clearway.base.positional import keywords_beyond_two
 from clearway.sim.faults import NO_FAULTS, Faults
 
 LARGEST_STEP_S = 0.05
 """Truth is never coarser than this."""
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
     """What the simulated truth is like.

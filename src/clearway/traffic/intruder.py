@@ -11,9 +11,11 @@ from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_array
 
 
+@keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class Intruder:
     """One intruder at a time, flying straight on as far as is known (5.1).

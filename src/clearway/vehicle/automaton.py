@@ -16,6 +16,7 @@ import numpy.typing as npt
 from clearway.base.brief import brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import Trajectory
 from clearway.vehicle.model import PlaneModel, Vehicle
 from clearway.vehicle.table import MovementTable
@@ -64,6 +65,7 @@ class Movement:
         return float(np.hypot(self.pitch_rate_rps, self.yaw_rate_rps))
 
 
+@keywords_beyond_two
 @dataclass(frozen=True)
 class MovementAutomaton:
     """Movements, their limits and their predictor: (3.15), def. 12.
@@ -105,6 +107,7 @@ class MovementAutomaton:
             raise ClearwayError(f"forbidden transitions name unknown movements {sorted(unknown)}")
 
     @classmethod
+    @keywords_beyond_two
     def plane(
         cls,
         speed_mps: float = 1.0,
