@@ -13,11 +13,13 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from clearway.avoidance.assess import assess_situation
+from clearway.avoidance.choice import reach_of
 from clearway.avoidance.evidence import CountedAs
 from clearway.avoidance.fusion import CellAssessment, Rating, ReachAssessment, rating_named
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.situation import Situation
+from clearway.avoidance.verify import paths_of
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -26,6 +28,7 @@ from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import IntArray, State
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach.flown import flown_from, is_flown, turns_of
 from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.reach.tree import ReachSet
@@ -210,7 +213,14 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
     """
     reach_set = reach_set_of(scene, notice)
     situation = situation_of(scene)
-    known = assess_situation(scene, situation, reach_set, _counted(scene, reach_set))
+    known = assess_situation(
+        scene,
+        situation,
+        reach_set,
+        _counted(scene, reach_set),
+        reach_m=reach_of(paths_of(reach_set), scene.grid.range_m),
+        horizon_s=max(scene.grid.range_m / scene.speed_mps, float(reach_set.end_time_s.max())),
+    )
     evidence = known.cells.evidence
     return SceneAssessment(
         scene=scene,
@@ -268,9 +278,19 @@ def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
     nearest = min(automaton.start_pitches_rad, key=lambda start: (abs(start - wanted), abs(start)))
     if settings.method == "flying" and (pitch is None or abs(nearest - wanted) < 1e-9):
         library = ReachLibrary.load_or_build(automaton, scene.grid, notice=notice)
-        return library.nearest(wanted)
+        return _as_flown(library.nearest(wanted), automaton, scene, pitch)
     start = nearest if pitch is None else pitch
     return build_reach_set(automaton, scene.grid, settings.method, start, **settings.tuning)
+
+
+def _as_flown(
+    reach_set: ReachSet, automaton: MovementAutomaton, scene: Scene, pitch_rad: float | None
+) -> ReachSet:
+    """The trajectories as a decision takes them: from the true attitude, unless one is asked for."""
+    roll, pitch, _ = scene.state.attitude_rad.tolist()
+    if pitch_rad is not None or is_flown(reach_set, automaton, roll, pitch):
+        return reach_set
+    return flown_from(reach_set, turns_of(reach_set), automaton, roll, pitch).reach_set
 
 
 def _vehicle_times(scene: Scene, reach_set: ReachSet) -> VehicleTimes:

@@ -32,7 +32,7 @@ RAIN = 1.0
 """Returns a sweep, on average, that nothing bears out: from there on they are rain or the like."""
 
 
-class Rule(NamedTuple):
+class DoubtRule(NamedTuple):
     """How much it takes to forget."""
 
     voxel_m: float
@@ -52,7 +52,7 @@ def doubts(
     sensor: Sensor,
     before: Sensor,
     raster: BeamRaster,
-    rule: Rule,
+    rule: DoubtRule,
 ) -> FloatArray:
     """[n] doubt of each box after a sweep; from 1 on it is cleared.
 
@@ -88,7 +88,7 @@ def doubts(
 
 
 @compiled
-def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: Rule) -> float:
+def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: DoubtRule) -> float:
     """How far beams around a box must go."""
     dx = boxes.high_m[n, 0] - boxes.low_m[n, 0]
     dy = boxes.high_m[n, 1] - boxes.low_m[n, 1]

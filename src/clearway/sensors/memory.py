@@ -18,7 +18,7 @@ from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.sensors.doubt import RAIN, THINNEST_M, Rule, doubts
+from clearway.sensors.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import Sensor, beam_raster, nearest_returns, sensor_at
 from clearway.sensors.remembered import (
@@ -128,9 +128,9 @@ class PointMemory:
         return _near(self.position_m, self.radius_m, read_only(position_m), float(radius_m))
 
     @property
-    def rule(self) -> Rule:
+    def rule(self) -> DoubtRule:
         """How much it takes to forget."""
-        return Rule(
+        return DoubtRule(
             self.voxel_m,
             self.fine_m,
             float(self.passes_to_clear),

@@ -46,7 +46,7 @@ MOST_TESTED = 400
 """Boxes of a sweep that are looked at, evenly picked by their voxels."""
 
 
-class Line(NamedTuple):
+class WireLine(NamedTuple):
     """Neighbours of a box along a line."""
 
     found: bool
@@ -179,13 +179,13 @@ def _line_through(
     deviation: float,
     near: IntArray,
     off: FloatArray,
-) -> Line:
+) -> WireLine:
     """The line through a box on which most of those around it lie."""
     count = _neighbours(middles, n, order, start, keys, shift, gap, gap, near)
     if count < 0:
         count = _neighbours(middles, n, order, start, keys, shift, gap, CLOSE * gap, near)
     if count < ON_LINE:
-        return Line(False, -1, -1)
+        return WireLine(False, -1, -1)
     px, py, pz = middles[n, 0], middles[n, 1], middles[n, 2]
     # Directions from near by to far off: those far off are surer, those near by may be alone.
     for m in range(count):
@@ -193,7 +193,7 @@ def _line_through(
         off[m] = (middles[k, 0] - px) ** 2 + (middles[k, 1] - py) ** 2 + (middles[k, 2] - pz) ** 2
     ranked = np.argsort(off[:count])
     tried = min(count, MOST_DIRECTIONS)
-    best, found = Line(False, -1, -1), 0
+    best, found = WireLine(False, -1, -1), 0
     for rank in range(tried):
         k = near[ranked[count - 1 - rank * count // tried]]
         ax, ay, az = middles[k, 0] - px, middles[k, 1] - py, middles[k, 2] - pz
@@ -225,7 +225,7 @@ def _line_through(
         if length >= SLENDER * deviation and min(next_ahead, next_behind) <= even:
             ahead = ahead if next_ahead <= even else -1
             behind = behind if next_behind <= even else -1
-            best, found = Line(True, ahead, behind), on
+            best, found = WireLine(True, ahead, behind), on
     return best
 
 
