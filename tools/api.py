@@ -61,7 +61,7 @@ def page() -> str:
 
 def _told(name: str) -> Iterator[str]:
     value = getattr(clearway, name)
-    yield f"\n### `{name}`\n\n```python\n{_signature(name, value)}\n```\n\n{_doc(value)}"
+    yield f"\n### `{name}`\n\n```text\n{_signature(name, value)}\n```\n\n{_doc(value)}"
     if isinstance(value, type) and not issubclass(value, BaseException):
         yield _fields(value)
         yield _methods(name, value)

@@ -75,7 +75,7 @@ def test_one_detection_is_itself_by_any_rule() -> None:
         ClearwayError, match="valid sensor fusion rules are conjunction or weighted"
     ):
         combine_detections([one], "loudest")
-    with pytest.raises(ClearwayError, match="valid rules are"):
+    with pytest.raises(ClearwayError, match="valid sensor fusion rules are"):
         cw.AvoidanceSettings(sensor_fusion="loudest")
 
 

@@ -286,7 +286,7 @@ def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
 def _as_flown(
     reach_set: ReachSet, automaton: MovementAutomaton, scene: Scene, pitch_rad: float | None
 ) -> ReachSet:
-    """The trajectories as a decision takes them: from the true attitude, unless one is asked for."""
+    """The trajectories as decisions take them: from the true attitude, unless one is asked for."""
     roll, pitch, _ = scene.state.attitude_rad.tolist()
     if pitch_rad is not None or is_flown(reach_set, automaton, roll, pitch):
         return reach_set

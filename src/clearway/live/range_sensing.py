@@ -18,6 +18,7 @@ from clearway.live.dynamic_objects import (
     Following,
     follow,
     forget_dynamic_objects,
+    warm_up_following,
 )
 from clearway.live.readings import DataLimits
 from clearway.sensors import (
@@ -104,6 +105,12 @@ class RangeSensing:
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
         return _left_out(self._memories[scan.sensor])
+
+    def warm_up_following(self, scan: Scan, state: State) -> None:
+        """Compile what only a body in motion asks for, where such are followed."""
+        sensor = self.sensors[scan.sensor]
+        if self._following is not None and isinstance(sensor, LidarSensor):
+            warm_up_following(sensor.lidar, scan, state, self._memories[scan.sensor])
 
     def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
         """Find what moves, and leave no ghost of it behind."""

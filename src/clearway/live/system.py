@@ -285,6 +285,8 @@ class AvoidanceSystem:
                 trial.update(reading)
             trial.decide(time_s)
             trial._endangered_at(time_s)
+            for scan in (reading for reading in readings if isinstance(reading, Scan)):
+                trial._sensing.warm_up_following(scan, trial._own_states.at(time_s))
         trial._known_way(start.position_m, self.mission.goals_m[0])
 
     def decide(self, now_s: float) -> FlightDecision:

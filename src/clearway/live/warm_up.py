@@ -19,6 +19,8 @@ from clearway.traffic import Intruder
 INTRUDERS_AHEAD = (None, 0.5, 0.0)
 """By step, in ranges of the grid: none; one ahead; one so near that only the emergency rule is
 left."""
+SEEN_AT = (0.4, 0.8, 0.8)
+"""By step, in ranges of the grid: what was seen first is looked through afterwards."""
 TILT_RAD = 0.01
 """More by every step: from between start pitches, trajectories are predicted anew."""
 
@@ -32,7 +34,9 @@ def warm_up_moments(
         time_s = start.time_s + step
         tilted = start.attitude_rad + np.array([0.0, step * TILT_RAD, 0.0])
         readings: list[Reading] = [replace(start, attitude_rad=tilted, time_s=time_s)]
-        readings += [Scan(0.4 * planner.grid.range_m * _fan(), time_s, name) for name in names]
+        readings += [
+            Scan(SEEN_AT[step] * planner.grid.range_m * _fan(), time_s, name) for name in names
+        ]
         if ahead is not None:
             readings.append(_passing(planner, start, ahead, time_s))
         yield time_s, readings

@@ -12,7 +12,16 @@ from clearway.avoidance.fusion import RATINGS
 from clearway.base.variants import in_words
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
-from clearway.missions.sections import GridSection, Numbers, ObstacleSection, Point, Share, said
+from clearway.missions.sections import (
+    Attitude,
+    GridSection,
+    Numbers,
+    ObstacleSection,
+    Place,
+    Point,
+    Share,
+    said,
+)
 from clearway.reach.sets import METHODS, tuning_of
 from clearway.sensors.detection import RULES
 from clearway.traffic import Intruder
@@ -28,9 +37,9 @@ TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 class SceneVehicleSection(Section):
     """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
 
-    position_m: Point = (0.0, 0.0, 0.0)
+    position_m: Place = (0.0, 0.0, 0.0)
     """World frame."""
-    attitude_deg: Point = (0.0, 0.0, 0.0)
+    attitude_deg: Attitude = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
 
 
@@ -88,9 +97,9 @@ class ScanSection(Section):
     pattern: str = "auto"
     """Name of the sensor whose beams these are, or "auto": as the file says, else estimated from
     the points."""
-    position_m: Point | None = None
+    position_m: Place | None = None
     """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
-    attitude_deg: Point | None = None
+    attitude_deg: Attitude | None = None
     """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
     simulate: SimulateSection | None = None
     """In place of `file`."""
@@ -108,7 +117,7 @@ class ScanSection(Section):
 class IntruderSection(Section):
     """`[[intruder]]`: in the same frame as the obstacles."""
 
-    position_m: Point
+    position_m: Place
     """Where it is at the moment of decision."""
     velocity_mps: Point
     """In the same frame."""

@@ -22,6 +22,8 @@ Count = Annotated[int, Field(ge=1, le=1000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0, le=1e9)]
 NotNegative = Annotated[float, Field(ge=0.0, le=1e9)]
+Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
 Turn = Annotated[float, Field(ge=-1e6, le=1e6)]
 Attitude = Annotated[tuple[Turn, Turn, Turn], Field(strict=False)]
 MOST_CELLS = 100_000

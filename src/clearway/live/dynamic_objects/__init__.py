@@ -7,6 +7,7 @@ from clearway.live.dynamic_objects.following import (
     follow,
     forget_dynamic_objects,
     unreported,
+    warm_up_following,
 )
 from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
 
@@ -19,4 +20,5 @@ __all__ = [
     "follow",
     "forget_dynamic_objects",
     "unreported",
+    "warm_up_following",
 ]
