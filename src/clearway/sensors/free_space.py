@@ -1,0 +1,299 @@
+"""Space that was seen to be free: voxels of the world that beams crossed, remembered as one flies.
+
+What stands somewhere and what is known to be free there are two things: between them lies what
+nobody has looked at. A vehicle that cannot stop is safe only on ways through space that is known to
+be free (the free spaces of section 3.5), so whatever is not marked here counts as occupied.
+
+A beam clears what it crosses up to one voxel before the nearest return around its direction, and a
+beam without return as far as the sensor would have seen the darkest target: one return that got
+lost among others clears nothing behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.brief import brief, one_line
+from clearway.base.compiled import compiled
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray, State
+from clearway.sensors.beams import BeamPattern
+from clearway.sensors.lidar import Lidar, Scan
+from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
+from clearway.sensors.range_sensor import LidarSensor, RangeSensor
+
+Voxels = npt.NDArray[np.uint8]
+
+COLUMNS, ROWS = 256, 128
+"""Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
+STEPS_PER_VOXEL = 2.0
+"""Places looked at along a beam."""
+ROLL_WITHIN = 8
+"""The window follows once the vehicle is off its middle by this part of its width."""
+WITHIN = 0.5 - 1.0 / ROLL_WITHIN
+"""Part of the window's width that is always there on either side of the vehicle."""
+
+
+class SeenSpace(NamedTuple):
+    """What was seen to be free, as compiled loops take it."""
+
+    free: Voxels
+    """[COLUMNS, COLUMNS, ROWS] 1 where seen to be free; a voxel of the world lies at its number
+    modulo the shape."""
+    low: IntArray
+    """[3] number of the lowest voxel of the window along each axis."""
+    voxel_m: float
+    start_m: FloatArray
+    """[3] middle of a ball that the mission declares free."""
+    start_free_m: float
+    """Radius of that ball."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+NOTHING_SEEN = SeenSpace(
+    np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.uint8)[:0, :0, :0],
+    np.zeros(3, dtype=np.int64),
+    1.0,
+    np.zeros(3),
+    0.0,
+)
+"""Where no range sensor looks."""
+
+
+@compiled
+def is_free(seen: SeenSpace, x: float, y: float, z: float, radius: float) -> bool:
+    """Whether a ball in the world was seen to be free, by all voxels that its box meets."""
+    dx, dy, dz = x - seen.start_m[0], y - seen.start_m[1], z - seen.start_m[2]
+    inside = seen.start_free_m - radius
+    if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
+        return True
+    per_m = 1.0 / seen.voxel_m
+    a0, a1 = int(np.floor((x - radius) * per_m)), int(np.floor((x + radius) * per_m))
+    b0, b1 = int(np.floor((y - radius) * per_m)), int(np.floor((y + radius) * per_m))
+    c0, c1 = int(np.floor((z - radius) * per_m)), int(np.floor((z + radius) * per_m))
+    low, shape = seen.low, seen.free.shape
+    if a0 < low[0] or b0 < low[1] or c0 < low[2]:
+        return False
+    if a1 >= low[0] + shape[0] or b1 >= low[1] + shape[1] or c1 >= low[2] + shape[2]:
+        return False
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            for c in range(c0, c1 + 1):
+                if seen.free[a & (COLUMNS - 1), b & (COLUMNS - 1), c & (ROWS - 1)]:
+                    continue
+                # What the mission declares free may hold the rest of the box.
+                ex = max(abs(a * seen.voxel_m - seen.start_m[0]),
+                         abs((a + 1) * seen.voxel_m - seen.start_m[0]))
+                ey = max(abs(b * seen.voxel_m - seen.start_m[1]),
+                         abs((b + 1) * seen.voxel_m - seen.start_m[1]))
+                ez = max(abs(c * seen.voxel_m - seen.start_m[2]),
+                         abs((c + 1) * seen.voxel_m - seen.start_m[2]))
+                if ex * ex + ey * ey + ez * ez > seen.start_free_m**2:
+                    return False
+    return True
+
+
+class FreeSpace:
+    """Seen space that moves with the vehicle; what lies far behind is forgotten.
+
+    voxel_m: width of a voxel. start_m [3], start_free_m: a ball of the world that the mission
+    declares free, since nobody can look at where the vehicle stands. Raises ClearwayError for a
+    voxel that is no positive number.
+    """
+
+    def __init__(self, voxel_m: float, start_m: npt.ArrayLike, start_free_m: float = 0.0) -> None:
+        if not 0.0 < voxel_m < np.inf:
+            raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
+        self._free: Voxels = np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.uint8)
+        self._voxel_m = float(voxel_m)
+        self._start_m = np.array(start_m, dtype=np.float64)
+        self._start_free_m = float(start_free_m)
+        self._low = self._lowest(self._start_m)
+        self._patterns: dict[str, tuple[BeamPattern, BeamPattern]] = {}
+
+    def __repr__(self) -> str:
+        seen = f"{int(np.count_nonzero(self._free)):,} voxels of {self._voxel_m:g} m seen free"
+        return one_line("FreeSpace", (seen,))
+
+    @property
+    def reach_m(self) -> float:
+        """How far from the vehicle anything is marked, up and down half as far."""
+        return WITHIN * COLUMNS * self._voxel_m
+
+    @property
+    def seen(self) -> SeenSpace:
+        """As it is now; later sweeps change it."""
+        return SeenSpace(
+            self._free, self._low, self._voxel_m, self._start_m, self._start_free_m
+        )
+
+    def forget(self) -> None:
+        """All that was seen; after the own place has jumped, nobody knows where that lies."""
+        self._free[:] = 0
+        self._start_free_m = 0.0
+
+    def withdraw_start(self, position_m: FloatArray, radius_m: FloatArray) -> None:
+        """Declare the ball about the start no larger than returns [n, 3] leave it."""
+        if self._start_free_m > 0.0 and len(position_m):
+            away = np.linalg.norm(position_m - self._start_m, axis=1) - radius_m
+            self._start_free_m = float(np.clip(away.min(), 0.0, self._start_free_m))
+
+    def take(
+        self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float = 0.0
+    ) -> None:
+        """Mark what a sweep shows to be free; of sensors that are no LiDAR, what they say passes.
+
+        state: of the vehicle at the time of the sweep. tolerance_m: how far short of a return,
+        beside a voxel, it ends.
+        """
+        self._follow(state.position_m)
+        if isinstance(sensor, LidarSensor):
+            self._take_sweep(sensor.lidar, scan, state, tolerance_m)
+        else:
+            self._take_passes(sensor, scan, state, tolerance_m)
+
+    def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
+        raster = beam_raster(self._pattern(lidar))
+        _mark(
+            self._free,
+            self._low,
+            self._voxel_m,
+            raster,
+            nearest_returns(scan.points_m, raster),
+            sensor_at(lidar, state, 0.0),
+            min(self.reach_m, lidar.clears_to_m),
+            self._voxel_m + tolerance_m + 3.0 * lidar.sigma_m,
+        )
+
+    def _take_passes(
+        self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float
+    ) -> None:
+        around = np.arange(-self.reach_m, self.reach_m, self._voxel_m)
+        middle = (np.floor(state.position_m / self._voxel_m) + 0.5) * self._voxel_m
+        ball = np.stack(np.meshgrid(around, around, around, indexing="ij"), axis=-1).reshape(-1, 3)
+        places = middle + ball[np.einsum("ij,ij->i", ball, ball) <= self.reach_m**2]
+        half = np.full(len(places), 0.5 * self._voxel_m)
+        beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
+        passed = np.asarray(sensor.passes(scan, state, places, half, beyond), dtype=np.bool_)
+        a, b, c = np.floor(places[passed] / self._voxel_m).astype(np.int64).T
+        self._free[a & (COLUMNS - 1), b & (COLUMNS - 1), c & (ROWS - 1)] = 1
+
+    def _pattern(self, lidar: Lidar) -> BeamPattern:
+        """The beams, in directions no finer than voxels are at their farthest."""
+        known = self._patterns.get(lidar.name)
+        if known is None or known[0] is not lidar.pattern:
+            widest = max(lidar.pattern.spacing_rad, 0.7 * self._voxel_m / self._reach_of(lidar))
+            known = (lidar.pattern, replace(lidar.pattern, spacing_rad=widest))
+            self._patterns[lidar.name] = known
+        return known[1]
+
+    def _reach_of(self, lidar: Lidar) -> float:
+        return min(self.reach_m, lidar.clears_to_m)
+
+    def _lowest(self, position_m: FloatArray) -> IntArray:
+        middle = np.floor(position_m / self._voxel_m).astype(np.int64)
+        return np.asarray(middle - np.array(self._free.shape) // 2, dtype=np.int64)
+
+    def _follow(self, position_m: FloatArray) -> None:
+        """Let the window follow the vehicle, and clear what comes into it."""
+        wanted = self._lowest(position_m)
+        low = self._low.copy()
+        for axis, count in enumerate(self._free.shape):
+            moved = int(wanted[axis] - low[axis])
+            if abs(moved) <= count // ROLL_WITHIN:
+                continue
+            fresh = (
+                np.arange(low[axis] + count, wanted[axis] + count)
+                if moved > 0
+                else np.arange(wanted[axis], low[axis])
+            )
+            cleared = np.unique(fresh[-count:] & (count - 1))
+            at: list[slice | IntArray] = [slice(None)] * 3
+            at[axis] = cleared
+            self._free[tuple(at)] = 0
+            low[axis] = wanted[axis]
+        self._low = low
+
+
+@compiled
+def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
+    columns, rows = nearest.shape
+    by_rows = nearest.copy()
+    for j in range(columns):
+        for k in range(rows):
+            for shift in (-1, 1):
+                if 0 <= k + shift < rows:
+                    by_rows[j, k] = min(by_rows[j, k], nearest[j, k + shift])
+    around = by_rows.copy()
+    for k in range(rows):
+        sine = min(1.0, abs(raster.bottom + (k + 0.5) / raster.per_row))
+        cosine = np.sqrt(1.0 - sine * sine)
+        window = 8 if cosine * 8.0 < 1.0 else int(np.ceil(1.0 / cosine))
+        for j in range(columns):
+            for shift in range(-window, window + 1):
+                around[j, k] = min(around[j, k], by_rows[(j + shift) % columns, k])
+    return around
+
+
+@compiled
+def _mark(
+    free: Voxels,
+    low: IntArray,
+    voxel: float,
+    raster: BeamRaster,
+    nearest: FloatArray,
+    sensor: Sensor,
+    reach: float,
+    short: float,
+) -> None:
+    """Mark the voxels that a sweep crossed, bin of directions by bin."""
+    around = _nearest_around(nearest, raster)
+    columns, rows = around.shape
+    r, o = sensor.rotation, sensor.origin
+    per_m, step = 1.0 / voxel, voxel / STEPS_PER_VOXEL
+    for j in range(columns):
+        # The direction of a column by its pseudo-angle, see `passing.bin_of`.
+        turned = (j + 0.5) / raster.per_column - 2.0
+        if turned > 1.0:
+            y, ahead = 2.0 - turned, -1.0
+        elif turned < -1.0:
+            y, ahead = -2.0 - turned, -1.0
+        else:
+            y, ahead = turned, 1.0
+        x = ahead * (1.0 - abs(y))
+        level = 1.0 / np.sqrt(x * x + y * y)
+        for k in range(rows):
+            if raster.low[j, k] == np.inf:
+                continue
+            far = min(reach, around[j, k] - short)
+            sine = 0.5 * (raster.low[j, k] + raster.high[j, k])
+            cosine = level * np.sqrt(max(0.0, 1.0 - sine * sine))
+            a, b = x * cosine, y * cosine
+            dx = (r[0, 0] * a + r[0, 1] * b + r[0, 2] * sine) * per_m
+            dy = (r[1, 0] * a + r[1, 1] * b + r[1, 2] * sine) * per_m
+            dz = (r[2, 0] * a + r[2, 1] * b + r[2, 2] * sine) * per_m
+            if abs(dz) * far > WITHIN * ROWS - 1.0:
+                far = (WITHIN * ROWS - 1.0) / abs(dz)
+            first, last = int(np.ceil(sensor.min_range / step)), int(np.floor(far / step))
+            for at in range(first, last + 1):
+                s = at * step
+                u = int(np.floor(o[0] * per_m + dx * s))
+                v = int(np.floor(o[1] * per_m + dy * s))
+                w = int(np.floor(o[2] * per_m + dz * s))
+                free[u & (COLUMNS - 1), v & (COLUMNS - 1), w & (ROWS - 1)] = 1
+
+
+def free_places(seen: SeenSpace) -> tuple[FloatArray, BoolArray]:
+    """Lowest corner [3] of the window, world frame, and its voxels in order along each axis."""
+    order = [
+        (seen.low[axis] + np.arange(count)) & (count - 1)
+        for axis, count in enumerate(seen.free.shape)
+    ]
+    return seen.low * seen.voxel_m, seen.free[np.ix_(*order)].astype(np.bool_)
