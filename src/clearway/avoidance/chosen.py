@@ -29,6 +29,7 @@ class Basis(StrEnum):
     VERIFIED = "verified, though cell ratings are below the threshold"
     AGAINST_RULES = "verified, but against a rule, since nothing that obeys keeps the margin"
     NO_LOITER = "verified, but without room to circle at its end"
+    WAY_OUT = "escape: the way out in hand, since nothing else leaves one"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 
 

@@ -18,7 +18,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.escapes import Legs, Ways
-from clearway.sensors.free_space import SeenSpace, is_free
+from clearway.sensors.free_space import Voxels, is_free
 
 MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""
@@ -28,7 +28,9 @@ UNKNOWN, KEEPS, FAILS = 0, 1, 2
 class EscapeTerms(NamedTuple):
     """What an escape is held against."""
 
-    seen: SeenSpace
+    free: Voxels
+    """Of what was seen to be free, with its window."""
+    window: FloatArray
     must_see: bool
     """Whether what nobody has seen counts as occupied."""
     unseen_m: float
@@ -81,17 +83,32 @@ def pose_after(pose: FloatArray, path: FloatArray) -> FloatArray:
 @compiled
 def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
     """Whether the body stays in seen space on its way through corners, level frame."""
-    cosine, sine = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
+    return _way_was_seen(
+        corners, sagitta + terms.unseen_m, terms.origin_m, terms.yaw_rad, terms.free, terms.window
+    )
+
+
+@compiled
+def _way_was_seen(
+    corners: FloatArray,
+    radius: float,
+    origin: FloatArray,
+    yaw: float,
+    free: Voxels,
+    window: FloatArray,
+) -> bool:
+    cosine, sine = np.cos(yaw), np.sin(yaw)
     last = len(corners) - 1
+    half = 0.0
+    for s in range(last):
+        dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
+        dz = corners[s + 1, 2] - corners[s, 2]
+        half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
     for at in range(len(corners)):
-        # The middle and the end first: they are the most likely to fail.
-        s = last - at if at % 2 == 0 else at - 1
-        before = corners[s] - corners[s - 1] if s > 0 else corners[1] - corners[0]
-        half = 0.5 * np.sqrt(before[0] ** 2 + before[1] ** 2 + before[2] ** 2)
-        x = terms.origin_m[0] + cosine * corners[s, 0] - sine * corners[s, 1]
-        y = terms.origin_m[1] + sine * corners[s, 0] + cosine * corners[s, 1]
-        z = terms.origin_m[2] + corners[s, 2]
-        if not is_free(terms.seen, x, y, z, terms.unseen_m + half + sagitta):
+        s = last - at
+        x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
+        y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
+        if not is_free(free, window, x, y, origin[2] + corners[s, 2], radius + half):
             return False
     return True
 
@@ -132,16 +149,94 @@ def chain_keeps(
     movements: IntArray, start: int, pose: FloatArray, start_s: float, legs: Legs,
     terms: EscapeTerms,
 ) -> bool:
-    """Whether movements one after the other are safe, from an attitude and a pose [4]."""
-    at = start
-    for m in movements:
-        if at < 0:
+    """Whether movements one after the other are safe, from an attitude and a pose [4].
+
+    What is quick to find out is looked at first: most chains fail in what nobody has seen.
+    """
+    count = len(movements)
+    poses, at = np.empty((count + 1, 4)), np.empty(count + 1, dtype=np.int64)
+    poses[0], at[0] = pose, start
+    for n in range(count):
+        m = movements[n]
+        at[n + 1] = legs.following[at[n], m]
+        if at[n + 1] < 0:
             return False
+        _step(poses, n, legs.path[at[n], m])
+    if terms.must_see:
+        for n in range(count):
+            m = movements[n]
+            corners = corners_of(poses[n], legs.path[at[n], m])
+            if not was_seen(corners, legs.sagitta_m[at[n], m], terms):
+                return False
+    for n in range(count):
+        m = movements[n]
         end_s = start_s + legs.duration_s[m]
-        if not leg_keeps(pose, legs.path[at, m], legs.sagitta_m[at, m], start_s, end_s, terms):
+        corners = corners_of(poses[n], legs.path[at[n], m])
+        if not keeps_margin(corners, legs.sagitta_m[at[n], m], start_s, end_s, terms):
             return False
-        pose, start_s, at = pose_after(pose, legs.path[at, m]), end_s, legs.following[at, m]
-    return at >= 0
+        start_s = end_s
+    return True
+
+
+@compiled
+def _step(poses: FloatArray, n: int, path: FloatArray) -> None:
+    """Fill in the pose after the one numbered `n`."""
+    cosine, sine = np.cos(poses[n, 3]), np.sin(poses[n, 3])
+    last = len(path) - 1
+    poses[n + 1, 0] = poses[n, 0] + cosine * path[last, 0] - sine * path[last, 1]
+    poses[n + 1, 1] = poses[n, 1] + sine * path[last, 0] + cosine * path[last, 1]
+    poses[n + 1, 2] = poses[n, 2] + path[last, 2]
+    poses[n + 1, 3] = poses[n, 3] + path[last, 3]
+
+
+@compiled
+def loop_places(ways: Ways, legs: Legs) -> FloatArray:
+    """[...,  3] where each movement of each loop ends, from the loop's start at yaw 0."""
+    places = np.empty((len(ways.loop_movement), 3))
+    poses = np.empty((2, 4))
+    for loop in range(len(ways.loop_attitude)):
+        at = ways.loop_attitude[loop]
+        poses[0] = 0.0
+        for n in range(ways.loop_at[loop], ways.loop_at[loop + 1]):
+            m = ways.loop_movement[n]
+            _step(poses, 0, legs.path[at, m])
+            places[n] = poses[1, :3]
+            poses[0], at = poses[1], legs.following[at, m]
+    return places
+
+
+@compiled
+def _places_were_seen(
+    places: FloatArray,
+    first: int,
+    last: int,
+    poses: FloatArray,
+    begin: int,
+    origin: FloatArray,
+    yaw: float,
+    free: Voxels,
+    window: FloatArray,
+) -> bool:
+    """Whether places first to last of a loop were seen, those half way round first.
+
+    The loop begins at the pose [4] numbered `begin`. The places alone are looked up: quick to tell
+    that a loop leads where nobody has looked, which most do.
+    """
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    px, py = poses[begin, 0], poses[begin, 1]
+    x0, y0 = origin[0] + cosine * px - sine * py, origin[1] + sine * px + cosine * py
+    z0 = origin[2] + poses[begin, 2]
+    cosine, sine = np.cos(yaw + poses[begin, 3]), np.sin(yaw + poses[begin, 3])
+    count = last - first
+    stride = max(1, count // 4)
+    for begins in range(stride):
+        for lap in range((count - begins + stride - 1) // stride):
+            n = first + (count // 2 + begins + lap * stride) % count
+            x = x0 + cosine * places[n, 0] - sine * places[n, 1]
+            y = y0 + sine * places[n, 0] + cosine * places[n, 1]
+            if not is_free(free, window, x, y, z0 + places[n, 2], 0.0):
+                return False
+    return True
 
 
 @compiled
@@ -190,11 +285,17 @@ def movements_of(ways: Ways, escape: int) -> IntArray:
 
 @compiled
 def first_escape(
-    ways: Ways, legs: Legs, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms
+    ways: Ways,
+    legs: Legs,
+    places: FloatArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    terms: EscapeTerms,
 ) -> tuple[int, float]:
     """The first escape that is safe from an attitude and a pose [4], and its room from intruders.
 
-    Among intruders the best of a few; -1 where none is safe.
+    places: of the loops, by `loop_places`. Among intruders the best of a few; -1 where none is safe.
     """
     count = len(ways.parent)
     state = np.zeros(count, dtype=np.int8)
@@ -203,10 +304,25 @@ def first_escape(
     best, best_room, compared = -1, -np.inf, 0
     for escape in range(len(ways.begins)):
         begin = ways.begins[escape]
-        if not _begins(begin, ways, legs, poses, times, state, terms):
+        if state[begin] == UNKNOWN:
+            _look_at(begin, ways, legs, poses, times, state, terms)
+        if state[begin] == FAILS:
             continue
         loop = ways.loop[escape]
-        movements = ways.loop_movement[ways.loop_at[loop] : ways.loop_at[loop + 1]]
+        first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+        if terms.must_see and not _places_were_seen(
+            places,
+            first,
+            last,
+            poses,
+            begin,
+            terms.origin_m,
+            terms.yaw_rad,
+            terms.free,
+            terms.window,
+        ):
+            continue
+        movements = ways.loop_movement[first:last]
         if not chain_keeps(
             movements, ways.attitude[begin], poses[begin], times[begin], legs, terms
         ):
@@ -225,13 +341,16 @@ def first_escape(
 
 
 @compiled
-def _begins(
-    begin: int, ways: Ways, legs: Legs, poses: FloatArray, times: FloatArray, state: IntArray,
+def _look_at(
+    begin: int,
+    ways: Ways,
+    legs: Legs,
+    poses: FloatArray,
+    times: FloatArray,
+    state: IntArray,
     terms: EscapeTerms,
-) -> bool:
-    """Whether a beginning is safe; what is found out about it and those before it is kept."""
-    if state[begin] != UNKNOWN:
-        return bool(state[begin] == KEEPS)
+) -> None:
+    """Find out whether a beginning, and those before it, are safe."""
     way = np.empty(16, dtype=np.int64)
     depth, b = 0, begin
     while state[b] == UNKNOWN:
@@ -250,4 +369,3 @@ def _begins(
         safe = leg_keeps(poses[parent], path, sagitta, times[parent], times[b], terms)
         state[b] = KEEPS if safe else FAILS
         poses[b] = pose_after(poses[parent], path)
-    return bool(state[begin] == KEEPS)

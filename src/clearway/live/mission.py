@@ -26,6 +26,7 @@ class Mode(StrEnum):
 
     NAVIGATION = "navigation"
     AVOIDANCE = "avoidance"
+    ESCAPE = "escape"
     EMERGENCY = "emergency"
     LANDING = "landing"
 

@@ -31,9 +31,9 @@ SAME_RAD = 1e-6
 CLOSES = 1e-6
 """Of its length, by which a loop may miss its start."""
 MOST_ATTITUDES = 64
-MOST_DEPTH = 4
+MOST_DEPTH = 6
 """Movements of a beginning."""
-MOST_ESCAPES = 1200
+MOST_ESCAPES = 8000
 """From one attitude."""
 MOST_TURNS = 400
 """Movements of a loop."""
@@ -70,6 +70,8 @@ class Ways(NamedTuple):
     """[escapes] the beginning of each, the shorter ones first."""
     loop: IntArray
     """[escapes] its loop."""
+    loop_attitude: IntArray
+    """[loops] that it begins and ends with."""
     loop_at: IntArray
     """[loops + 1] where the movements of each begin."""
     loop_movement: IntArray
@@ -346,13 +348,14 @@ def _ways(
     known = {_key(np.zeros(4), start, 1.0)}
     step_m = automaton.step_m or 1.0
     chosen: list[tuple[int, int]] = []
-    numbers: dict[tuple[int, ...], int] = {}
+    numbers: dict[tuple[int, tuple[int, ...]], int] = {}
     at = 0
     while at < len(parent) and len(chosen) < MOST_ESCAPES:
         for loop in loops[attitude[at]]:
             before = "" if movement[at] < 0 else automaton.names[movement[at]]
             if (before, automaton.names[loop[0]]) not in automaton.forbidden:
-                chosen.append((at, numbers.setdefault(loop, len(numbers))))
+                which = numbers.setdefault((attitude[at], loop), len(numbers))
+                chosen.append((at, which))
         if generation[at] < MOST_DEPTH:
             for m, end in enumerate(legs.following[attitude[at]].tolist()):
                 changes = runs[at] + (m != movement[at])
@@ -375,15 +378,16 @@ def _ways(
                 generation.append(generation[at] + 1)
         at += 1
     chosen = chosen[:MOST_ESCAPES]
-    lengths = [len(loop) for loop in numbers]
+    lengths = [len(loop) for _, loop in numbers]
     return Ways(
         np.array(parent, dtype=np.int64),
         np.array(movement, dtype=np.int64),
         np.array(attitude, dtype=np.int64),
         np.array([begins for begins, _ in chosen], dtype=np.int64),
         np.array([loop for _, loop in chosen], dtype=np.int64),
+        np.array([begins for begins, _ in numbers], dtype=np.int64),
         np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
-        np.array([m for loop in numbers for m in loop], dtype=np.int64),
+        np.array([m for _, loop in numbers for m in loop], dtype=np.int64),
     )
 
 

@@ -40,64 +40,76 @@ WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 
 
 class SeenSpace(NamedTuple):
-    """What was seen to be free, as compiled loops take it."""
+    """What was seen to be free, as compiled loops take it: as few arrays as can be."""
 
     free: Voxels
     """[COLUMNS, COLUMNS, ROWS] 1 where seen to be free; a voxel of the world lies at its number
     modulo the shape."""
-    low: IntArray
-    """[3] number of the lowest voxel of the window along each axis."""
-    voxel_m: float
-    start_m: FloatArray
-    """[3] middle of a ball that the mission declares free."""
-    start_free_m: float
-    """Radius of that ball."""
+    window: FloatArray
+    """[8] number of the lowest voxel of the window along each axis, voxels per metre, and middle
+    and radius of a ball of the world that the mission declares free."""
 
     def __repr__(self) -> str:
         return brief(self)
 
+    @property
+    def voxel_m(self) -> float:
+        return 1.0 / float(self.window[3])
+
+    @property
+    def low(self) -> IntArray:
+        """[3] number of the lowest voxel along each axis."""
+        return self.window[:3].astype(np.int64)
+
 
 NOTHING_SEEN = SeenSpace(
-    np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.uint8)[:0, :0, :0],
-    np.zeros(3, dtype=np.int64),
-    1.0,
-    np.zeros(3),
-    0.0,
+    np.zeros((1, 1, 1), dtype=np.uint8), np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 )
 """Where no range sensor looks."""
 
 
 @compiled
-def is_free(seen: SeenSpace, x: float, y: float, z: float, radius: float) -> bool:
-    """Whether a ball in the world was seen to be free, by all voxels that its box meets."""
-    dx, dy, dz = x - seen.start_m[0], y - seen.start_m[1], z - seen.start_m[2]
-    inside = seen.start_free_m - radius
+def is_free(
+    free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float
+) -> bool:
+    """Whether a ball in the world was seen to be free, by all voxels that its box meets.
+
+    free, window: of a `SeenSpace`.
+    """
+    dx, dy, dz = x - window[4], y - window[5], z - window[6]
+    inside = window[7] - radius
     if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
         return True
-    per_m = 1.0 / seen.voxel_m
+    per_m = window[3]
     a0, a1 = int(np.floor((x - radius) * per_m)), int(np.floor((x + radius) * per_m))
     b0, b1 = int(np.floor((y - radius) * per_m)), int(np.floor((y + radius) * per_m))
     c0, c1 = int(np.floor((z - radius) * per_m)), int(np.floor((z + radius) * per_m))
-    low, shape = seen.low, seen.free.shape
-    if a0 < low[0] or b0 < low[1] or c0 < low[2]:
+    if a0 < window[0] or b0 < window[1] or c0 < window[2]:
         return False
-    if a1 >= low[0] + shape[0] or b1 >= low[1] + shape[1] or c1 >= low[2] + shape[2]:
+    columns, rows = free.shape[0], free.shape[2]
+    if a1 >= window[0] + columns or b1 >= window[1] + columns or c1 >= window[2] + rows:
         return False
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
             for c in range(c0, c1 + 1):
-                if seen.free[a & (COLUMNS - 1), b & (COLUMNS - 1), c & (ROWS - 1)]:
-                    continue
-                # What the mission declares free may hold the rest of the box.
-                ex = max(abs(a * seen.voxel_m - seen.start_m[0]),
-                         abs((a + 1) * seen.voxel_m - seen.start_m[0]))
-                ey = max(abs(b * seen.voxel_m - seen.start_m[1]),
-                         abs((b + 1) * seen.voxel_m - seen.start_m[1]))
-                ez = max(abs(c * seen.voxel_m - seen.start_m[2]),
-                         abs((c + 1) * seen.voxel_m - seen.start_m[2]))
-                if ex * ex + ey * ey + ez * ez > seen.start_free_m**2:
+                if not (
+                    free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
+                    or _declared(window, a, b, c)
+                ):
                     return False
     return True
+
+
+@compiled
+def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
+    """Whether a voxel lies in the ball that the mission declares free."""
+    if window[7] <= 0.0:
+        return False
+    width = 1.0 / window[3]
+    x = max(abs(a * width - window[4]), abs((a + 1) * width - window[4]))
+    y = max(abs(b * width - window[5]), abs((b + 1) * width - window[5]))
+    z = max(abs(c * width - window[6]), abs((c + 1) * width - window[6]))
+    return bool(x * x + y * y + z * z <= window[7] ** 2)
 
 
 class FreeSpace:
@@ -130,9 +142,10 @@ class FreeSpace:
     @property
     def seen(self) -> SeenSpace:
         """As it is now; later sweeps change it."""
-        return SeenSpace(
-            self._free, self._low, self._voxel_m, self._start_m, self._start_free_m
+        window = np.concatenate(
+            [self._low, [1.0 / self._voxel_m], self._start_m, [self._start_free_m]]
         )
+        return SeenSpace(self._free, window)
 
     def forget(self) -> None:
         """All that was seen; after the own place has jumped, nobody knows where that lies."""
