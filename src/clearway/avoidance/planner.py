@@ -95,6 +95,9 @@ class AvoidanceSettings(EvidenceSettings):
     without a range sensor "strict" is as "known"."""
     body_radius_m: float = 0.1
     """Distance kept from what nobody has seen."""
+    start_free_m: float | None = None
+    """Radius of the ball about the start that counts as seen to be free, since nobody can look at
+    where the vehicle stands; None for the length of a movement."""
     prices: Prices = field(default_factory=Prices)
 
     __repr__ = brief
@@ -107,6 +110,10 @@ class AvoidanceSettings(EvidenceSettings):
         ]
         if self.escape not in (*Escape,):
             problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
+        if self.escape == Escape.STRICT and self.body_radius_m == 0.0:
+            problems.append('body_radius_m: must be above 0 where escape is "strict"')
+        if self.start_free_m is not None:
+            problems.append(number_problem("start_free_m", self.start_free_m))
         if self.smallest_object_m is not None:
             problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
         if found := [problem for problem in problems if problem]:

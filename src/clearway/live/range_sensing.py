@@ -52,6 +52,17 @@ def voxel_m(margin_m: float, range_m: float) -> float:
     return float(np.clip(VOXEL_OF_MARGIN * margin_m, range_m / 60.0, range_m / 40.0))
 
 
+def free_space_for(planner: Planner, start_m: FloatArray) -> FreeSpace:
+    """Nothing seen yet, and a ball about the start that counts as free."""
+    settings = planner.settings
+    start_free_m = settings.start_free_m
+    if start_free_m is None:
+        start_free_m = planner.automaton.step_m
+    return FreeSpace(
+        voxel_m(settings.safety_margin_m, planner.grid.range_m), start_m, start_free_m
+    )
+
+
 class RangeSensing:
     """All that scans have shown up to now; the arguments are those of `live.AvoidanceSystem`."""
 
@@ -78,9 +89,7 @@ class RangeSensing:
         self.free_space: FreeSpace | None = None
         """What was seen to be free, where ways out have to lead through it."""
         if sensors and planner.settings.escape == Escape.STRICT and planner.escapes is not None:
-            self.free_space = FreeSpace(
-                voxel_m(margin, reach), start_m, planner.automaton.step_m
-            )
+            self.free_space = free_space_for(planner, start_m)
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
             MEMORY_VOXEL * margin,

@@ -35,6 +35,8 @@ STEPS_PER_VOXEL = 2.0
 """Places looked at along a beam."""
 ROLL_WITHIN = 8
 """The window follows once the vehicle is off its middle by this part of its width."""
+FINE = 0.7
+"""Of a voxel, that directions are apart at the farthest place marked."""
 WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 """Part of the window's width that is always there on either side of the vehicle."""
 
@@ -176,7 +178,6 @@ class FreeSpace:
         raster = beam_raster(self._pattern(lidar))
         _mark(
             self._free,
-            self._low,
             self._voxel_m,
             raster,
             nearest_returns(scan.points_m, raster),
@@ -258,7 +259,6 @@ def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
 @compiled
 def _mark(
     free: Voxels,
-    low: IntArray,
     voxel: float,
     raster: BeamRaster,
     nearest: FloatArray,
@@ -266,41 +266,79 @@ def _mark(
     reach: float,
     short: float,
 ) -> None:
-    """Mark the voxels that a sweep crossed, bin of directions by bin."""
+    """Mark the voxels that a sweep crossed, bin of directions by bin.
+
+    Where bins are wider than voxels, the directions between neighbouring beams are crossed too, as
+    far as all beams around them go on: what hides there is thinner than beams are apart.
+    """
     around = _nearest_around(nearest, raster)
     columns, rows = around.shape
-    r, o = sensor.rotation, sensor.origin
-    per_m, step = 1.0 / voxel, voxel / STEPS_PER_VOXEL
+    wanted = FINE * voxel / reach
+    # A column is widest amid a quarter, where it takes two units of angle for one of its measure.
+    across = int(np.ceil(2.0 / (raster.per_column * wanted)))
+    upward = int(np.ceil(1.0 / (raster.per_row * wanted)))
     for j in range(columns):
-        # The direction of a column by its pseudo-angle, see `passing.bin_of`.
-        turned = (j + 0.5) / raster.per_column - 2.0
-        if turned > 1.0:
-            y, ahead = 2.0 - turned, -1.0
-        elif turned < -1.0:
-            y, ahead = -2.0 - turned, -1.0
-        else:
-            y, ahead = turned, 1.0
-        x = ahead * (1.0 - abs(y))
-        level = 1.0 / np.sqrt(x * x + y * y)
         for k in range(rows):
             if raster.low[j, k] == np.inf:
                 continue
             far = min(reach, around[j, k] - short)
             sine = 0.5 * (raster.low[j, k] + raster.high[j, k])
-            cosine = level * np.sqrt(max(0.0, 1.0 - sine * sine))
-            a, b = x * cosine, y * cosine
-            dx = (r[0, 0] * a + r[0, 1] * b + r[0, 2] * sine) * per_m
-            dy = (r[1, 0] * a + r[1, 1] * b + r[1, 2] * sine) * per_m
-            dz = (r[2, 0] * a + r[2, 1] * b + r[2, 2] * sine) * per_m
-            if abs(dz) * far > WITHIN * ROWS - 1.0:
-                far = (WITHIN * ROWS - 1.0) / abs(dz)
-            first, last = int(np.ceil(sensor.min_range / step)), int(np.floor(far / step))
-            for at in range(first, last + 1):
-                s = at * step
-                u = int(np.floor(o[0] * per_m + dx * s))
-                v = int(np.floor(o[1] * per_m + dy * s))
-                w = int(np.floor(o[2] * per_m + dz * s))
-                free[u & (COLUMNS - 1), v & (COLUMNS - 1), w & (ROWS - 1)] = 1
+            above = sine
+            if k + 1 < rows and raster.low[j, k + 1] < np.inf:
+                above = 0.5 * (raster.low[j, k + 1] + raster.high[j, k + 1])
+            before = _has_beams(raster, (j - 1) % columns, k)
+            after = _has_beams(raster, (j + 1) % columns, k)
+            for u in range(across):
+                share = (u + 0.5) / across
+                if (share < 0.49 and not before) or (share > 0.51 and not after):
+                    continue
+                for v in range(upward if above > sine else 1):
+                    _mark_ray(
+                        free,
+                        1.0 / voxel,
+                        (j + share) / raster.per_column - 2.0,
+                        sine + (above - sine) * v / upward,
+                        far,
+                        sensor,
+                    )
+
+
+@compiled
+def _has_beams(raster: BeamRaster, column: int, row: int) -> bool:
+    """Whether there are beams in a column at about a row."""
+    for k in range(max(row - 1, 0), min(row + 2, raster.low.shape[1])):
+        if raster.low[column, k] < np.inf:
+            return True
+    return False
+
+
+@compiled
+def _mark_ray(
+    free: Voxels, per_m: float, turned: float, sine: float, far: float, sensor: Sensor
+) -> None:
+    """Mark the voxels along a direction, given by its pseudo-angle (`passing.bin_of`) and sine."""
+    if turned > 1.0:
+        y, ahead = 2.0 - turned, -1.0
+    elif turned < -1.0:
+        y, ahead = -2.0 - turned, -1.0
+    else:
+        y, ahead = turned, 1.0
+    x = ahead * (1.0 - abs(y))
+    level = np.sqrt(max(0.0, 1.0 - sine * sine) / (x * x + y * y))
+    a, b = x * level, y * level
+    r, o = sensor.rotation, sensor.origin
+    dx = (r[0, 0] * a + r[0, 1] * b + r[0, 2] * sine) * per_m
+    dy = (r[1, 0] * a + r[1, 1] * b + r[1, 2] * sine) * per_m
+    dz = (r[2, 0] * a + r[2, 1] * b + r[2, 2] * sine) * per_m
+    high = WITHIN * ROWS - 1.0
+    if abs(dz) * far > high:
+        far = high / abs(dz)
+    step = 1.0 / (STEPS_PER_VOXEL * per_m)
+    ox, oy, oz = o[0] * per_m, o[1] * per_m, o[2] * per_m
+    for at in range(int(np.ceil(sensor.min_range / step)), int(np.floor(far / step)) + 1):
+        s = at * step
+        u, v = int(np.floor(ox + dx * s)), int(np.floor(oy + dy * s))
+        free[u & (COLUMNS - 1), v & (COLUMNS - 1), int(np.floor(oz + dz * s)) & (ROWS - 1)] = 1
 
 
 def free_places(seen: SeenSpace) -> tuple[FloatArray, BoolArray]:
