@@ -130,6 +130,12 @@ class Progress:
     """Intermediate goals before the goal."""
     detours: int = 0
     """Detours begun so far."""
+    stuck_m: float | None = None
+    """Distance to the goal at which going straight for it came to nothing; None while it goes well."""
+    planned_s: float = -np.inf
+    """When the present detour was found."""
+    closed: bool = False
+    """Whether no way leads to the goal as far as is seen."""
 
     __repr__ = brief
 
@@ -197,6 +203,8 @@ def advanced(
             nearest_m=np.inf,
             nearest_s=time_s,
             detour=(),
+            stuck_m=None,
+            closed=False,
         )
     return progress
 

@@ -45,7 +45,7 @@ def escape_plan(planner: Planner, sensors: Sequence[AnySensor]) -> EscapePlan:
     return _escape_plan(planner, tuple(sensors))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=4)
 def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
     asked = planner.settings.escape
     library = planner.escapes

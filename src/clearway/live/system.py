@@ -302,5 +302,7 @@ class AvoidanceSystem:
 
     def _situation(self, now: float) -> tuple[Situation, float]:
         state = self._known.own_state(now)
-        self.progress = out_of_dead_end(self._known, state, now, self._detour)
+        last = self._plan.decision
+        escaped = last is not None and last.escapes
+        self.progress = out_of_dead_end(self._known, state, now, self._detour, escaped=escaped)
         return self._known.with_detections(state, now)

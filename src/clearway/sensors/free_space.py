@@ -21,7 +21,7 @@ from clearway.base.brief import brief, one_line
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray, State
+from clearway.base.state import IntArray, State
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
@@ -339,12 +339,3 @@ def _mark_ray(
         s = at * step
         u, v = int(np.floor(ox + dx * s)), int(np.floor(oy + dy * s))
         free[u & (COLUMNS - 1), v & (COLUMNS - 1), int(np.floor(oz + dz * s)) & (ROWS - 1)] = 1
-
-
-def free_places(seen: SeenSpace) -> tuple[FloatArray, BoolArray]:
-    """Lowest corner [3] of the window, world frame, and its voxels in order along each axis."""
-    order = [
-        (seen.low[axis] + np.arange(count)) & (count - 1)
-        for axis, count in enumerate(seen.free.shape)
-    ]
-    return seen.low * seen.voxel_m, seen.free[np.ix_(*order)].astype(np.bool_)
