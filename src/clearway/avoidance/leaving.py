@@ -104,6 +104,8 @@ class Leaving:
             yield fresh
         for share in LESSER_MARGINS:
             lesser = None if held is None else ways.holds(held, share=share)
+            if lesser is None:
+                lesser = ways.now(share=share)
             if lesser is not None:
                 yield lesser
 

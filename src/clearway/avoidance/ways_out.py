@@ -81,9 +81,9 @@ class WaysOut:
             return None
         return self._first(then, pose_after(STANDING, path), end_s, terms)
 
-    def now(self, *, strict: bool = True) -> WayOut | None:
-        """A way out that begins now."""
-        return self._first(self._start, STANDING, 0.0, self._with(strict, self._full_m))
+    def now(self, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
+        """A way out that begins now and keeps a share of the margin."""
+        return self._first(self._start, STANDING, 0.0, self._with(strict, share * self._full_m))
 
     def holds(self, way: WayOut, *, after: int | None = None, share: float = 1.0) -> WayOut | None:
         """A way out as it is known now, if it is still safe; after a movement, or from now on.
@@ -106,13 +106,26 @@ class WaysOut:
         ways = self.library.ways[start]
         if start not in self._loops:
             self._loops[start] = loop_places(ways, self._legs)
-        escape, _ = first_escape(ways, self._legs, self._loops[start], start, pose, start_s, terms)
+        escape = -1
+        for unseen_m in self._aloof(terms):
+            wary = terms._replace(unseen_m=unseen_m)
+            escape, _ = first_escape(
+                ways, self._legs, self._loops[start], start, pose, start_s, wary
+            )
+            if escape >= 0:
+                break
         if escape < 0:
             return None
         begins, loop = names_of(self.library, start, escape)
         places = self._places(self._numbers(begins + loop), start, pose)
         certain = terms.must_see or not self.strict
         return WayOut(begins, loop, terms.margin_m, certain, places)
+
+    def _aloof(self, terms: EscapeTerms) -> tuple[float, ...]:
+        """Distances from the unseen, the best first: what shows there later costs no margin then."""
+        if terms.must_see and terms.margin_m > terms.unseen_m:
+            return terms.margin_m, terms.unseen_m
+        return (terms.unseen_m,)
 
     def _with(self, strict: bool, margin_m: float) -> EscapeTerms:
         must_see = strict and self.strict

@@ -18,6 +18,8 @@ RENEWED = 0.25
 """Share of a full circle's time after which a way through seen space is looked for anew."""
 PATIENCE = 0.5
 """Share of that time without progress after which one is looked for at all."""
+MOST_TRIED = 200
+"""Places that are kept."""
 STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
@@ -69,7 +71,7 @@ def _through_seen(
             return progress
         progress = replace(progress, stuck_m=min(progress.nearest_m, distance))
     elif distance < progress.stuck_m - max(radius, planner.automaton.step_m):
-        return replace(progress, stuck_m=None, detour=(), closed=False)
+        return replace(progress, stuck_m=None, detour=(), tried_m=(), closed=False)
     elif now_s - progress.planned_s < RENEWED * turn_s:
         return progress
     route = seen_route(
@@ -80,6 +82,7 @@ def _through_seen(
         goal,
         planner.settings.safety_margin_m,
         radius,
+        progress.tried_m,
     )
     ends_at_goal = route.reaches and np.array_equal(route.corners_m[-1], goal)
     corners = route.corners_m[:-1] if ends_at_goal else route.corners_m
@@ -88,6 +91,7 @@ def _through_seen(
         detour=tuple(corners),
         detours=progress.detours + 1,
         planned_s=now_s,
+        tried_m=(*progress.tried_m[-MOST_TRIED:], state.position_m),
         closed=not route.reaches,
     )
 

@@ -134,6 +134,8 @@ class Progress:
     """Distance to the goal at which going straight for it came to nothing; None while it goes well."""
     planned_s: float = -np.inf
     """When the present detour was found."""
+    tried_m: tuple[FloatArray, ...] = ()
+    """Places [3] where a way round was looked for since then."""
     closed: bool = False
     """Whether no way leads to the goal as far as is seen."""
 
@@ -204,6 +206,7 @@ def advanced(
             nearest_s=time_s,
             detour=(),
             stuck_m=None,
+            tried_m=(),
             closed=False,
         )
     return progress

@@ -8,6 +8,7 @@ to turn is left and where it leads through the unknown, and nothing leads throug
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,8 @@ NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 5.0
 """Price of a metre within a turning radius, and within half of one, of something, beside margins."""
 VERTICAL = 2.0
 """Price of a metre up or down."""
+TRIED = 0.5
+"""Price of a metre for every time that a way was looked for there before."""
 TALL = 4.0
 """Price of a metre that nobody has seen above or below what stands: most of it stands on."""
 
@@ -62,11 +65,17 @@ def seen_route(
     goal_m: FloatArray,
     margin_m: float,
     turning_radius_m: float,
+    tried_m: Sequence[FloatArray] = (),
 ) -> SeenRoute:
-    """The cheapest way from a place to a goal, as far as is known."""
+    """The cheapest way from a place to a goal, as far as is known.
+
+    tried_m: places [3] where one was looked for before; ways past them have come to nothing.
+    """
     rooms = (margin_m, margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
     coarse = COARSE * seen.voxel_m <= OF_TURN * turning_radius_m
     cells = _cells(seen, remembered, obstacle_map, rooms, COARSE if coarse else FINE)
+    for place_m in tried_m:
+        _mark_tried(cells.price, cells.low_m, cells.width_m, place_m, rooms[2] + cells.width_m)
     start = _cell_of(cells, position_m)
     goal = _towards(cells, position_m, goal_m)
     way = _cheapest(cells.price, start, goal)
@@ -160,6 +169,21 @@ def _mark_balls(
                     dz = low[2] + (c + 0.5) * width - position[n, 2]
                     away = np.sqrt(dx * dx + dy * dy + dz * dz) - radius[n]
                     nearest[a, b, c] = min(nearest[a, b, c], away)
+
+
+@compiled
+def _mark_tried(
+    price: FloatArray, low: FloatArray, width: float, place: FloatArray, radius: float
+) -> None:
+    """Raise the price of cells about a place that was tried."""
+    reach = int(np.ceil(radius / width))
+    at = np.floor((place - low) / width).astype(np.int64)
+    for a in range(max(0, at[0] - reach), min(price.shape[0], at[0] + reach + 1)):
+        for b in range(max(0, at[1] - reach), min(price.shape[1], at[1] + reach + 1)):
+            for c in range(max(0, at[2] - reach), min(price.shape[2], at[2] + reach + 1)):
+                dx, dy, dz = a - at[0], b - at[1], c - at[2]
+                if dx * dx + dy * dy + dz * dz <= (radius / width) ** 2:
+                    price[a, b, c] += TRIED
 
 
 def _cell_of(cells: Cells, place_m: FloatArray) -> FloatArray:
