@@ -185,7 +185,14 @@ def decide(
         reach=known.reach,
         prepared=prepared,
         hazards=taken.hazards,
-        decide_within_s=_decide_within(planner, prepared, choice, near.hazards, margin),
+        decide_within_s=_decide_within(
+            planner,
+            prepared,
+            choice,
+            near.hazards,
+            margin,
+            strict=ways is not None and ways.strict,
+        ),
         intruders=names,
         way_out=taken.way_out,
         no_way_out=taken.banned,
@@ -284,20 +291,25 @@ def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
 
 
 def _decide_within(
-    planner: Planner, prepared: PreparedReachSet, choice: Choice, hazards: Hazards, margin: float
+    planner: Planner,
+    prepared: PreparedReachSet,
+    choice: Choice,
+    hazards: Hazards,
+    margin: float,
+    *,
+    strict: bool,
 ) -> float:
     """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
-    turn away inside it; with evidence in reach, at the end of the movement.
+    turn away inside it; with evidence in reach, and where a way out has to be seen, at the end of
+    the movement.
     """
     reach_set = prepared.reach_set
     first = reach_set.path(choice.node)[0]
     one_movement = float(reach_set.end_time_s[first])
-    if planner.escapes is not None:  # A way out is verified from the end of the first movement on.
-        return one_movement
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
-    if in_reach or len(hazards.moving.radius_m):
+    if in_reach or len(hazards.moving.radius_m) or strict:
         return one_movement
     reaction_m = min(planner.automaton.turning_radius_m, planner.grid.range_m) + margin
     speed = prepared.step_m / one_movement

@@ -134,7 +134,11 @@ def keeps_margin(
 
 @compiled
 def leg_keeps(
-    pose: FloatArray, path: FloatArray, sagitta: float, start_s: float, end_s: float,
+    pose: FloatArray,
+    path: FloatArray,
+    sagitta: float,
+    start_s: float,
+    end_s: float,
     terms: EscapeTerms,
 ) -> bool:
     """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
@@ -146,7 +150,11 @@ def leg_keeps(
 
 @compiled
 def chain_keeps(
-    movements: IntArray, start: int, pose: FloatArray, start_s: float, legs: Legs,
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
     terms: EscapeTerms,
 ) -> bool:
     """Whether movements one after the other are safe, from an attitude and a pose [4].
@@ -241,8 +249,13 @@ def _places_were_seen(
 
 @compiled
 def chain_room(
-    movements: IntArray, start: int, pose: FloatArray, start_s: float, legs: Legs,
-    terms: EscapeTerms, enough: float,
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
+    terms: EscapeTerms,
+    enough: float,
 ) -> float:
     """Smallest distance from intruders at equal times along movements, no more than `enough`."""
     at, best = start, enough
@@ -295,10 +308,10 @@ def first_escape(
 ) -> tuple[int, float]:
     """The first escape that is safe from an attitude and a pose [4], and its room from intruders.
 
-    places: of the loops, by `loop_places`. Among intruders the best of a few; -1 where none is safe.
+    places: of the loops, by `loop_places`. Among intruders the best of a few; -1 if none is safe.
     """
     count = len(ways.parent)
-    state = np.zeros(count, dtype=np.int8)
+    state = np.zeros(count, dtype=np.int64)
     poses, times = np.empty((count, 4)), np.empty(count)
     state[0], poses[0], times[0] = KEEPS, pose, start_s
     best, best_room, compared = -1, -np.inf, 0

@@ -37,10 +37,13 @@ class Taken:
     banned: tuple[str, ...] = ()
     """First movements after which no way out was found."""
 
+    leaves: bool = True
+    """Whether it leaves a way out, where one is asked for."""
+
     @property
     def good(self) -> bool:
-        """Whether it was verified."""
-        return self.choice.basis is not Basis.EMERGENCY
+        """Whether it was verified, and its way out too."""
+        return self.leaves and self.choice.basis is not Basis.EMERGENCY
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +60,28 @@ class Leaving:
     """The way out in hand: what would be flown from now on without this decision."""
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
-        """The best candidate that leaves a way out; where there is none, the emergency rule's."""
-        allowed, banned = self.candidates, []
-        while True:
+        """The best candidate that leaves a way out; where none does, the best that is verified, and
+        where none is, the emergency rule's."""
+        allowed, banned = self.candidates, list[str]()
+        best: Choice | None = None
+        while len(allowed.nodes):
             choice = self.choose_among(hazards, allowed)
+            best = best or choice
             if self.ways is None or choice.basis is Basis.EMERGENCY:
-                return Taken(choice, hazards, banned=tuple(banned))
+                break
             first = int(self.prepared.first_movement[choice.node])
             way = self._after(self.ways, first, strict)
             if way is not None:
                 return Taken(choice, hazards, way, banned=tuple(banned))
             banned.append(self._name(first))
             allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
-            if not len(allowed.nodes):
-                return Taken(
-                    self._last_resort(choice), hazards, banned=tuple(banned)
-                )
+        assert best is not None  # There are always candidates.
+        if self.ways is not None and best.basis is not Basis.EMERGENCY:
+            best = replace(best, basis=Basis.NO_LOITER)
+        return Taken(best, hazards, banned=tuple(banned), leaves=self.ways is None)
 
     def fall_back(self, taken: Taken, hazards: Hazards) -> Taken:
-        """What is flown where no candidate leaves a way out; `taken` is the emergency rule's."""
+        """What is flown where no candidate leaves a way out; `taken` is the best that does not."""
         ways = self.ways
         if ways is None:
             return taken
@@ -140,7 +146,3 @@ class Leaving:
         report = ChoiceReport(self.prepared, self.assessment, alone, hazards, 0)
         choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
         return Taken(choice, hazards, way.after_one, head, banned)
-
-    def _last_resort(self, choice: Choice) -> Choice:
-        """The emergency rule's choice where what keeps the margin leaves no way out."""
-        return replace(choice, basis=Basis.EMERGENCY)

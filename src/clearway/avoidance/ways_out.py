@@ -122,7 +122,7 @@ class WaysOut:
         return WayOut(begins, loop, terms.margin_m, certain, places)
 
     def _aloof(self, terms: EscapeTerms) -> tuple[float, ...]:
-        """Distances from the unseen, the best first: what shows there later costs no margin then."""
+        """Distances from the unseen, the best first: what shows there then costs no margin."""
         if terms.must_see and terms.margin_m > terms.unseen_m:
             return terms.margin_m, terms.unseen_m
         return (terms.unseen_m,)
@@ -149,4 +149,3 @@ class WaysOut:
         turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         world: FloatArray = places @ turned.T + self._terms.origin_m
         return world
-

@@ -25,7 +25,12 @@ STANDING_TURN = 12.0
 
 
 def out_of_dead_end(
-    knowledge: Knowledge, state: State, now_s: float, detour: Detour | None, *, escaped: bool = False
+    knowledge: Knowledge,
+    state: State,
+    now_s: float,
+    detour: Detour | None,
+    *,
+    escaped: bool = False,
 ) -> Progress:
     """Progress with a detour when the goal has not come nearer for long, else as it is.
 

@@ -44,6 +44,9 @@ class Plan:
         """The plan that a decision makes, flown from `now_s` on."""
         intended = MovementBuffer.of(self.automaton.chain(decision.movements), now_s)
         flown, way = intended, decision.way_out
+        first_s = intended.entries[0].duration_s
+        if way is not None and decision.decide_within_s > first_s + TIME_TOLERANCE_S:
+            way = None  # Nothing is near: it is not needed yet.
         if way is not None:
             movements = (decision.movements[0], *way.movements)
             flown = MovementBuffer.of(self.automaton.chain(movements), now_s)

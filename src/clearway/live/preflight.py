@@ -56,12 +56,16 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
         )
     if asked == Escape.MAPPED:
-        return EscapePlan(asked, asked, "the map counts as complete; unseen space is free beside it")
+        return EscapePlan(
+            asked, asked, "the map counts as complete; unseen space is free beside it"
+        )
     if asked == Escape.KNOWN:
         return EscapePlan(asked, asked, "what nobody has seen counts as free: no guarantee")
     if not sensors:
         return EscapePlan(
-            asked, Escape.KNOWN, "no range sensor sees what is free: no guarantee against the unseen"
+            asked,
+            Escape.KNOWN,
+            "no range sensor sees what is free: no guarantee against the unseen",
         )
     after = settles(planner, library, sensors)
     if after is not None:
@@ -74,9 +78,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
     return EscapePlan(asked, Escape.KNOWN, _what_lacks(planner, library, sensors))
 
 
-def settles(
-    planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]
-) -> int | None:
+def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]) -> int | None:
     """Movements straight on, where nothing stands, until there is a way out in hand for good."""
     straight = _straight(library)
     if straight is None:
@@ -109,9 +111,7 @@ def _straight(library: EscapeLibrary) -> int | None:
     return int(np.argmax(np.where(ahead, ends[:, 0], -np.inf)))
 
 
-def _what_lacks(
-    planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...]
-) -> str:
+def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...]) -> str:
     """Why no way out can be kept in hand, and which range would do."""
     lidars = [one for one in sensors if isinstance(one, Lidar)]
     reach = max((one.clears_to_m for one in lidars), default=0.0)
@@ -132,4 +132,3 @@ def _what_lacks(
         if lidars and settles(planner, library, wider) is not None:
             return f"{lacks}; a range of {factor * reach:.3g} m would do"
     return f"{lacks}; no range up to {WIDER[-1] * reach:.3g} m would do, the field of view may"
-

@@ -58,9 +58,7 @@ def free_space_for(planner: Planner, start_m: FloatArray) -> FreeSpace:
     start_free_m = settings.start_free_m
     if start_free_m is None:
         start_free_m = planner.automaton.step_m
-    return FreeSpace(
-        voxel_m(settings.safety_margin_m, planner.grid.range_m), start_m, start_free_m
-    )
+    return FreeSpace(voxel_m(settings.safety_margin_m, planner.grid.range_m), start_m, start_free_m)
 
 
 class RangeSensing:

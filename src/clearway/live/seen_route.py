@@ -17,8 +17,8 @@ from clearway.avoidance.hazards import PointHazards
 from clearway.base.arrays import BoolArray, IntArray
 from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
-from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.live.distance_field import HALF_DIAGONAL
+from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.free_space import SeenSpace, Voxels
 
 FINE, COARSE = 4, 8
@@ -84,7 +84,7 @@ def seen_route(
     corners = _corners(cells.price, way)
     places = cells.low_m + (corners[1:] + 0.5) * cells.width_m
     if np.all(goal == _cell_of(cells, goal_m)):
-        places[-1] = goal_m
+        places = np.concatenate([places[:-1], goal_m[None]])
     return SeenRoute(places, True)
 
 
@@ -137,7 +137,11 @@ def _mostly_seen(free: Voxels, low: IntArray, per_cell: int) -> BoolArray:
                     u = low[0] + a * per_cell + quarter * (1 + 2 * (eighth & 1))
                     v = low[1] + b * per_cell + quarter * (1 + (eighth & 2))
                     w = low[2] + c * per_cell + quarter * (1 + (eighth & 4) // 2)
-                    x, y, z = u & (free.shape[0] - 1), v & (free.shape[1] - 1), w & (free.shape[2] - 1)
+                    x, y, z = (
+                        u & (free.shape[0] - 1),
+                        v & (free.shape[1] - 1),
+                        w & (free.shape[2] - 1),
+                    )
                     count += free[x, y, z]
                 mostly[a, b, c] = count >= 4
     return mostly

@@ -133,9 +133,7 @@ class EscapeLibrary:
         return _legs(paths, self.attitudes + off, self.legs.following, self.automaton)
 
 
-def _attitudes(
-    automaton: MovementAutomaton, paths: MovementPaths
-) -> tuple[FloatArray, IntArray]:
+def _attitudes(automaton: MovementAutomaton, paths: MovementPaths) -> tuple[FloatArray, IntArray]:
     """Attitudes that movements lead to from level flight, and from which to which."""
     found = [(0.0, 0.0)]
     following: list[list[int]] = []

@@ -71,9 +71,7 @@ NOTHING_SEEN = SeenSpace(
 
 
 @compiled
-def is_free(
-    free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float
-) -> bool:
+def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball in the world was seen to be free, by all voxels that its box meets.
 
     free, window: of a `SeenSpace`.
@@ -160,9 +158,7 @@ class FreeSpace:
             away = np.linalg.norm(position_m - self._start_m, axis=1) - radius_m
             self._start_free_m = float(np.clip(away.min(), 0.0, self._start_free_m))
 
-    def take(
-        self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float = 0.0
-    ) -> None:
+    def take(self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float = 0.0) -> None:
         """Mark what a sweep shows to be free; of sensors that are no LiDAR, what they say passes.
 
         state: of the vehicle at the time of the sweep. tolerance_m: how far short of a return,
