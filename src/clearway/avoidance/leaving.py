@@ -89,15 +89,16 @@ class Leaving:
             flown = self._flown(way, hazards, taken.banned)
             if flown is not None:
                 return flown
-        if ways.strict:
-            known = self.choose(hazards, strict=False)
-            if known.good and known.way_out is not None:
-                return known
-            way = ways.now(strict=False)
-            flown = None if way is None else self._flown(way, hazards, taken.banned)
-            if flown is not None:
-                return flown
-        return taken
+        return self._unseen(ways, taken, hazards) if ways.strict else taken
+
+    def _unseen(self, ways: WaysOut, taken: Taken, hazards: Hazards) -> Taken:
+        """What leaves a way out if what nobody has seen is free; else what was taken."""
+        known = self.choose(hazards, strict=False)
+        if known.good:
+            return known
+        way = ways.now(strict=False)
+        flown = None if way is None else self._flown(way, hazards, taken.banned)
+        return flown or taken
 
     def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
         """Ways out that begin now, the surest first."""
@@ -119,10 +120,9 @@ class Leaving:
         """The way out after a first movement: a fresh one, or the rest of the one in hand."""
         way = ways.after(first, strict=strict)
         held = self.held
-        if way is None and held is not None and held.movements[0] == self._name(first):
-            if held.certain or not strict:
-                return ways.holds(held.after_one, after=first)
-        return way
+        if way is not None or held is None or held.movements[0] != self._name(first):
+            return way
+        return ways.holds(held.after_one, after=first) if held.certain or not strict else None
 
     def _name(self, movement: int) -> str:
         return self.prepared.reach_set.movement_names[movement]

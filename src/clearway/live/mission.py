@@ -131,7 +131,7 @@ class Progress:
     detours: int = 0
     """Detours begun so far."""
     stuck_m: float | None = None
-    """Distance to the goal at which going straight for it came to nothing; None while it goes well."""
+    """Distance to the goal at which going straight for it came to nothing; None before."""
     planned_s: float = -np.inf
     """When the present detour was found."""
     tried_m: tuple[FloatArray, ...] = ()

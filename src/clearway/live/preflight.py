@@ -56,16 +56,14 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
         )
     if asked == Escape.MAPPED:
-        return EscapePlan(
-            asked, asked, "the map counts as complete; unseen space is free beside it"
-        )
+        return EscapePlan(asked, asked, "the map counts as complete: what is unseen is free")
     if asked == Escape.KNOWN:
         return EscapePlan(asked, asked, "what nobody has seen counts as free: no guarantee")
     if not sensors:
         return EscapePlan(
             asked,
             Escape.KNOWN,
-            "no range sensor sees what is free: no guarantee against the unseen",
+            "no range sensor sees what is free: no guarantee",
         )
     after = settles(planner, library, sensors)
     if after is not None:

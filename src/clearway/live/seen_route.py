@@ -22,13 +22,13 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.free_space import SeenSpace, Voxels
 
 FINE, COARSE = 4, 8
-"""Voxels of free space along the side of a cell: for vehicles that turn in little room, and others."""
+"""Voxels of free space along a cell: for vehicles that turn in little room, and for others."""
 OF_TURN = 0.6
 """A coarse cell is at most this share of the turning radius wide."""
 UNSEEN = 2.0
 """Price of a metre that nobody has seen."""
 NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 5.0
-"""Price of a metre within a turning radius, and within half of one, of something, beside margins."""
+"""Price of a metre within a turning radius, and half of one, of something, beside the margin."""
 VERTICAL = 2.0
 """Price of a metre up or down."""
 TRIED = 0.5
@@ -95,7 +95,8 @@ def _cells(
     rooms_m: tuple[float, float, float],
     per_cell: int,
 ) -> Cells:
-    low, width = seen.low * seen.voxel_m, per_cell * seen.voxel_m
+    low: FloatArray = np.asarray(seen.low * seen.voxel_m, dtype=np.float64)
+    width = per_cell * seen.voxel_m
     was_seen = _mostly_seen(seen.free, seen.low, per_cell)
     # No gap between cells leads through a wall, however thin.
     barred_m = max(rooms_m[0], HALF_DIAGONAL * width)
@@ -300,4 +301,4 @@ def _line_price(price: FloatArray, start: FloatArray, end: FloatArray) -> float:
         b = int(np.floor(start[1] + share * dy + 0.5))
         c = int(np.floor(start[2] + share * dz + 0.5))
         total += min(price[a, b, c], 1e9)
-    return length * total / steps
+    return float(length * total / steps)

@@ -1,12 +1,12 @@
 """Ways to stay safe for ever: short beginnings, and what can be flown on and on after them.
 
-A vehicle that can stop holds its place; one that cannot flies loops that close. Loops are found, not
-written down: of all turning movements, level circles, ovals, and circles that climb on one half and
-sink on the other, which closes as exactly in less room. Whatever closes from an attitude may follow
-any beginning that leads to that attitude.
+A vehicle that can stop holds its place; one that cannot flies loops that close. Loops are found,
+not written down: of all turning movements, level circles, ovals, and circles that climb on one half
+and sink on the other, which closes as exactly in less room. Whatever closes from an attitude may
+follow any beginning that leads to that attitude.
 
-Everything is kept as movements between attitudes, not as places: `legs_at` says where they lead from
-the attitude that the vehicle really has.
+Everything is kept as movements between attitudes, not as places: `legs_at` says where they lead
+from the attitude that the vehicle really has.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ def _climbing(legs: Legs, start: int) -> Iterator[tuple[int, ...]]:
     """
     for keep, up, down in _steps(legs):
         turn = abs(legs.path[0, keep, -1, 3])
-        count = int(round(2.0 * np.pi / turn))
+        count = round(2.0 * np.pi / turn)
         if count % 2 or count > MOST_TURNS or abs(count * turn - 2.0 * np.pi) > CLOSES:
             continue
         half = count // 2
@@ -392,9 +392,13 @@ def _ways(
 def _after(pose: FloatArray, step: FloatArray) -> FloatArray:
     """Place and yaw [4] after a step [4] from a pose [4]."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
-    return pose + np.array(
-        [cosine * step[0] - sine * step[1], sine * step[0] + cosine * step[1], step[2], step[3]]
-    )
+    after: FloatArray = pose + [
+        cosine * step[0] - sine * step[1],
+        sine * step[0] + cosine * step[1],
+        step[2],
+        step[3],
+    ]
+    return after
 
 
 def _key(pose: FloatArray, attitude: int, step_m: float) -> tuple[int, ...]:
