@@ -392,12 +392,10 @@ def _ways(
 def _after(pose: FloatArray, step: FloatArray) -> FloatArray:
     """Place and yaw [4] after a step [4] from a pose [4]."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
-    after: FloatArray = pose + [
-        cosine * step[0] - sine * step[1],
-        sine * step[0] + cosine * step[1],
-        step[2],
-        step[3],
-    ]
+    after = pose.copy()
+    after[0] += cosine * step[0] - sine * step[1]
+    after[1] += sine * step[0] + cosine * step[1]
+    after[2:] += step[2:]
     return after
 
 
