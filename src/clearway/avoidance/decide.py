@@ -82,6 +82,18 @@ class Decision:
         """Whether the way out is what is flown now."""
         return self.choice.basis is Basis.WAY_OUT
 
+    @property
+    def way_out_path_m(self) -> FloatArray:
+        """[points, 3] the way out from where it begins, up to the end of its first round, world
+        frame; none where there is no way out."""
+        way = self.way_out
+        if way is None or not len(way.path_m):
+            return np.zeros((0, 3))
+        reach_set = self.prepared.reach_set
+        first = reach_set.path(self.choice.node)[0]
+        begins = self.frame.world_points(reach_set.samples_m[first, -1:])
+        return np.concatenate([begins, way.path_m])
+
     @cached_property
     def frame(self) -> GridFrame:
         """Where the avoidance grid sits."""
@@ -91,10 +103,15 @@ class Decision:
         return one_line("Decision", (runs(self.movements), *self._facts.values()))
 
     def _repr_html_(self) -> str:
-        """For notebooks: what is flown and why, and the plan and the returns from above."""
+        """For notebooks: what is flown and why, and the plan, the way out and returns from above."""
         seen = self.frame.world_points(self.hazards.points.position_m)
-        marks = [Marks(seen, "#c0392b", joined=False), Marks(self.path_m, "#d62728")]
-        return html_table(runs(self.movements), self._facts, sketch_from_above(marks))
+        marks = [
+            Marks(seen, "#c0392b", joined=False),
+            Marks(self.way_out_path_m, "#088c82", dashed=True),
+            Marks(self.path_m, "#d62728"),
+        ]
+        facts = self._facts | self._ways
+        return html_table(runs(self.movements), facts, sketch_from_above(marks))
 
     @property
     def _facts(self) -> dict[str, str]:
@@ -104,6 +121,20 @@ class Decision:
             "rating": f"rating {choice.rating:.3f}",
             "basis": str(choice.basis),
         }
+
+    @property
+    def _ways(self) -> dict[str, str]:
+        """What notebooks tell of ways out; nothing where none is asked for."""
+        told = {}
+        if self.way_out is not None:
+            way, round_ = self.way_out, f"then {runs(self.way_out.loop)} again and again"
+            kept = f"{way.margin_m:.2f} m clear"
+            unsure = "" if way.certain else ", through what nobody has seen"
+            begins = f"{runs(way.begins)}, " if way.begins else ""
+            told["way out (dashed)"] = f"{begins}{round_}; {kept}{unsure}"
+        if self.no_way_out:
+            told["no way out after"] = ", ".join(self.no_way_out)
+        return told
 
 
 @keywords_beyond_two

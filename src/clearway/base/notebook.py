@@ -26,6 +26,7 @@ class Marks(NamedTuple):
     joined: bool = True
     size: float = 1.6
     """Width of the line, or radius of a place."""
+    dashed: bool = False
 
 
 def html_table(title: str, facts: Mapping[str, object], sketch: str = "") -> str:
@@ -65,9 +66,10 @@ def sketch_from_above(marks: Sequence[Marks]) -> str:
 
 def _drawn(mark: Marks, places: Sequence[str]) -> str:
     if mark.joined:
+        dashes = ' stroke-dasharray="4 3"' if mark.dashed else ""
         return (
             f'<polyline points="{" ".join(places)}" fill="none" stroke="{mark.color}" '
-            f'stroke-width="{mark.size}"/>'
+            f'stroke-width="{mark.size}"{dashes}/>'
         )
     circles = (place.split(",") for place in places)
     return "".join(

@@ -101,7 +101,10 @@ def _flown(
     """All flights, with a progress bar."""
     from clearway.studies.comparison import fly_all
 
-    setup_of(seeds[0]).refuse_impossible()
+    first = setup_of(seeds[0])
+    first.refuse_impossible()
+    if "clearway" in names:
+        say(str(first.escape))
     flown: list[ComparedFlight] = []
     with progress_bar(
         mission, len(names) * len(seeds), beside=("count", "status"), status=names[0]

@@ -77,6 +77,8 @@ def fly(
     for note in setup.notes:
         say(note)
     setup.refuse_impossible()
+    if planner == "clearway":
+        say(str(setup.escape))
     run = flown_with_bar(setup, planner, beside)
     folder = out or folder_of(file.mission.name)
     written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
@@ -133,8 +135,19 @@ def flown_with_bar(setup: FlightSetup, planner: str, folder: Path | None = None)
             bar.show(_flown_length(setup, entry), status=status)
             if flight.mode == "emergency":
                 bar.print_above(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
+            elif flight.mode in ("escape", "hold"):
+                change = mode_change(flight)
+                if change:
+                    bar.print_above(f"[magenta]{flight.time_s:.1f} s: {change}")
 
         return setup.fly_with(planner, show, folder)
+
+
+def mode_change(flight: Steering) -> str:
+    """The change of mode that a decision made, in words; empty where it made none."""
+    from clearway.live import FlightDecision
+
+    return flight.mode_state.transition if isinstance(flight, FlightDecision) else ""
 
 
 def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
@@ -214,6 +227,8 @@ def _in_words(run: Run[Steering]) -> str:
         f"tracking           {metrics.tracking_m.mean():.2f} m on average, "
         f"{metrics.tracking_m.max():.2f} m at most",
     ]
+    if run.ways_out is not None:
+        lines.insert(-1, f"ways out           {_ways_out_in_words(run)}")
     if metrics.intruders is not None:
         traffic = metrics.intruders
         lines.append(
@@ -229,6 +244,19 @@ def _in_words(run: Run[Steering]) -> str:
             "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())
         )
     return "\n".join(lines)
+
+
+def _ways_out_in_words(run: Run[Steering]) -> str:
+    """Which ways out were kept in hand, from when on, and how often there was none."""
+    summary = run.summary()
+    plan, begins, without = run.ways_out, summary["way_out_from_s"], summary["without_way_out"]
+    assert plan is not None
+    flown = f"{plan.flown}" if plan.flown == plan.asked else f"{plan.asked} asked, {plan.flown}"
+    if plan.flown == "off":
+        return flown
+    if begins is None:
+        return f"{flown}; none was ever in hand"
+    return f"{flown}; in hand from {begins:.1f} s on, {without} decisions after that without one"
 
 
 def _straight_in_words(straight: IntruderDistances) -> str:

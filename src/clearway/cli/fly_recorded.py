@@ -58,6 +58,7 @@ def fly_recorded(
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
         say(note)
+    say(str(found.setup.escape))
     result = in_place_result(found, recording.clock)
     folder = out or folder_of(found.file.mission.name)
     written = _write(found, result, folder)

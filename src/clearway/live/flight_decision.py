@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import Decision
 from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table
 from clearway.base.state import State
 from clearway.live.mission import Mode
+from clearway.live.modes import ModeState
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,8 @@ class FlightDecision:
     """A decision with the mission's mode and an explanation in words."""
 
     time_s: float
-    mode: Mode
+    mode_state: ModeState
+    """The mode, why it is that one, and which one it was before."""
     goal: int
     """Index of the goal flown to."""
     decision: Decision
@@ -35,9 +36,19 @@ class FlightDecision:
 
     def _repr_html_(self) -> str:
         """For notebooks: the decision, with its explanation."""
-        return html_table(f"{self.time_s:g} s", {"why": self.explanation}) + (
+        return html_table(f"{self.time_s:g} s, {self.mode}", self._reasons) + (
             self.decision._repr_html_()
         )
+
+    @property
+    def _reasons(self) -> dict[str, str]:
+        changed = self.mode_state.transition
+        return ({"mode": changed} if changed else {}) | {"why": self.explanation}
+
+    @property
+    def mode(self) -> Mode:
+        """What the vehicle is doing."""
+        return self.mode_state.mode
 
     @property
     def state(self) -> State:
@@ -48,16 +59,3 @@ class FlightDecision:
     def movements(self) -> tuple[str, ...]:
         """The movement buffer to execute."""
         return self.decision.movements
-
-
-def mode_of(decision: Decision, *, landing: bool) -> Mode:
-    """The mode that a decision puts the mission in; landing: on the points of that sequence."""
-    if decision.choice.basis is Basis.EMERGENCY:
-        return Mode.EMERGENCY
-    if decision.escapes:
-        return Mode.ESCAPE
-    if landing:
-        return Mode.LANDING
-    if decision.choice.ruled_out or decision.choice.below_threshold:
-        return Mode.AVOIDANCE
-    return Mode.NAVIGATION

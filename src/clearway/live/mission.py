@@ -22,11 +22,12 @@ Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
 
 
 class Mode(StrEnum):
-    """What the vehicle is doing."""
+    """What the vehicle is doing; `live.modes` says when."""
 
     NAVIGATION = "navigation"
     AVOIDANCE = "avoidance"
     ESCAPE = "escape"
+    HOLD = "hold"
     EMERGENCY = "emergency"
     LANDING = "landing"
 

@@ -37,7 +37,10 @@ class EscapePlan:
     why: str
 
     def __str__(self) -> str:
-        return f'escape "{self.flown}": {self.why}'
+        flown = f'"{self.flown}"'
+        if self.asked != self.flown:
+            flown = f'"{self.asked}" asked for, {flown} flown'
+        return f"ways out {flown}: {self.why}"
 
 
 def escape_plan(planner: Planner, sensors: Sequence[AnySensor]) -> EscapePlan:

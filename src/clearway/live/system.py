@@ -23,9 +23,10 @@ from clearway.base.state import State
 from clearway.live.danger import endangered
 from clearway.live.dead_end import out_of_dead_end, way_round
 from clearway.live.explain import explanation
-from clearway.live.flight_decision import FlightDecision, mode_of
+from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Progress
+from clearway.live.modes import ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading, reading_of
@@ -109,6 +110,7 @@ class AvoidanceSystem:
         self._address = address
         self._follow_dynamic_objects = follow_movers
         self._plan = Plan(planner.automaton)
+        self._mode: ModeState | None = None
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
         self._told: Counter[str] = Counter()
 
@@ -244,15 +246,15 @@ class AvoidanceSystem:
         self._plan = self._plan.after(decision, now, goal)
         self._known.flown.then(self._plan.buffer)
         self._known.news, self._known.unchecked = "", False
-        mode = mode_of(decision, landing=self.progress.landing(self.mission))
+        self._mode = mode_after(self._mode, decision, self.progress, self.mission)
         fresh = self.counts - self._told
         self._told = Counter(self.counts)
         if self._known.clock.shifted:
             decision = replace(decision, state=replace(decision.state, time_s=told_s))
-        words = explanation(decision, mode, self.obstacle_map)
+        words = explanation(decision, self._mode.mode, self.obstacle_map)
         if self._known.clock.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
-        return FlightDecision(told_s, mode, goal, decision, words, scan_age, dict(fresh))
+        return FlightDecision(told_s, self._mode, goal, decision, words, scan_age, dict(fresh))
 
     # --- what to fly ----------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ LOW, HIGH = 1, 2
 SEVERITY = {
     Mode.EMERGENCY: 2,
     Mode.ESCAPE: 4,
+    Mode.HOLD: 4,
     Mode.AVOIDANCE: 5,
     Mode.NAVIGATION: 6,
     Mode.LANDING: 6,

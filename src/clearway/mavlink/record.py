@@ -53,6 +53,9 @@ class SessionRecord:
             "acting": self._session.settings.act,
             "reached": progress.done(mission),
             "waypoints_reached": progress.waypoints_reached(mission),
+            "escape": system.escape.flown,
+            "escape_asked": system.escape.asked,
+            "escape_why": system.escape.why,
             "state": str(state),
             "seconds_in": {name: round(spent, 3) for name, spent in self.seconds_in.items()},
             "decisions": self.decisions,
@@ -81,9 +84,12 @@ def row_of(outcome: TickOutcome, session: Session) -> dict[str, Any]:
     }
     flight = outcome.flight
     if flight is not None:
+        was = flight.mode_state.before
         row |= {
             "why_now": outcome.why_now,
             "mode": str(flight.mode),
+            "mode_before": None if was is None else str(was),
+            "why_mode": flight.mode_state.why,
             "goal": flight.goal,
             "position_m": [round(v, 3) for v in flight.state.position_m.tolist()],
             "movements": list(flight.movements),

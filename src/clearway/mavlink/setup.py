@@ -61,6 +61,7 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
         setup.refuse_coarse_beams()
         system = setup.system()
+        notice(str(system.escape))
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
         _warm_up_more(setup)

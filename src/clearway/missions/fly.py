@@ -41,4 +41,5 @@ def fly(
     if notice is not None:
         for note in setup.notes:
             notice(note)
+        notice(str(setup.escape))
     return setup.fly_with(planner, on_decision)

@@ -84,10 +84,12 @@ def _way_out(way: WayOut | None) -> dict[str, Any] | None:
 
 
 def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    decision, choice = flight.decision, flight.decision.choice
+    decision, choice, mode = flight.decision, flight.decision.choice, flight.mode_state
     movements_to = decision.prepared.reach_set.movements_to
     return {
         **_when_and_why(entry),
+        "mode_before": None if mode.before is None else str(mode.before),
+        "why_mode": mode.why,
         "basis": choice.basis.name.lower(),
         "position_m": _list(decision.state.position_m),
         "attitude_rad": _list(decision.state.attitude_rad),

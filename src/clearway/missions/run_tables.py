@@ -30,7 +30,16 @@ NUMBERS = (
     "decide_within_s",
     "elapsed_ms",
 )
-TEXTS = ("why_now", "mode", "basis", "limited_by", "side", "explanation")
+TEXTS = (
+    "why_now",
+    "mode",
+    "mode_before",
+    "why_mode",
+    "basis",
+    "limited_by",
+    "side",
+    "explanation",
+)
 COUNTS = ("goal", "candidates", "below_threshold")
 AXES = ("x_m", "y_m", "z_m"), ("roll_rad", "pitch_rad", "yaw_rad")
 

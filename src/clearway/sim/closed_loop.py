@@ -17,6 +17,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.positional import keywords_beyond_two
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Progress, advanced
+from clearway.live.preflight import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scanner, scanned
@@ -197,9 +198,9 @@ class _Flight(Generic[D]):
         return CLEARWAY if isinstance(system, AvoidanceSystem) else type(system).__name__
 
     @property
-    def _escape(self) -> str:
+    def _ways_out(self) -> EscapePlan | None:
         system: object = self.system
-        return system.escape.flown if isinstance(system, AvoidanceSystem) else ""
+        return system.escape if isinstance(system, AvoidanceSystem) else None
 
     def _finished(self, decisions: list[LoggedDecision[D]]) -> Run[D]:
         times, states = np.array(self.motion.times), np.array(self.motion.states)
@@ -229,5 +230,5 @@ class _Flight(Generic[D]):
             counts=dict(self.system.counts),
             world=self.world,
             planner=self._planner,
-            escape=self._escape,
+            ways_out=self._ways_out,
         )

@@ -16,6 +16,7 @@ from clearway.base.variants import Variants
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
+from clearway.live.preflight import EscapePlan
 from clearway.obstacles.world import World
 from clearway.sim.metrics import FlightMetrics
 from clearway.sim.pilot import CLEARWAY, D, Steering
@@ -67,8 +68,8 @@ class Run(Generic[D]):
     """What was really there, for pictures."""
     planner: str = CLEARWAY
     """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
-    escape: str = ""
-    """Which ways out clearway kept in hand; empty for other planners."""
+    ways_out: EscapePlan | None = None
+    """Which ways out clearway kept in hand, and why; None for other planners."""
 
     def __repr__(self) -> str:
         metrics = self.metrics
@@ -173,7 +174,7 @@ class Metric(NamedTuple):
 
 def _in_hand(run: Run[Any]) -> list[bool]:
     """Whether there was a way out in hand after each decision; empty where none is asked for."""
-    if not run.escape or run.escape == "off":
+    if run.ways_out is None or run.ways_out.flown == "off":
         return []
     ways = [entry.flight.decision.way_out for entry in run.decisions]
     return [way is not None and way.certain for way in ways]
@@ -232,7 +233,14 @@ METRICS: Variants[Metric] = Variants(
         "emergencies": Metric(
             "Decisions in which nothing kept the margin.", lambda run: run.emergencies
         ),
-        "escape": Metric("Which ways out were kept in hand.", lambda run: run.escape or None),
+        "escape": Metric(
+            "Which ways out were kept in hand.",
+            lambda run: run.ways_out and run.ways_out.flown,
+        ),
+        "escape_asked": Metric(
+            "Which were asked for.", lambda run: run.ways_out and run.ways_out.asked
+        ),
+        "escape_why": Metric("Why these.", lambda run: run.ways_out and run.ways_out.why),
         "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
         "without_way_out": Metric("Decisions after that without one.", _without_way_out),
         "decisions": Metric("How many.", lambda run: len(run.decisions)),

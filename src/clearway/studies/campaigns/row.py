@@ -50,6 +50,8 @@ class FlightRow:
     """Between centres."""
     emergencies: int = 0
     """Decisions in which nothing kept the margin."""
+    escape: str = ""
+    """Which ways out were kept in hand; empty for other planners."""
     waypoints_reached: int = 0
     time_s: float | None = None
     crashed_s: float | None = None

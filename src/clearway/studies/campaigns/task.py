@@ -151,6 +151,7 @@ def row_of(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
         nearest_obstacle_m=finite(metrics.min_obstacle_distance_m),
         nearest_intruder_m=finite(traffic.min_distance_m) if traffic else None,
         emergencies=run.emergencies,
+        escape="" if run.ways_out is None else run.ways_out.flown,
         waypoints_reached=run.progress.waypoints_reached(run.mission),
         time_s=metrics.time_s,
         crashed_s=run.crashed_s,

@@ -16,7 +16,16 @@ MODES = {
     "landing": "#16a2b8",
     "avoidance": "#e08a00",
     "escape": "#8e44ad",
+    "hold": "#5a6b7d",
     "emergency": "#d62728",
+}
+NAMES = {
+    "navigation": "green",
+    "landing": "blue",
+    "avoidance": "orange",
+    "escape": "violet",
+    "hold": "grey",
+    "emergency": "red",
 }
 
 
@@ -62,6 +71,5 @@ def _column(scans: list[Mapping[str, Any]], key: str) -> FloatArray:
 
 
 def _modes(scans: list[Mapping[str, Any]]) -> str:
-    names = {"#2e9e4f": "green", "#16a2b8": "blue", "#e08a00": "orange", "#d62728": "red"}
     present = dict.fromkeys(one["mode"] for one in scans)
-    return ", ".join(f"{names[MODES[mode]]} {mode}" for mode in present) or "none"
+    return ", ".join(f"{NAMES[mode]} {mode}" for mode in present) or "none"

@@ -12,6 +12,7 @@ from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 from clearway.view.replay.entities import (
     PLANNED,
+    WAY_OUT,
     Rgb,
     color,
     entity,
@@ -46,6 +47,13 @@ def plan(decision: Decision) -> fox.SceneUpdate:
     points = [point(place) for place in decision.path_m]
     planned = entity("plan", decision.state.time_s, lines=[line(points, PLANNED, 3.0)])
     return fox.SceneUpdate(entities=[planned])
+
+
+def way_out(decision: Decision) -> fox.SceneUpdate:
+    """The way out in hand, up to the end of its first round; nothing where there is none."""
+    points = [point(place) for place in decision.way_out_path_m]
+    lines = [line(points, WAY_OUT, 2.0)] if points else []
+    return fox.SceneUpdate(entities=[entity("way out", decision.state.time_s, lines=lines)])
 
 
 class CellScene:

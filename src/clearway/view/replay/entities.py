@@ -18,6 +18,7 @@ from clearway.live.mission import Mode
 Rgb = tuple[float, float, float]
 WORLD, VEHICLE = "world", "vehicle"
 PLANNED, EXECUTED, WAYPOINT = (0.84, 0.15, 0.16), (0.12, 0.37, 0.75), (0.18, 0.62, 0.31)
+WAY_OUT = (0.03, 0.55, 0.51)
 INTRUDER, POINT = (0.85, 0.15, 0.6), (0.75, 0.22, 0.17)
 KNOWN: dict[str, Rgb] = {
     "world": (0.80, 0.55, 0.35),
@@ -89,6 +90,7 @@ def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
     level = {
         Mode.EMERGENCY: fox.LogLevel.Error,
         Mode.ESCAPE: warning,
+        Mode.HOLD: warning,
         Mode.AVOIDANCE: warning,
     }
     return fox.Log(

@@ -33,11 +33,12 @@ VOXELS_IN_RANGE = 50
 
 
 def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    """The record of the log, with the planned path and the moving that were reckoned with."""
+    """The record of the log, with the planned path, the way out, and the moving that were reckoned with."""
     message = decision_record(entry)
     flight = entry.flight
     if isinstance(flight, FlightDecision):
         message["path_m"] = np.round(flight.decision.path_m, 3).tolist()
+        message["way_out_m"] = np.round(flight.decision.way_out_path_m, 3).tolist()
         message["movers"] = moving(flight.decision)
     return message
 

@@ -21,6 +21,8 @@ from clearway.view.replay.schemas import CELL_FLAGS, CELL_QUANTITIES, RATING
 STATE_STEP_S = 0.2
 """States closer together than this are left out; the page interpolates."""
 RULED_OUT_SHOWN = 4
+FLAT = ("path_m", "way_out_m", "ruled_out")
+"""What of a decision the page takes in another form."""
 MOST_SEEN = 400_000
 """Seen voxels that a page keeps; beyond it every other one is left out, and so on."""
 
@@ -59,10 +61,11 @@ def _joined(head: dict[str, Any], blocks: dict[str, Array]) -> bytes:
 
 
 def _decision(message: Message) -> Message:
-    """What the panel tells of a decision; the path is flat, for there are many."""
-    told = {name: value for name, value in message.items() if name not in ("path_m", "ruled_out")}
+    """What the panel tells of a decision; paths are flat, for there are many."""
+    told = {name: value for name, value in message.items() if name not in FLAT}
     told["ruled_out"] = message.get("ruled_out", [])[:RULED_OUT_SHOWN]
     told["path_mm"] = _millimetres(message.get("path_m", []))
+    told["way_out_mm"] = _millimetres(message.get("way_out_m", []))
     return told
 
 

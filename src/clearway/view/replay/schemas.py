@@ -21,6 +21,7 @@ TRANSFORMS = "/tf"
 SCENE = "/scene"
 WORLD_POINTS = "/world_points"
 PLAN_SCENE = "/plan"
+WAY_OUT_SCENE = "/way_out"
 CELL_SCENE = "/cells"
 REACH_SCENE = "/reach_set"
 POINTS = "/points"
@@ -41,6 +42,7 @@ _TYPES: dict[str, Schema] = {
     "texts": {"type": "array", "items": {"type": "string"}},
     "points": {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
     "object": {"type": "object"},
+    "way?": {"type": ["object", "null"]},
     "objects": {"type": "array", "items": {"type": "object"}},
 }
 
@@ -104,6 +106,8 @@ SCHEMAS: dict[str, Schema] = {
         time_s="number",
         why_now="text",
         mode="text",
+        mode_before="text?",
+        why_mode="text",
         goal="integer",
         explanation="text",
         basis="text",
@@ -126,9 +130,12 @@ SCHEMAS: dict[str, Schema] = {
         rules="objects",
         scan_age_s="number?",
         data_left_out="object",
+        way_out="way?",
+        no_way_out="texts",
         decide_within_s="number?",
         elapsed_ms="number",
         path_m="points",
+        way_out_m="points",
         movers="objects",
     ),
     CELLS: _schema(

@@ -81,6 +81,7 @@ class _Writer:
             for topic in (
                 schemas.SCENE,
                 schemas.PLAN_SCENE,
+                schemas.WAY_OUT_SCENE,
                 schemas.CELL_SCENE,
                 schemas.REACH_SCENE,
                 schemas.INTRUDER_SCENE,
@@ -140,6 +141,8 @@ class _Writer:
         cloud = self.fox.point_cloud(time_s, points)
         self.clouds[schemas.POINTS].log(cloud, log_time=log_time)
         self.scenes[schemas.PLAN_SCENE].log(self.scene_of.plan(decision), log_time=log_time)
+        way_out = self.scene_of.way_out(decision)
+        self.scenes[schemas.WAY_OUT_SCENE].log(way_out, log_time=log_time)
         self.scenes[schemas.CELL_SCENE].log(self.cells.update(decision), log_time=log_time)
         self.scenes[schemas.REACH_SCENE].log(self.trajectories.update(decision), log_time=log_time)
 
