@@ -62,7 +62,7 @@ class Drawn:
             simulation = replace(simulation, faults=faults)
         self.run = simulate(self.system, self.world, (lidar,), simulation, self._oppose)
 
-    def _oppose(self, entry, progress) -> None:
+    def _oppose(self, entry, _progress) -> None:
         decision = entry.flight.decision
         now_s, way = entry.flight.time_s, decision.way_out
         certain = way is not None and way.certain

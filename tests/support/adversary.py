@@ -67,11 +67,12 @@ class AdversaryWorld:
             aside *= rng.uniform(0.0, radius + 3.0 * self.unit_m) / np.linalg.norm(aside)
             center = plan[rng.integers(len(plan))] + aside
             away = np.linalg.norm(track_m - center, axis=1).min() - radius
-            if away > 0.1 and np.linalg.norm(center) - radius > self.clear_m:
-                if self._never_looked_at(center, radius):
-                    self.centers_m = np.vstack([self.centers_m, center])
-                    self.radii_m = np.append(self.radii_m, radius)
-                    return True
+            if away <= 0.1 * self.unit_m or np.linalg.norm(center) - radius <= self.clear_m:
+                continue
+            if self._never_looked_at(center, radius):
+                self.centers_m = np.vstack([self.centers_m, center])
+                self.radii_m = np.append(self.radii_m, radius)
+                return True
         return False
 
     def _never_looked_at(self, center: Array, radius: float) -> bool:
