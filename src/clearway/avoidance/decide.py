@@ -103,7 +103,7 @@ class Decision:
         return one_line("Decision", (runs(self.movements), *self._facts.values()))
 
     def _repr_html_(self) -> str:
-        """For notebooks: what is flown and why, and the plan, the way out and returns from above."""
+        """For notebooks: what is flown and why; plan, way out and returns from above."""
         seen = self.frame.world_points(self.hazards.points.position_m)
         marks = [
             Marks(seen, "#c0392b", joined=False),

@@ -1,7 +1,7 @@
 """Pictures of a flight: snapshots, obstacle distance, tracking (figs. 6.14-6.17, 6.21, 6.22).
 
-Executed path blue, planned path red, field of view dashed, waypoints green squares, what the
-sensors have seen so far as dots: the paper's legend.
+Executed path blue, planned path red, way out in hand dashed, field of view dashed black, waypoints
+green squares, what the sensors have seen so far as dots: the paper's legend.
 """
 
 from __future__ import annotations
@@ -22,6 +22,10 @@ from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
+WAY_OUT = "#088c82"
+DASHES = (0, (4.0, 1.5))
+MOST_WAYS_OUT = 5
+"""In a picture of a whole flight."""
 MOST_DOTS = 12_000
 MOST_TICKS = 8
 """Along the longest axis."""
@@ -88,9 +92,10 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     side = figure.add_subplot(panels[1, 1])
     planned = entry.flight.decision.path_m if index is not None else None
     outline = field_of_view(entry) if index is not None else []
-    _draw_space(space, run, flown, planned, seen, outline)
+    ways = _ways_out(run, index)
+    _draw_space(space, run, flown, planned, seen, outline, ways)
     for axes, columns, names in ((above, (0, 1), "x (m) y (m)"), (side, (0, 2), "x (m) z (m)")):
-        _draw_plane(axes, run, flown, planned, seen, outline, columns)
+        _draw_plane(axes, run, flown, planned, seen, outline, ways, columns)
         horizontal, vertical = names.split(" (m)")[0], names.split()[2]
         axes.set_xlabel(f"{horizontal} (m)")
         axes.set_ylabel(f"{vertical} (m)")
@@ -98,6 +103,21 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     handles[0] = Line2D([], [], color=SEEN, marker="o", markersize=4, linestyle="none")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     return figure
+
+
+def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
+    """[n, 3] each: the way out in hand at a decision, or at a few over the whole flight.
+
+    Those that lead where nobody has looked, though strict ones are asked for, are left out.
+    """
+    entries = run.decisions if index is None else run.decisions[index : index + 1]
+    decisions = [entry.flight.decision for entry in entries]
+    held = [one for one in decisions if one.way_out is not None and one.way_out.certain]
+    ways = [one.way_out_path_m for one in held]
+    if not ways:
+        return []
+    few = np.unique(np.linspace(0.0, len(ways) - 1.0, MOST_WAYS_OUT).astype(np.int64))
+    return [ways[at] for at in few.tolist()]
 
 
 def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
@@ -148,11 +168,14 @@ def _draw_space(
     planned: FloatArray | None,
     seen: FloatArray,
     outline: Sequence[FloatArray],
+    ways: Sequence[FloatArray],
 ) -> None:
     axes.plot(*seen.T, ".", color=SEEN, markersize=1.5, alpha=0.35)
     axes.plot(*flown.T, color=EXECUTED, linewidth=1.8)
     if planned is not None:
         axes.plot(*planned.T, color=PLANNED, linewidth=1.8)
+    for way in ways:
+        axes.plot(*way.T, color=WAY_OUT, linewidth=1.3, linestyle=DASHES)
     for line in outline:
         axes.plot(*line.T, color="black", linewidth=0.7, linestyle="--")
     goals = run.mission.waypoints_m
@@ -162,7 +185,7 @@ def _draw_space(
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.set_zlabel("z (m)")
-    everything = np.concatenate([flown, goals, *([planned] if planned is not None else [])])
+    everything = np.concatenate([flown, goals, *ways, *([planned] if planned is not None else [])])
     _equal_box(axes, everything)
     axes.view_init(elev=35.0, azim=-60.0)
 
@@ -195,6 +218,7 @@ def _draw_plane(
     planned: FloatArray | None,
     seen: FloatArray,
     outline: Sequence[FloatArray],
+    ways: Sequence[FloatArray],
     columns: tuple[int, int],
 ) -> None:
     a, b = columns
@@ -204,6 +228,9 @@ def _draw_plane(
     axes.plot(flown[:, a], flown[:, b], color=EXECUTED, linewidth=1.8, label="executed")
     if planned is not None:
         axes.plot(planned[:, a], planned[:, b], color=PLANNED, linewidth=1.8, label="planned")
+    for number, way in enumerate(ways):
+        label = ("way out in hand" if len(ways) == 1 else "ways out") if number == 0 else None
+        axes.plot(way[:, a], way[:, b], color=WAY_OUT, linewidth=1.3, linestyle=DASHES, label=label)
     for number, line in enumerate(outline):
         label = "field of view" if number == 0 else None
         axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)

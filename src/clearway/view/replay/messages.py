@@ -33,7 +33,7 @@ VOXELS_IN_RANGE = 50
 
 
 def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    """The record of the log, with the planned path, the way out, and the moving that were reckoned with."""
+    """The record of the log, with plan, way out, and the moving that were reckoned with."""
     message = decision_record(entry)
     flight = entry.flight
     if isinstance(flight, FlightDecision):

@@ -20,7 +20,7 @@ const COLOURS = {
   executed: hex("#1f5fbf"), ahead: hex("#a9bcd6"), planned: hex("#d62728"),
   waypoint: hex("#2e9e4f"), intruder: hex("#c2186b"), known: hex("#7b3fa0"),
   vehicle: hex("#12336b"), margin: hex("#5b8db8"), grid: hex("#c3ccd5"), stem: hex("#94a1ae"),
-  seen: hex("#a3281c"), before: hex("#c9a69a"),
+  wayout: hex("#088c82"), seen: hex("#a3281c"), before: hex("#c9a69a"),
   ground: hex("#d9dbd6"), world: hex("#c9935f"), both: hex("#98a0a8"), map: hex("#7d8fd0"), rule: hex("#d9594c"),
 };
 

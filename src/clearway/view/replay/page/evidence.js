@@ -24,12 +24,14 @@ class EvidenceView {
     }
     if (decision === this.at) return;
     this.at = decision;
-    this.plan = null;
+    this.plan = this.wayOut = null;
     if (decision < 0) return;
     const { position_m: origin, attitude_rad: attitude } = this.run.decisions[decision];
     this.model = placed(origin, [0, attitude[1], attitude[2]]);
     const { ends, colours } = strip(this.run.pathOf(decision), COLOURS.planned);
     this.plan = this.renderer.lines(ends, colours);
+    const out = dashed(this.run.pathOf(decision, "way_out_mm"), COLOURS.wayout);
+    this.wayOut = out.ends.length ? this.renderer.lines(out.ends, out.colours) : null;
     this.paintReach(decision);
   }
 
@@ -137,6 +139,7 @@ class EvidenceView {
     const model = this.model;
     if (this.run.blocks.cells) this.renderer.drawLines(this.outline, 1, { model });
     if (show.reach && this.reach) this.renderer.drawLines(this.reach.lines, 1.3, { model });
+    if (show.wayout && this.wayOut) this.renderer.drawLines(this.wayOut, 4);
     if (show.plan && this.plan) this.renderer.drawLines(this.plan, 4);
   }
 

@@ -1,6 +1,6 @@
 // Puts it together: what is shown, time that passes, keys, and the address, which keeps the moment.
 
-const SWITCHES = [["reach", "reach set"], ["plan", "plan"], ["points", "points"],
+const SWITCHES = [["reach", "reach set"], ["plan", "plan"], ["wayout", "way out"], ["points", "points"],
   ["intruders", "intruders"], ["obstacles", "obstacles"], ["margin", "margin"], ["names", "names"],
   ["follow", "follow"]];
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20];
@@ -27,7 +27,7 @@ class Player {
     this.playing = false;
     this.frameMs = [];
     this.show = { colouring: run.blocks.cells ? "obstacle" : "none", which: "telling", reach: true,
-      plan: true, points: true, intruders: true, obstacles: true, margin: true, names: true,
+      plan: true, wayout: true, points: true, intruders: true, obstacles: true, margin: true, names: true,
       follow: true };
     this.makeControls();
     this.look("behind");
@@ -152,7 +152,7 @@ class Player {
       " ": () => this.play(!this.playing),
       ArrowLeft: () => step(-1), ArrowRight: () => step(1),
       Home: () => this.seek(this.run.start), End: () => this.seek(this.run.end),
-      n: () => this.step(1, ({ mode }) => mode === "avoidance" || mode === "emergency"),
+      n: () => this.step(1, ({ mode }) => ["avoidance", "escape", "hold", "emergency"].includes(mode)),
       c: () => this.set("colouring",
         colourings[(colourings.indexOf(this.show.colouring) + 1) % colourings.length]),
       f: () => this.set("follow", !this.show.follow),

@@ -29,6 +29,12 @@ function inWords(movements) {
   return runs.map(({ name, count }) => (count === 1 ? name : `${count} × ${name}`)).join(", ");
 }
 
+// The mode's reason, and which mode it was before where the decision changed it.
+function modeInWords(made) {
+  const changed = made.mode_before && made.mode_before !== made.mode;
+  return `Mode${changed ? `, ${made.mode_before} before` : ""}: ${made.why_mode}.`;
+}
+
 class Panel {
   constructor(run) {
     this.run = run;
@@ -84,6 +90,7 @@ class Panel {
       element("h2", `Decision ${number + 1} of ${this.run.decisions.length}, at ${made.time_s.toFixed(1)} s`),
       element("p", "", "", [element("span", made.mode, `mode ${made.mode}`), ` ${goal}`]),
       element("p", `Why now: ${made.why_now}.`, "soft"),
+      ...(made.why_mode ? [element("p", modeInWords(made), "soft")] : []),
       element("p", inWords(made.movements)),
     ];
     parts.push(...(made.basis === undefined ? [element("p", made.explanation)] : this.reasons(made)));
@@ -113,6 +120,25 @@ class Panel {
     parts.push(element("p", `${made.candidates} candidates, ${made.below_threshold} below the `
       + `rating's threshold${counts.length ? `; ruled out: ${counts.join(", ")}` : ""}.`, "soft"));
     if (made.ruled_out.length) parts.push(this.ruledOut(made.ruled_out));
+    parts.push(...this.wayOut(made));
+    return parts;
+  }
+
+  // The way out in hand, and the first movements after which none was found.
+  wayOut(made) {
+    if (made.way_out === undefined || this.run.mission.summary.escape === "off") return [];
+    const way = made.way_out, parts = [element("h2", "Way out in hand (dashed)")];
+    if (way === null) {
+      parts.push(element("p", "none"));
+    } else {
+      const first = way.movements.length ? `${inWords(way.movements)}, then ` : "";
+      parts.push(element("p", `${first}${inWords(way.loop)} again and again; `
+        + `${figure(way.margin_kept_m, "m")} clear`
+        + (way.certain ? "" : ", through space that nobody has seen")));
+    }
+    if (made.no_way_out.length) {
+      parts.push(element("p", `No way out after ${made.no_way_out.join(", ")}.`));
+    }
     return parts;
   }
 
@@ -144,6 +170,7 @@ function drawLegend(show, run) {
   const known = new Set(run.mission.obstacles.map((one) => one.known));
   const things = [
     ["flown", "executed", true, true], ["plan", "planned", true, show.plan],
+    ["way out in hand", "wayout", true, show.wayout && run.decisions.some((one) => one.way_out_mm?.length), true],
     ["way to fly", "waypoint", true, true], ["margin", "margin", false, show.margin],
     ["points known", "seen", false, show.points && run.seen],
     ["seen before", "before", false, show.points && run.seen],
@@ -154,9 +181,10 @@ function drawLegend(show, run) {
     ["map alone", "map", false, known.has("map")],
     ["kept out of", "rule", false, known.has("rule")],
   ].filter((thing) => thing[3]);
-  parts.push(element("ul", "", "", things.map(([text, colour, thin]) => {
-    const patch = element("i", "", thin ? "thin" : "");
-    patch.style.background = css(COLOURS[colour]);
+  parts.push(element("ul", "", "", things.map(([text, colour, thin, , dashes]) => {
+    const patch = element("i", "", thin ? "thin" : ""), paint = css(COLOURS[colour]);
+    patch.style.background = dashes
+      ? `repeating-linear-gradient(90deg, ${paint} 0 3px, transparent 3px 5px)` : paint;
     return element("li", "", "", [patch, text]);
   })));
   document.getElementById("legend").replaceChildren(...parts);

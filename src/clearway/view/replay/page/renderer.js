@@ -262,6 +262,28 @@ class Renderer {
   }
 }
 
+// Dashes along following places, of one colour: pieces as long as gaps, two of each a unit.
+function dashed(places, rgb, unit = 0) {
+  const length = (a, b) => norm(minus(b, a)), ends = [], colours = [];
+  const whole = places.slice(1).reduce((sum, place, at) => sum + length(places[at], place), 0);
+  const dash = unit || Math.max(whole / 80, 1e-6), paint = [...rgb, 1].map((part) => 255 * part);
+  let flown = 0;
+  for (let at = 0; at + 1 < places.length; at++) {
+    const [a, b] = [places[at], places[at + 1]], piece = length(a, b);
+    for (let from = 0; from < piece - 1e-9;) {
+      const phase = (flown + from) % (2 * dash), solid = phase < dash;
+      const to = Math.min(piece, from + Math.max((solid ? dash : 2 * dash) - phase, 1e-3 * dash));
+      if (solid) {
+        ends.push(...between(a, b, from / piece), ...between(a, b, to / piece));
+        colours.push(...paint, ...paint);
+      }
+      from = to;
+    }
+    flown += piece;
+  }
+  return { ends, colours };
+}
+
 // Pieces between following places, of one colour.
 function strip(places, rgb, alpha = 1) {
   const ends = [], colours = [], paint = [...rgb, alpha].map((part) => 255 * part);

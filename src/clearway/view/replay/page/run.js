@@ -103,8 +103,9 @@ class Run {
       (value, at) => told.origin_m[at % 3] + told.step_m * value);
   }
 
-  pathOf(decision) {
-    const flat = this.decisions[decision].path_mm;
+  // Places of the plan, or of the way out (`way_out_mm`), of a decision.
+  pathOf(decision, which = "path_mm") {
+    const flat = this.decisions[decision][which] ?? [];
     return Array.from({ length: flat.length / 3 },
       (_, at) => [flat[3 * at] / 1e3, flat[3 * at + 1] / 1e3, flat[3 * at + 2] / 1e3]);
   }

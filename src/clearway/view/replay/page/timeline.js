@@ -1,6 +1,6 @@
 // The time slider: decisions by mode, and the distance kept, over the whole flight.
 
-const MODE_COLOURS = { navigation: "#c9d6e2", avoidance: "#e08a00", escape: "#8e44ad", emergency: "#c62828",
+const MODE_COLOURS = { navigation: "#c9d6e2", avoidance: "#e08a00", escape: "#8e44ad", hold: "#5a6b7d", emergency: "#c62828",
   landing: "#2e9e4f" };
 
 class Timeline {
@@ -17,7 +17,7 @@ class Timeline {
       go(event);
     });
     this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) go(event); });
-    this.canvas.title = "Click or drag: time. Bars: avoidance amber, emergency red. "
+    this.canvas.title = "Click or drag: time. Bars: avoidance amber, escape violet, hold grey, emergency red. "
       + "Curve: distance to the nearest obstacle (grey) and intruder (magenta), margin dashed.";
     this.background = document.createElement("canvas");
   }
