@@ -106,7 +106,7 @@ def test_the_page_is_served_on_this_computer_alone(folder, tmp_path):
         port = int(address[1])
 
         def answer(path, host=f"127.0.0.1:{port}"):
-            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=120)
             connection.request("GET", path, headers={"Host": host})
             response = connection.getresponse()
             return response.status, response.read()
@@ -122,7 +122,7 @@ def test_the_page_is_served_on_this_computer_alone(folder, tmp_path):
             other.connect(("127.0.0.2", port))
     finally:
         process.send_signal(signal.SIGINT)
-        _, messages = process.communicate(timeout=20)
+        _, messages = process.communicate(timeout=120)
     assert process.returncode == 0, messages
     assert "Traceback" not in messages
 

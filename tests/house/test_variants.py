@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,7 @@ def test_names_are_listed_in_their_registry_alone(kind: str) -> None:
     assert {path for path in others if not path.startswith(AS_PRINTED)} == {home}
 
 
+@cache
 def _texts(path: Path) -> set[str]:
     """Texts of a file that are no documentation, and the words of those that are lists."""
     tree = ast.parse(path.read_text(encoding="utf-8"))

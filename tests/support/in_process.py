@@ -35,11 +35,11 @@ def _command() -> Any:
     return get_command(app)
 
 
-def clearway(*arguments: object, cwd: Path) -> Done:
-    """Run `clearway` in a folder; what is no exit of the command comes up as it is."""
+def clearway(*arguments: object, cwd: Path | None = None) -> Done:
+    """Run `clearway`, in a folder if one is named; what is no exit of it comes up as it is."""
     out, err = io.StringIO(), io.StringIO()
     with (
-        contextlib.chdir(cwd),
+        contextlib.chdir(cwd or "."),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
     ):
