@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.fineness import turning_distance_m
+from clearway.live.mission import Mission
+from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, Scan
 from clearway.sim import SimulationSettings, simulate
 from thin_worlds import FAMILIES, THINNEST_M, Capsules
@@ -110,18 +111,27 @@ def fine_lidar(family: str) -> Lidar:
     return Lidar("fine", beams, sigma_m=0.03, dropout=0.05)
 
 
-def thin_flight(
-    family: str, seed: int, rain: float = 0.0, time_limit_s: float = 240.0
-) -> ThinFlight:
-    """A flight of a family with its thinnest thing declared; raises FlightRefusedError."""
+def thin_flight(family: str, seed: int, rain: float = 0.0) -> ThinFlight:
+    """A flight of a family with its thinnest thing declared, for which its beams are fine enough."""
     world, mission = FAMILIES[family](seed)
-    lidar = fine_lidar(family)
-    system = AvoidanceSystem(planner(smallest_object_m=THINNEST_M[family]), mission, (lidar,))
+    return thin_flight_in(world, mission, fine_lidar(family), THINNEST_M[family], seed, rain)
+
+
+def thin_flight_in(
+    world: ObstacleMap,
+    mission: Mission,
+    lidar: Lidar,
+    smallest_m: float | None,
+    seed: int,
+    rain: float = 0.0,
+) -> ThinFlight:
+    """A flight among lines; rain: share of the beams with a false return."""
+    system = AvoidanceSystem(planner(smallest_object_m=smallest_m), mission, lidars=(lidar,))
     run = simulate(
         system,
         Capsules(world),
-        (QuickScanner(lidar, rain),),
-        SimulationSettings(seed=seed, time_limit_s=time_limit_s),
+        lidars=(QuickScanner(lidar, rain),),
+        settings=SimulationSettings(seed=seed, time_limit_s=240.0),
     )
     nearest = run.metrics.min_obstacle_distance_m
     return ThinFlight(run.reached, nearest, run.emergencies, float(run.time_s[-1]))

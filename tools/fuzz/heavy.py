@@ -109,12 +109,11 @@ def _npy(shape: str, kind: str, data: bytes) -> bytes:
 
 def _tif(kind: str, side: int) -> Callable[[], bytes]:
     def make() -> bytes:
+        import numpy as np
         import rasterio
         from rasterio.io import MemoryFile
         from rasterio.transform import from_origin
         from rasterio.windows import Window
-
-        import numpy as np
 
         step = 1.0
         with MemoryFile() as memory:
