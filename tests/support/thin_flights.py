@@ -112,7 +112,7 @@ def fine_lidar(family: str) -> Lidar:
 
 
 def thin_flight(family: str, seed: int, rain: float = 0.0) -> ThinFlight:
-    """A flight of a family with its thinnest thing declared, for which its beams are fine enough."""
+    """A flight of a family with its thinnest thing declared, and beams fine enough for it."""
     world, mission = FAMILIES[family](seed)
     return thin_flight_in(world, mission, fine_lidar(family), THINNEST_M[family], seed, rain)
 

@@ -136,12 +136,15 @@ def _numbers_of(path: Path, vertices: list[Any]) -> FloatArray:
         numbers = np.zeros(0)
     if numbers.shape == (len(vertices), 3) or not vertices:
         return numbers.reshape(-1, 3)
-    for number, one in enumerate(vertices):
-        if not (isinstance(one, list) and len(one) == 3 and all(map(_is_number, one))):
-            break
+    number = next((n for n, one in enumerate(vertices) if not _is_vertex(one)), 0)
     raise InputError(
-        str(path), f"vertices[{number}]: three numbers are needed, got {str(one)[:60]}"
+        str(path),
+        f"vertices[{number}]: three numbers are needed, got {str(vertices[number])[:60]}",
     )
+
+
+def _is_vertex(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
 
 
 def _is_number(value: object) -> bool:
