@@ -45,6 +45,8 @@ class Commitment:
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
+HERE = 1e-7
+"""Share of the range: a goal that is no farther lies in no direction."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
 
@@ -53,7 +55,7 @@ def sides_of(reach_set: ReachSet, nodes: IntArray, goal: Goal) -> IntArray:
     """[nodes] -1 right, 0 straight, 1 left of the way to the goal, by the end of the path."""
     target = goal.target_m
     length = float(np.hypot(target[0], target[1]))
-    if length < 1e-6:
+    if length < HERE * reach_set.grid.range_m:
         return np.zeros(len(nodes), dtype=np.int64)
     cos, sin = np.cos(reach_set.start_pitch_rad), np.sin(reach_set.start_pitch_rad)
     ends = reach_set.states[nodes]
