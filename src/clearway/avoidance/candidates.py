@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from clearway.avoidance.closing import closing_m
 from clearway.avoidance.costs import Arrival, Goal, Prices
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
@@ -96,7 +97,7 @@ def price_candidates(
     """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
 
     untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
-    of given nodes. moving: intruders that it may cost something to cross ahead of.
+    of given nodes. moving: intruders that it may cost something to cross ahead of, or to near.
     """
     reach_set, step_m = prepared.reach_set, prepared.step_m
     nodes = _complete_nodes(prepared, goal, arrived)
@@ -112,6 +113,8 @@ def price_candidates(
     _add_changes_of_mind(cost, prepared, nodes, sides, prices, commitment)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
+    if prices.closing > 0.0 and moving is not None and moving.manoeuvre_mps2.any():
+        cost += prices.closing * closing_m(reach_set, nodes, moving)
     if not np.all(np.isfinite(cost)):
         raise ClearwayError(
             f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "

@@ -77,6 +77,9 @@ class Prices:
     entered without room to turn round may be a dead end."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+    closing: float = 0.5
+    """Per metre by which a way leads nearer to where an intruder is that turns or changes its
+    speed, beyond straight away from it: a pursuer is run away from."""
 
     def __post_init__(self) -> None:
         keys = self.__slots__
