@@ -30,6 +30,7 @@ from flown_missions import SHORT, flown
 FOXGLOVE = {
     schemas.SCENE: "foxglove.SceneUpdate",
     schemas.PLAN_SCENE: "foxglove.SceneUpdate",
+    schemas.WAY_OUT_SCENE: "foxglove.SceneUpdate",
     schemas.CELL_SCENE: "foxglove.SceneUpdate",
     schemas.REACH_SCENE: "foxglove.SceneUpdate",
     schemas.INTRUDER_SCENE: "foxglove.SceneUpdate",
@@ -112,9 +113,13 @@ def test_decisions_are_those_of_the_log_with_plan_and_movers(path):
     recording, run = read_run(path), flown().run
     for told, entry in zip(recording.decisions, run.decisions, strict=True):
         decision = entry.flight.decision
-        extra = {name: told[name] for name in ("path_m", "movers")}
+        extra = {name: told[name] for name in ("path_m", "way_out_m", "movers")}
         assert told == json.loads(json.dumps(decision_record(entry))) | extra
         np.testing.assert_allclose(told["path_m"], decision.path_m, atol=1e-3)
+        np.testing.assert_allclose(
+            np.reshape(told["way_out_m"], (-1, 3)), decision.way_out_path_m, atol=1e-3
+        )
+        assert bool(told["way_out_m"]) == (decision.way_out is not None)
         assert [moving["name"] for moving in told["movers"]] == list(decision.intruders)
     known = next(one["movers"][0] for one in recording.decisions if one["movers"])
     assert known["position_m"] == pytest.approx([12, 7, 0], abs=1.0)
