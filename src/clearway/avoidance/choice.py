@@ -18,6 +18,7 @@ from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
+from clearway.avoidance.passing import Passing
 from clearway.avoidance.rules.rule import RuleNote, Ruling
 from clearway.avoidance.verify import (
     ROUNDING_M,
@@ -88,6 +89,8 @@ class Commitment:
     side: Side = Side.STRAIGHT
     first_movement: str = ""
     """The movement that the last plan has next."""
+    passings: tuple[Passing, ...] = ()
+    """Intruders that are being passed, each on its side."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,6 +29,13 @@ from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.passing import (
+    Passing,
+    meetings,
+    noted,
+    passing_rules,
+    passings_after,
+)
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
@@ -75,6 +82,8 @@ class Decision:
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
+    passings: tuple[Passing, ...] = ()
+    """Which of them are being passed, and on which side."""
 
     @cached_property
     def frame(self) -> GridFrame:
@@ -148,10 +157,13 @@ def decide(
         )
 
     names = tuple(intruder.name for intruder in near.intruders)
+    begun = commitment.passings if commitment else ()
+    met = meetings(prepared.reach_set, near.hazards.moving, names)
+    rules = (*planner.rules, *passing_rules(begun, met)) if met else planner.rules
     ruling = None
-    if planner.rules:
+    if rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)
-        ruling = rule_on(planner.rules, view)
+        ruling = rule_on(rules, view)
 
     def choose_with(hazards: Hazards) -> Choice:
         choose_among = partial(choose_clear_of, hazards)
@@ -162,7 +174,7 @@ def decide(
     choice, kept_from = choose_for_manoeuvres(near.hazards, choose_with)
     return Decision(
         state=situation.state,
-        choice=choice,
+        choice=replace(choice, rules=noted(choice.rules)),
         movements=prepared.reach_set.movements_to(choice.node),
         path_m=near.frame.world_points(_path(prepared, choice.node)),
         goal=goal,
@@ -173,6 +185,7 @@ def decide(
         hazards=kept_from,
         decide_within_s=_decide_within(planner, prepared, choice, near.hazards, margin),
         intruders=names,
+        passings=passings_after(begun, met, near.frame, choice.node, margin),
     )
 
 

@@ -88,7 +88,8 @@ class Plan:
     def commitment(self, now_s: float) -> Commitment:
         """What the next decision should stay with."""
         held = self.buffer.at(now_s + TIME_TOLERANCE_S)
-        return Commitment(self.side, held.name if held else "")
+        passings = () if self.decision is None else self.decision.passings
+        return Commitment(self.side, held.name if held else "", passings)
 
     def _side_after(self, decision: Decision) -> Side:
         """A side once forced is kept until the way is clear."""
