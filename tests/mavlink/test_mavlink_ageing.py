@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.mavlink.health import LinkState
+from clearway.live.link.link_state import LinkState
+from clearway.live.link.session import HOLDS
 from mavlink_for_tests import (
     SET_POINT,
     Bench,
@@ -59,10 +60,17 @@ def test_the_margin_grows_with_the_age_of_the_position_then_the_plan_then_nothin
     # With something in reach a plan holds for one movement, no longer.
     last = max(outcome.flight.time_s for outcome in silent if outcome.flight is not None)
     for outcome in stale:
-        assert (outcome.set_point is not None) == (outcome.time_s <= last + 1.0 + 1e-9)
-    lost = [outcome for outcome in silent if outcome.state is LinkState.POSITION_LOST]
-    assert lost
-    assert all(outcome.set_point is None and not sent(outcome, SET_POINT) for outcome in lost)
+        moving = outcome.set_point is not None and outcome.set_point.velocity_mps is not None
+        assert moving == (outcome.time_s <= last + 1.0 + 1e-9)
+    # Then it is told to hold where it was led to, three times, since one may get lost.
+    after = [outcome for outcome in silent if outcome.time_s > last + 1.0 + 1e-9]
+    held = [outcome.set_point for outcome in after[:HOLDS]]
+    led = next(o.set_point for o in reversed(silent) if o.time_s <= last + 1.0 + 1e-9)
+    assert all(point.velocity_mps is None for point in held)
+    assert all(point.position_m == pytest.approx(led.position_m) for point in held)
+    assert all(outcome.set_point is None for outcome in after[HOLDS:])
+    assert after[-1].state is LinkState.POSITION_LOST
+    assert not sent(after[-1], SET_POINT)
 
 
 def test_no_heartbeat_and_all_else_goes_on() -> None:

@@ -27,6 +27,7 @@ from clearway.avoidance.choice import (
 )
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
+from clearway.avoidance.floor import above_floor
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.passing import (
@@ -132,6 +133,9 @@ def decide(
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
     prepared = with_slope(prepared, margin_slope(settings, situation))
+    if situation.floor_m > -np.inf:
+        above = above_floor(prepared, situation.frame, situation.floor_m)
+        prepared = replace(prepared, flyable=prepared.flyable & above)
     known = assess_situation(
         planner,
         situation,

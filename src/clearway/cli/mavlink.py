@@ -18,9 +18,16 @@ import typer
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
-    from clearway.mavlink.loop import Loop, Stop
-    from clearway.mavlink.session import Session, TickOutcome
+    from clearway.live.link.loop import Loop, Stop
+    from clearway.live.link.session import Session, TickOutcome
+    from clearway.mavlink.mavlink_link import MavlinkLink
     from clearway.missions.mission_file import MissionFile
+
+
+ENDED_BY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""A terminal that closes is told as SIGHUP."""
+GOOD = ("flying", "other mode", "ageing", "arrived")
+"""States of the link in which a read-only session ends well."""
 
 
 def mavlink(
@@ -39,6 +46,9 @@ def mavlink(
     act: Annotated[
         bool,
         typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
+    ] = False,
+    ask: Annotated[
+        bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
     ] = False,
     signing_key: Annotated[
         Path | None,
@@ -98,12 +108,13 @@ def mavlink(
         fan_deg=fan_deg,
         heartbeat_s=heartbeat_s,
         speedup=None if lock_step else speedup,
+        ask=ask,
     )
-    loop = set_up(file, options, say)
+    loop, link = set_up(file, options, say)
     with ExitStack() as stack:
-        stack.callback(loop.link.close)
+        stack.callback(link.close)
         stop = stack.enter_context(_stop_rule(duration, end_on_arrival))
-        result = _run(loop, stop, file, rate, out, stack)
+        result = _run(loop, link, stop, file, rate, out, stack)
     if as_json:
         print_json(result)
     else:
@@ -124,7 +135,7 @@ def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
         arrived = end_on_arrival and outcome is not None and outcome.state == "arrived"
         return bool(told) or arrived or (duration is not None and elapsed_s >= duration)
 
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, note) for number in ENDED_BY}
     try:
         yield stop
     finally:
@@ -133,7 +144,13 @@ def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
 
 
 def _run(
-    loop: Loop, stop: Stop, file: MissionFile, rate: float, out: Path | None, stack: ExitStack
+    loop: Loop,
+    link: MavlinkLink,
+    stop: Stop,
+    file: MissionFile,
+    rate: float,
+    out: Path | None,
+    stack: ExitStack,
 ) -> dict[str, Any]:
     """Run to the end, with a log in `out` if it is given; all of it or nothing."""
     from clearway.io.staging import staged
@@ -145,7 +162,7 @@ def _run(
     if folder is not None:
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
-    record = SessionRecord(loop.session, log)
+    record = SessionRecord(link.session, log)
     commentary = _Commentary(loop.session)
 
     def take(outcome: TickOutcome) -> None:
@@ -155,8 +172,7 @@ def _run(
     report = loop.run(stop, take)
     if sys.stderr.isatty():
         say("")
-    loop.end()
-    result = sourced(record.summary(report, loop.inbox, loop.outbox, rate))
+    result = sourced(record.summary(report, link.inbox, link.outbox, rate))
     if folder is not None:
         (folder / "summary.json").write_text(json.dumps(result, indent=2) + "\n")
     return result
@@ -174,6 +190,8 @@ class _Commentary:
 
     def show(self, outcome: TickOutcome) -> None:
         """A line where the state of the link changed, or the mode has, once a second at most."""
+        for note in outcome.notes:
+            print(f"{outcome.time_s:.1f} s  {note}", file=sys.stderr, flush=True)
         if outcome.flight is not None:
             self._mode, self._doing = outcome.flight.mode, outcome.flight.explanation
         now = time.monotonic()
@@ -187,9 +205,10 @@ class _Commentary:
             self._print(outcome, "")
 
     def _print(self, outcome: TickOutcome, end: str) -> None:
-        autopilot = self._session.mode or "no autopilot heard"
+        autopilot = self._session.status or "no autopilot heard"
+        why = f" ({outcome.why_state})" if outcome.why_state else ""
         doing = f"; {self._doing}" if self._doing else ""
-        text = f"{outcome.time_s:.1f} s  {outcome.state}; {autopilot}{doing}"
+        text = f"{outcome.time_s:.1f} s  {outcome.state}{why}; {autopilot}{doing}"
         if self._terminal:
             text = "\r\x1b[K" + text[: shutil.get_terminal_size().columns - 1]
         print(text, end=end, file=sys.stderr, flush=True)
@@ -199,7 +218,7 @@ def _is_good(result: dict[str, Any]) -> bool:
     """Acting: arrived. Read-only: decisions were taken, and the link was good to the end."""
     if result["acting"]:
         return bool(result["reached"])
-    return result["decisions"] > 0 and result["state"] in ("flying", "ageing", "arrived")
+    return result["decisions"] > 0 and result["state"] in GOOD
 
 
 def _in_words(result: dict[str, Any]) -> str:

@@ -92,6 +92,8 @@ class AvoidanceSystem:
         self.mission = mission
         self.obstacle_map = obstacle_map
         self.limits = limits or DataLimits()
+        self.floor_m = -np.inf
+        """Height of the world that no decision leads below; whoever flies may set it."""
         self.progress = Progress()
         self.counts: Counter[str] = Counter()
         self._detour = detour
@@ -325,6 +327,18 @@ class AvoidanceSystem:
             dict(fresh),
         )
 
+    def leave_plan(self) -> None:
+        """Nobody flies the plan any more: the next question asks for a decision."""
+        self._plan = Plan(self.planner.automaton)
+
+    def fly_to(self, place_m: FloatArray, now_s: float) -> None:
+        """A goal [3] in place of the mission, from here; a decision is due then."""
+        here = self._own_states.latest
+        radius = self.mission.reach_radius_m
+        self.mission = Mission(f"to {in_brief(place_m)}", here, place_m[None], radius)
+        self.progress = Progress(nearest_s=self._clock.own(now_s))
+        self.leave_plan()
+
     # --- what to fly ----------------------------------------------------------------------
 
     @property
@@ -393,6 +407,7 @@ class AvoidanceSystem:
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
             unsure_m=self.planner.speed_mps * (self._clock.doubt_s + unknown_s),
+            floor_m=self.floor_m,
         )
 
     def _known(self, state: State, now: float) -> Situation:
