@@ -10,6 +10,7 @@ import pytest
 
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.session import HOLDS
+from clearway.mavlink.set_points import FOLLOW
 from mavlink_for_tests import (
     SET_POINT,
     Bench,
@@ -81,7 +82,8 @@ def test_no_heartbeat_and_all_else_goes_on() -> None:
         outcome = bench.tick(t, attitude(t), position(t, (0, 0.1 * n, 0)), distances(t))
         lost = t > 4.0 + 1e-6
         assert (outcome.state is LinkState.LINK_LOST) is lost
-        assert bool(sent(outcome, SET_POINT)) is not lost
+        led = [point for point in sent(outcome, SET_POINT) if point.type_mask == FOLLOW]
+        assert bool(led) is not lost
     again = bench.all_well(7.0, ned=(0, 6.0, 0))
     assert again.state is LinkState.FLYING
     assert sent(again, SET_POINT)
@@ -106,14 +108,15 @@ def test_without_distances_space_counts_as_unseen_and_then_it_ends() -> None:
         age = outcome.time_s - 1.0
         if age > 6.0 + 1e-6:
             assert outcome.state is LinkState.SENSOR_LOST
-            assert outcome.set_point is None
+            assert outcome.set_point is None or outcome.set_point.velocity_mps is None
         elif age > 3.0 + 1e-6:
             assert outcome.state is LinkState.BLIND
             if outcome.flight is not None:
                 assert not outcome.flight.decision.cells.evidence.seen.any()
                 assert len(outcome.flight.decision.hazards.points.radius_m)
         else:
-            assert outcome.state is LinkState.FLYING
+            # It does not move, which is noticed.
+            assert outcome.state in (LinkState.FLYING, LinkState.NOT_FOLLOWED)
     assert bench.system.counts["scan: none fresh of obstacle-distance"] > 0
 
 

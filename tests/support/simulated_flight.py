@@ -80,6 +80,8 @@ class SimulatedFlight:
         self._rng = np.random.default_rng(self.autopilot.habits.seed)
         self._late: list[tuple[float, bytes, Any]] = []
         self.outcomes: list[TickOutcome] = []
+        self.leads_m: list[float] = []
+        """How far set-points were from where the vehicle was."""
 
     @property
     def wall_s(self) -> float:
@@ -99,6 +101,9 @@ class SimulatedFlight:
             self.session.take(arrival, self.wall_s)
         outcome = self.session.tick(self.wall_s)
         self.outcomes.append(outcome)
+        if outcome.set_point is not None and outcome.set_point.velocity_mps is not None:
+            ahead = outcome.set_point.position_m - self.autopilot.truth.position_m
+            self.leads_m.append(float(np.linalg.norm(ahead)))
         self._answer(outcome.messages)
         self.autopilot.fly(self.autopilot.time_s + self.period_s)
         return outcome

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.choice import PreparedReachSet
+from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import worst_on_way
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clearway import __version__
 from clearway.base.frames import FloatArray
+from clearway.base.version import __version__
 from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
 from clearway.mavlink.own_state import DEGREES_E7

@@ -34,7 +34,7 @@ from clearway.traffic import Intruder
 
 SLOWEST = 0.3
 """Share of the speed of a movement below which the heading stands for the direction of flight."""
-MOST_LEAD_S, OFF_PLAN_S = 0.5, 1.0
+MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
 """At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
 new one is decided."""
 HOLDS = 3
