@@ -31,15 +31,16 @@ GOOD = ("flying", "other mode", "ageing", "arrived")
 
 
 def mavlink(
-    mission: Annotated[
-        str, typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan.")
-    ],
     connect: Annotated[
         str,
         typer.Option(
             help="udpin:HOST:PORT, udpout:HOST:PORT, serial:DEVICE[:BAUD]; port 0 takes a free one."
         ),
     ],
+    mission: Annotated[
+        str | None,
+        typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan."),
+    ] = None,
     rate: Annotated[
         float, typer.Option(min=1.0, max=100.0, help="Ticks a second, by the vehicle's clock.")
     ] = 10.0,
@@ -47,6 +48,14 @@ def mavlink(
         bool,
         typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
     ] = False,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Listen for 10 s, tell what would keep it from flying, end."),
+    ] = False,
+    download: Annotated[
+        Path | None,
+        typer.Option(help="Write the autopilot's mission, fence and rally points as a plan; end."),
+    ] = None,
     ask: Annotated[
         bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
     ] = False,
@@ -92,6 +101,11 @@ def mavlink(
     from clearway.mavlink.dialect import dialect
 
     dialect()
+    if download is not None:
+        _download(connect, download, signing_key, system, component)
+        return
+    if mission is None:
+        raise typer.BadParameter("a mission is needed, but for --download")
     from clearway.mavlink.setup import SessionOptions, set_up
     from clearway.missions.mission_file import read_mission_file
 
@@ -99,7 +113,7 @@ def mavlink(
     options = SessionOptions(
         connect=connect,
         rate_hz=rate,
-        act=act,
+        act=act and not check,
         signing_key=signing_key,
         system=system,
         component=component,
@@ -108,9 +122,12 @@ def mavlink(
         fan_deg=fan_deg,
         heartbeat_s=heartbeat_s,
         speedup=None if lock_step else speedup,
-        ask=ask,
+        ask=ask or check,
     )
     loop, link = set_up(file, options, say)
+    if check:
+        _check(loop, link, duration, as_json=as_json)
+        return
     with ExitStack() as stack:
         stack.callback(link.close)
         stop = stack.enter_context(_stop_rule(duration, end_on_arrival))
@@ -121,6 +138,51 @@ def mavlink(
         print(_in_words(result))
     if not _is_good(result):
         leave(NOT_REACHED)
+
+
+def _check(loop: Loop, link: MavlinkLink, duration: float | None, *, as_json: bool) -> None:
+    """Listen and ask for a while, and tell what is wrong; exit status 1 where anything is."""
+    from clearway.mavlink.check import CHECKED_S, problems
+
+    lasts = CHECKED_S if duration is None else duration
+    with ExitStack() as stack:
+        stack.callback(link.close)
+        loop.run(lambda elapsed_s, _outcome: elapsed_s >= lasts, lambda _outcome: None)
+        found = problems(link, time.monotonic())
+        received = dict(link.inbox.received)
+    if as_json:
+        print_json(sourced({"problems": found, "received": received}))
+    else:
+        told = ", ".join(f"{number} {name}" for name, number in sorted(received.items()))
+        print("\n".join([f"received   {told or 'nothing'}", *found]))
+        print("all is there" if not found else f"{len(found)} to be mended before --act")
+    if found:
+        leave(NOT_REACHED)
+
+
+def _download(
+    connect: str, path: Path, signing_key: Path | None, system: int, component: int
+) -> None:
+    """Mission, fence and rally points as a flight plan."""
+    from clearway.mavlink.download import download, write_plan
+    from clearway.mavlink.setup import frames_only
+
+    link, inbox, outbox = frames_only(connect, signing_key, system, component)
+    try:
+
+        def receive() -> list[Any]:
+            found = inbox.take(link.receive())
+            for arrival in found:
+                link.answer_to(arrival.peer)
+            return found
+
+        say(f"listening on {link.name}")
+        lists = download(receive, outbox.send, system, component, link.wait)
+        write_plan(lists, path)
+    finally:
+        link.close()
+    counted = ", ".join(f"{len(items)} {name}" for name, items in lists.items())
+    print(f"{path}: {counted} items")
 
 
 @contextmanager

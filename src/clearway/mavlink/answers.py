@@ -39,7 +39,7 @@ class Answers:
     def to(self, message: Message, number: int, asker: tuple[int, int]) -> list[Message]:
         """What is sent back."""
         if number == known.TIMESYNC:
-            return self._time(message, asker)
+            return self._time(message)
         if not self._is_ours(message):
             return []
         if number == known.COMMAND_LONG:
@@ -87,11 +87,11 @@ class Answers:
         self.notes.append(f"{what}: {'a new goal' if why is None else 'refused, ' + why}")
         return ACCEPTED if why is None else DENIED
 
-    def _time(self, message: Message, asker: tuple[int, int]) -> list[Message]:
+    def _time(self, message: Message) -> list[Message]:
         """TIMESYNC: our clock beside theirs."""
         if message.tc1 != 0:
             return []
-        return [dialect().MAVLink_timesync_message(time.monotonic_ns(), message.ts1, *asker)]
+        return [dialect().MAVLink_timesync_message(time.monotonic_ns(), message.ts1)]
 
 
 def version() -> Message:

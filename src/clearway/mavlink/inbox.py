@@ -39,6 +39,9 @@ KEPT = {
     known.COMMAND_LONG: 8,
     known.SET_POSITION_TARGET_GLOBAL_INT: 4,
     known.TIMESYNC: 8,
+    known.MISSION_COUNT: 4,
+    known.MISSION_ITEM_INT: 64,
+    known.MISSION_ACK: 4,
 }
 """Messages that we need, and how many of each are decoded at a tick, the newest."""
 FROM_ANY_COMPONENT = (

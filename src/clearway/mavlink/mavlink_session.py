@@ -83,7 +83,9 @@ class MavlinkSession:
         self._accuracy = StatedAccuracy(terms.position_std_m, counts)
         self._surroundings = Surroundings(self.core, sensor, counts)
         pitches = not system.planner.automaton.stays_level
-        wanted = streams_for(act=terms.session.act, pitches=pitches, sensor=sensor is not None)
+        wanted = streams_for(
+            act=terms.session.act or terms.asks, pitches=pitches, sensor=sensor is not None
+        )
         self._streams = Streams(wanted, asks=terms.asks)
         self._answers = Answers(terms.system, self._fly_to)
         self._airborne: bool | None = None
@@ -207,12 +209,17 @@ class MavlinkSession:
                 messages += self._sayings.text(f"{outcome.state}{why}")
         return replace(outcome, messages=tuple(messages), notes=self._notes(wall_s))
 
+    def missing(self, wall_s: float) -> list[str]:
+        """What does not come of what an acting session needs."""
+        names = self._streams.needed(wall_s, sensor=self._sensor is not None)
+        return [f"missing: {self._streams.how((name,))}" for name in names]
+
     def _notes(self, wall_s: float) -> tuple[str, ...]:
         """What whoever watches is told now."""
         said, self._answers.notes = self._answers.notes, []
         if self.core.status is not None:
             waiting = self.core.state in (LinkState.WAITING, LinkState.ON_GROUND)
-            said += self._streams.notes(wall_s, self._sensor is not None, waiting=waiting)
+            said += self._streams.notes(wall_s, sensor=self._sensor is not None, waiting=waiting)
         return (*said, *self.parameters.news(self.core.system.planner.speed_mps))
 
     def _set_points(self, set_point: SetPoint | None, time_s: float) -> list[Message]:

@@ -50,7 +50,7 @@ class OwnPlace:
         self._counts = counts
         self._mission_origin = mission_origin
         self._local_origin: FloatArray | None = None
-        self._paired = False
+        self._pair: tuple[FloatArray, FloatArray] | None = None  # Geodetic, local.
         self._heading_rad: float | None = None
         self._heading_s = -math.inf
         self._local: tuple[float, FloatArray, FloatArray] | None = None
@@ -69,11 +69,13 @@ class OwnPlace:
         """[3] the autopilot's origin in the world frame; None until it is known."""
         if self._mission_origin is None:
             return np.zeros(3)
+        if self._pair is not None:
+            # Where the vehicle is the two frames agree; farther off they need not.
+            return enu_from_geodetic(self._pair[0], self._mission_origin) - self._pair[1]
         if self._local_origin is None:
             return None
         if self._local is None:
             return enu_from_geodetic(self._local_origin, self._mission_origin)
-        # Where the vehicle is the two frames agree; farther off they need not.
         here = geodetic_from_enu(self._local[1], self._local_origin)
         return enu_from_geodetic(here, self._mission_origin) - self._local[1]
 
@@ -138,7 +140,7 @@ class OwnPlace:
         if local is not None and time_s - local[0] <= LOCAL_WAIT_S:
             if abs(time_s - local[0]) <= PAIR_S:
                 there = local[1] + (time_s - local[0]) * local[2]
-                self._local_origin, self._paired = _origin_of(geodetic, there), True
+                self._local_origin, self._pair = _origin_of(geodetic, there), (geodetic, there)
                 self._relative_ground_m = float(there[2]) - MILLIMETRE * message.relative_alt
             return None
         origin = self.origin_geodetic
@@ -152,7 +154,7 @@ class OwnPlace:
     def take_origin(self, message: Message) -> None:
         """GPS_GLOBAL_ORIGIN: where the local frame's zero is, unless pairs tell it better."""
         told = geodetic_of(message.latitude, message.longitude, message.altitude)
-        if told is not None and not self._paired:
+        if told is not None and self._pair is None:
             self._local_origin = told
 
     def take_home(self, message: Message) -> None:

@@ -88,6 +88,18 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> tuple[
         raise
 
 
+def frames_only(
+    connect: str, signing_key: Path | None, system: int, component: int
+) -> tuple[FrameLink, Inbox, Outbox]:
+    """A link without a session."""
+    key = None if signing_key is None else read_key(signing_key)
+    link = open_link(connect, Counter())
+    check = None if key is None else SignatureCheck(key)
+    outbox = Outbox(Packer(system, key=key, check=check), link.send)
+    inbox = Inbox(system, component, check, stream=link.stream, is_ours=outbox.is_ours)
+    return link, inbox, outbox
+
+
 def _terms(
     file: MissionFile, setup: FlightSetup, options: SessionOptions, address: int | None
 ) -> MavlinkTerms:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import Message, dialect
 
+CIRCLES = (known.OBSTACLE_DISTANCE, known.DISTANCE_SENSOR, known.OBSTACLE_DISTANCE_3D)
 SET_MESSAGE_INTERVAL = 511
 """MAV_CMD."""
 ASK_AGAIN_S, SAY_AGAIN_S = 5.0, 5.0
@@ -101,22 +102,26 @@ class Streams:
                 ]
         return []
 
-    def notes(self, wall_s: float, sensor: bool, *, waiting: bool) -> list[str]:
-        """What is heard and what is missing, every few seconds while something needed is."""
-        missing = self.missing(wall_s)
-        names = tuple(each.name for each in missing if each.needed)
-        circles = (known.OBSTACLE_DISTANCE, known.DISTANCE_SENSOR, known.OBSTACLE_DISTANCE_3D)
-        if sensor and not any(wall_s - self._heard_s.get(n, -math.inf) < 3.0 for n in circles):
+    def needed(self, wall_s: float, *, sensor: bool) -> tuple[str, ...]:
+        """Names of what is missing and without which nothing goes."""
+        names = tuple(each.name for each in self.missing(wall_s) if each.needed)
+        if sensor and not any(wall_s - self._heard_s.get(n, -math.inf) < 3.0 for n in CIRCLES):
             names += ("distances (OBSTACLE_DISTANCE, DISTANCE_SENSOR or OBSTACLE_DISTANCE_3D)",)
+        return names
+
+    def notes(self, wall_s: float, *, sensor: bool, waiting: bool) -> list[str]:
+        """What is heard and what is missing, every few seconds while something needed is."""
+        missing, names = self.missing(wall_s), self.needed(wall_s, sensor=sensor)
         due = wall_s - self._said_s >= SAY_AGAIN_S
         if not names or not (due and (waiting or names != self._before)):
             return []
         self._said_s, self._before = wall_s, names
         gone = {each.number for each in missing}
         heard = [each.name for each in self._wanted if each.number not in gone]
-        return [f"hears {', '.join(heard) or 'none of what it needs'}; missing: {self._how(names)}"]
+        return [f"hears {', '.join(heard) or 'none of what it needs'}; missing: {self.how(names)}"]
 
-    def _how(self, names: tuple[str, ...]) -> str:
+    def how(self, names: tuple[str, ...]) -> str:
+        """Names with what was done about them, and what sends them."""
         said = []
         for name in names:
             stream = next((each for each in self._wanted if each.name == name), None)
