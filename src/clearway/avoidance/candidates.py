@@ -15,6 +15,7 @@ from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
+from clearway.avoidance.way_out import WayOut
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
@@ -41,6 +42,8 @@ class Commitment:
     """The movement that the last plan has next."""
     passings: tuple[Passing, ...] = ()
     """Intruders that are being passed, each on its side."""
+    way_out: WayOut | None = None
+    """What is flown from now on if nothing better is found."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -145,6 +148,18 @@ def _add_changes_of_mind(
     if commitment.first_movement:
         planned = prepared.reach_set.movement_names.index(commitment.first_movement)
         cost_m += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
+
+
+def among(candidates: Candidates, keep: BoolArray) -> Candidates:
+    """Some of the candidates, by a mask [candidates]."""
+    return Candidates(
+        candidates.nodes[keep],
+        candidates.cost_m[keep],
+        candidates.sides[keep],
+        candidates.untouched[keep],
+        candidates.room_price_m[keep],
+        candidates.broken[keep],
+    )
 
 
 def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:

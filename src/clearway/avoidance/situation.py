@@ -27,6 +27,7 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
+from clearway.sensors.free_space import SeenSpace
 from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
@@ -75,6 +76,9 @@ class Situation:
     floor_m: float = -math.inf
     """Height of the world that no way leads below, in an emergency neither; one that is below it
     already goes no lower."""
+
+    seen: SeenSpace | None = None
+    """Space that range sensors have seen to be free; None without any of them."""
 
     def __post_init__(self) -> None:
         problems = found(self._problems())

@@ -18,7 +18,13 @@ ACTIONS = {"report": 1, "ascend or descend": 2, "move horizontally": 3}
 """MAV_COLLISION_ACTION."""
 THREATS = {"low": 1, "high": 2}
 """MAV_COLLISION_THREAT_LEVEL."""
-SEVERITY = {Mode.EMERGENCY: 2, Mode.AVOIDANCE: 5, Mode.NAVIGATION: 6, Mode.LANDING: 6}
+SEVERITY = {
+    Mode.EMERGENCY: 2,
+    Mode.ESCAPE: 4,
+    Mode.AVOIDANCE: 5,
+    Mode.NAVIGATION: 6,
+    Mode.LANDING: 6,
+}
 """MAV_SEVERITY: critical, notice, info."""
 WARNING = 4
 REPEAT_S = 1.0
