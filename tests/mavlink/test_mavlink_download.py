@@ -96,7 +96,7 @@ def test_what_an_autopilot_has_becomes_a_mission_that_can_be_flown(tmp_path: Pat
     assert mission.mission.origin_geodetic[:2] == pytest.approx(HOME[:2])
     goals = np.array(mission.mission.waypoints_m)
     assert goals[-1] == pytest.approx([274.6, 222.6, 30.0], abs=1.0)
-    assert len(mission.keep_out) >= 2
+    assert len(mission.obstacle) >= 5
 
 
 def test_an_autopilot_without_a_mission_is_told() -> None:

@@ -52,8 +52,8 @@ class Meeting(NamedTuple):
     time_s: FloatArray
     """[nodes] when that is."""
     lack_m: FloatArray
-    """[nodes] by how much the intruder, as it grows, comes nearer than 0 within the time of the
-    longest way."""
+    """[nodes] by how much the intruder, as it grows, comes nearer than 0 after the way's end and
+    within the time of the longest; on the way itself verification looks."""
     radius_m: float
     growth_mps: float
 
@@ -162,16 +162,15 @@ def _meeting(
     nodes, count = samples.shape[0], samples.shape[1]
     # On the way to the node itself, which its sequels begin with, and then with what follows it.
     on_way2, on_way_aside = np.empty(nodes), np.empty((nodes, 3))
-    on_way_s, on_way_lack = np.empty(nodes), np.empty(nodes)
+    on_way_s = np.empty(nodes)
     aside_m, time_s, lack_m = np.empty((nodes, 3)), np.empty(nodes), np.empty(nodes)
     for n in range(nodes):
         p, start_s, previous = parent[n], 0.0, np.zeros(3)
         nearest2, nearest_s = np.sum(place * place), 0.0
         aside = place.copy()
-        lack = radius - np.sqrt(nearest2)
         if p >= 0:
             start_s, previous = end_time_s[p], samples[p, count - 1]
-            nearest2, nearest_s, lack = on_way2[p], on_way_s[p], on_way_lack[p]
+            nearest2, nearest_s = on_way2[p], on_way_s[p]
             aside = on_way_aside[p].copy()
         step_s = (end_time_s[n] - start_s) / count
         began_s = start_s
@@ -182,11 +181,10 @@ def _meeting(
             after_s = _closest_s(apart, change, step_s)
             there = apart + after_s * change
             gap2 = np.sum(there * there)
-            lack = max(lack, radius + growth * (began_s + after_s) - np.sqrt(gap2))
             if gap2 < nearest2:
                 nearest2, nearest_s, aside = gap2, began_s + after_s, there
             previous, began_s = samples[n, q], began_s + step_s
-        on_way2[n], on_way_s[n], on_way_lack[n] = nearest2, nearest_s, lack
+        on_way2[n], on_way_s[n] = nearest2, nearest_s
         on_way_aside[n] = aside
         apart = place + began_s * velocity - previous
         after_s = _closest_s(apart, change, np.inf)
@@ -196,7 +194,7 @@ def _meeting(
         within_s = min(after_s, max(0.0, horizon_s - began_s))
         there = apart + within_s * change
         gap = np.sqrt(np.sum(there * there))
-        lack_m[n] = max(lack, radius + growth * (began_s + within_s) - gap)
+        lack_m[n] = radius + growth * (began_s + within_s) - gap
         aside_m[n], time_s[n] = aside, nearest_s
     return aside_m, time_s, lack_m
 

@@ -175,7 +175,8 @@ class SimulatedAutopilot:
         self.nearest_obstacle_m = min(self.nearest_obstacle_m, gap)
         if self.mission_s is None:
             return
-        self._traffic.step(State(place, np.array([0.0, 0.0, self.truth.yaw_rad]), self.mission_s))
+        attitude = np.array([0.0, 0.0, self.truth.yaw_rad])
+        self._traffic.step(State(place, attitude, time_s=self.mission_s))
         for name, track in self._traffic.tracks.items():
             apart = float(np.linalg.norm(track[-1][1] - place)) - self._traffic.radii_m()[name]
             self.nearest_intruder_m = min(self.nearest_intruder_m, apart)
