@@ -76,7 +76,7 @@ class RouteMap:
     ) -> None:
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
         self._per_cell = COARSE if coarse else FINE
-        self.width_m = self._per_cell * voxel_m
+        self.width_m = float(self._per_cell * voxel_m)
         # No gap between cells leads through a wall, however thin.
         self._barred_m = max(margin_m, HALF_DIAGONAL * self.width_m)
         self.rooms_m = (margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
@@ -100,7 +100,7 @@ class RouteMap:
             fresh,
             read_only(remembered.position_m),
             read_only(remembered.radius_m),
-            low * self.width_m,
+            np.asarray(low * self.width_m, dtype=np.float64),
             self.width_m,
             self.rooms_m[1] + self.width_m,
         )
@@ -115,7 +115,8 @@ class RouteMap:
 
     def _follow(self, position_m: FloatArray) -> IntArray:
         """[3] number of the lowest cell, moved along where the vehicle has left the middle."""
-        wanted = np.floor(position_m / self.width_m).astype(np.int64) - np.array(SHAPE) // 2
+        middle = np.floor(position_m / self.width_m).astype(np.int64)
+        wanted: IntArray = middle - np.array(SHAPE) // 2
         if self._low is None:
             self._low = wanted
             self._mapped = self._of_map(wanted)
@@ -172,7 +173,13 @@ class RouteMap:
         price[nearest < self.rooms_m[0]] *= HARDLY_ROOM / NO_ROOM_TO_TURN
         price += self._in_vain
         price[barred] = np.inf
-        return Cells(self._low * self.width_m, self.width_m, price, self._in_vain, nearest)
+        return Cells(
+            np.asarray(self._low * self.width_m, dtype=np.float64),
+            self.width_m,
+            price,
+            self._in_vain,
+            nearest,
+        )
 
 
 def _lengths(corners_m: FloatArray) -> FloatArray:

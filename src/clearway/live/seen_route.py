@@ -94,7 +94,8 @@ def _beside(cells: Cells, place_m: FloatArray) -> FloatArray:
     near = np.clip(cells.cell_of(place_m) + around, 0, np.array(cells.price.shape) - 1)
     away = np.linalg.norm(cells.low_m + (near + 0.5) * cells.width_m - place_m, axis=1)
     room = cells.nearest_m[tuple(near.astype(np.int64).T)]
-    return near[int(np.argmax(np.minimum(room, MOST_ROOM * cells.width_m) - away))]
+    best = np.argmax(np.minimum(room, MOST_ROOM * cells.width_m) - away)
+    return np.asarray(near[best], dtype=np.float64)
 
 
 @compiled
