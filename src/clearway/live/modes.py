@@ -54,10 +54,8 @@ def _emergency(decision: Decision, _progress: Progress, _mission: Mission) -> st
     return f"nothing verified keeps {decision.margin_m:.2f} m, nor is a way out in hand"
 
 
-def _hold(decision: Decision, progress: Progress, _mission: Mission) -> str:
-    if not (decision.escapes and progress.closed):
-        return ""
-    return "the goal is not reachable as far as is seen"
+def _hold(_decision: Decision, progress: Progress, _mission: Mission) -> str:
+    return "no way leads to the goal as far as is seen" if progress.closed else ""
 
 
 def _escape(decision: Decision, _progress: Progress, _mission: Mission) -> str:
@@ -87,8 +85,8 @@ def _navigation(_decision: Decision, _progress: Progress, _mission: Mission) -> 
 
 GUARDS = (
     Guard(Mode.EMERGENCY, "nothing verified keeps the margin, no way out is in hand", _emergency),
-    Guard(Mode.HOLD, "the way out is flown, and no way leads to the goal as far as seen", _hold),
     Guard(Mode.ESCAPE, "the way out is flown: nothing else leaves one", _escape),
+    Guard(Mode.HOLD, "no way leads to the goal as far as is seen", _hold),
     Guard(Mode.LANDING, "the last waypoint is behind", _landing),
     Guard(Mode.AVOIDANCE, "cheaper trajectories are ruled out", _avoidance),
     Guard(Mode.NAVIGATION, "the cheapest trajectory is free", _navigation),

@@ -22,7 +22,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.danger import endangered
-from clearway.live.dead_end import out_of_dead_end, way_round
+from clearway.live.dead_end import out_of_dead_end, warm_up_ways
 from clearway.live.explain import explanation
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
@@ -240,7 +240,7 @@ class AvoidanceSystem:
             for scan in (reading for reading in readings if isinstance(reading, Scan)):
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
-        way_round(trial._known, start.position_m, self.mission.goals_m[0])
+        warm_up_ways(trial._known, start)
 
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.

@@ -26,7 +26,7 @@ SEVERITY = {
     Mode.NAVIGATION: 6,
     Mode.LANDING: 6,
 }
-"""MAV_SEVERITY: critical, notice, info."""
+"""MAV_SEVERITY: critical, warning, notice, info."""
 WARNING = 4
 REPEAT_S = 1.0
 """An aircraft is not told of again within this time."""
