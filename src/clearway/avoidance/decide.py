@@ -284,7 +284,7 @@ def _decide_within(
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
     if in_reach or len(hazards.moving.radius_m):
         return one_movement
-    reaction_m = min(planner.automaton.turning_radius_m, planner.grid.range_m) + margin
+    reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + margin
     speed = prepared.step_m / one_movement
     free = (planner.grid.range_m - reaction_m) / max(speed, 1e-9)
     plan = float(reach_set.end_time_s[choice.node])
