@@ -5,7 +5,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
     Goal,
     Prices,
@@ -13,6 +12,7 @@ from clearway.avoidance.costs import (
     arrival,
     curved_distance_to_go,
 )
+from clearway.avoidance.prepared import PreparedReachSet
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.choice import Basis, Commitment, Side
+from clearway.avoidance.candidates import Commitment, Side
+from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.situation import Situation, margin_m

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.choice import Basis
+from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation

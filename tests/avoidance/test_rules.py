@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.choice import Basis
+from clearway.avoidance.chosen import Basis
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.decide import decide
 from clearway.avoidance.planner import Planner

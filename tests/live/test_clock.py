@@ -153,7 +153,7 @@ def test_readings_without_any_question_are_kept_bounded_and_in_order():
         live.update(State([0.001 * n, 0.0, 0.0], time_s=0.01 * n))
         if n % 10 == 0:
             live.update(Scan(NO_RETURNS, 0.01 * n, "lidar"))
-    assert len(live._waiting._readings) <= 600
+    assert len(live._known.waiting._readings) <= 600
     assert live.situation(29.99)[0].state.position_m[0] == pytest.approx(2.999)
     assert not live.counts
 

@@ -175,7 +175,7 @@ def test_a_scan_before_its_own_state_is_placed_along_the_plan():
     ahead = Obstacle.ball([8.0, 0.0, 0.0], 1.5)
     live.update(simulate_scan(LIDAR, ObstacleMap([ahead]), state(1.5, x=1.5)))
     live.catch_up(1.5)
-    remembered = live._sensing.remembered.position_m
+    remembered = live._known.sensing.remembered.position_m
     assert remembered[:, 0].min() == pytest.approx(8.0 - 1.5, abs=0.15)
     hazards = live.decide(1.5).decision.hazards
     assert hazards.points.position_m[:, 0].min() == pytest.approx(8.0 - 1.5 - 1.5, abs=0.15)

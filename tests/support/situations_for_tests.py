@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.choice import Basis
+from clearway.avoidance.chosen import Basis
 from clearway.avoidance.costs import Prices
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import PointHazards

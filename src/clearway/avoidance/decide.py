@@ -14,22 +14,15 @@ from functools import cached_property, partial
 import numpy as np
 
 from clearway.avoidance.assess import Assessment, assess_situation
-from clearway.avoidance.choice import (
-    Basis,
-    Candidates,
-    Choice,
-    Commitment,
-    PreparedReachSet,
-    choose,
-    choose_by_rules,
-    price_candidates,
-    reach_of,
-)
+from clearway.avoidance.candidates import Candidates, Commitment, price_candidates
+from clearway.avoidance.choice import choose, choose_by_rules
+from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
+from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping

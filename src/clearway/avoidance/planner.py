@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import get_args
 
-from clearway.avoidance.choice import PreparedReachSet
 from clearway.avoidance.costs import (
     Prices,
     StageCost,
@@ -16,6 +15,7 @@ from clearway.avoidance.costs import (
     length_and_prices,
 )
 from clearway.avoidance.fusion import Rating, rating_named
+from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem

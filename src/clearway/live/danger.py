@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.choice import reach_of
 from clearway.avoidance.decide import Decision
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
+from clearway.avoidance.prepared import reach_of
 from clearway.avoidance.situation import Situation, margin_slope
 from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray

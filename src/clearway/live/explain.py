@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from clearway.avoidance.choice import Basis, Choice
+from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.decide import Decision
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.rules import RuleNote

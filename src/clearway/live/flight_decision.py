@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from clearway.avoidance.choice import Basis
+from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import Decision
 from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table

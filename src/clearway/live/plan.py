@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from clearway.avoidance.choice import Commitment, Side
+from clearway.avoidance.candidates import Commitment, Side
 from clearway.avoidance.decide import Decision
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S

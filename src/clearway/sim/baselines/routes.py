@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.choice import Commitment, PreparedReachSet, price_candidates
+from clearway.avoidance.candidates import Commitment, price_candidates
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.fusion import rate_reach_set
 from clearway.avoidance.planner import Planner
+from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.situation import Situation, goal_of
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray

@@ -1,0 +1,151 @@
+"""Candidates of a decision: complete trajectories, on which side they pass, and what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from clearway.avoidance.costs import Arrival, Goal, Prices
+from clearway.avoidance.crossing import crossings_ahead
+from clearway.avoidance.fusion import ReachAssessment
+from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.rules.rule import Ruling
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IntArray
+from clearway.reach.tree import ReachSet
+
+SMALLEST_RATING = 1e-6
+"""Rating that counts as none in -log P_R."""
+
+
+class Side(StrEnum):
+    """How a trajectory passes, seen along the way to the goal."""
+
+    LEFT = "left"
+    RIGHT = "right"
+    STRAIGHT = "straight"
+
+
+@dataclass(frozen=True, slots=True)
+class Commitment:
+    """What the last decision binds the next one to, lest it flip from side to side."""
+
+    side: Side = Side.STRAIGHT
+    first_movement: str = ""
+    """The movement that the last plan has next."""
+
+
+SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
+DEAD_BAND = 0.1
+"""Share of the range within which a path's end counts as straight towards the goal."""
+
+
+def sides_of(reach_set: ReachSet, nodes: IntArray, goal: Goal) -> IntArray:
+    """[nodes] -1 right, 0 straight, 1 left of the way to the goal, by the end of the path."""
+    target = goal.target_m
+    length = float(np.hypot(target[0], target[1]))
+    if length < 1e-6:
+        return np.zeros(len(nodes), dtype=np.int64)
+    cos, sin = np.cos(reach_set.start_pitch_rad), np.sin(reach_set.start_pitch_rad)
+    ends = reach_set.states[nodes]
+    x, y = cos * ends[:, 0] + sin * ends[:, 2], ends[:, 1]
+    across = (target[0] * y - target[1] * x) / length
+    off = np.abs(across) >= DEAD_BAND * reach_set.grid.range_m
+    return np.where(off, np.sign(across), 0).astype(np.int64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """Complete trajectories and what they cost."""
+
+    nodes: IntArray
+    """[candidates] ends: by range, by side, or at the final waypoint."""
+    cost_m: FloatArray
+    """[candidates] path, cost to go and prices."""
+    sides: IntArray
+    """[candidates]"""
+    untouched: BoolArray
+    """[candidates] whether it passes no coated cell."""
+    room_price_m: FloatArray
+    """[candidates] what it costs to have no room to circle early on the way; 0 at the last goal."""
+    broken: IntArray
+    """[candidates] which rules it breaks, one bit each: the higher, the worse; 0 obeys all."""
+
+
+def price_candidates(
+    prepared: PreparedReachSet,
+    assessment: ReachAssessment,
+    untouched: BoolArray,
+    goal: Goal,
+    arrived: Arrival,
+    to_go: Callable[[IntArray], FloatArray],
+    prices: Prices,
+    commitment: Commitment,
+    moving: MovingHazards | None = None,
+) -> Candidates:
+    """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
+
+    untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
+    of given nodes. moving: intruders that it may cost something to cross ahead of.
+    """
+    reach_set, step_m = prepared.reach_set, prepared.step_m
+    nodes = _complete_nodes(prepared, goal, arrived)
+    to_go_m = to_go(nodes)
+    if goal.final:
+        to_go_m = np.where(arrived.reached[nodes], 0.0, to_go_m)
+    grazing = np.where(arrived.reached, arrived.miss_m / goal.reach_radius_m, 0.0)[nodes] ** 4
+    rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
+    cost = prepared.path_cost_m[nodes] + to_go_m
+    cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
+    cost += step_m * prices.coated * ~untouched[nodes]
+    sides = sides_of(reach_set, nodes, goal)
+    _add_changes_of_mind(cost, prepared, nodes, sides, prices, commitment)
+    if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
+        cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
+    if not np.all(np.isfinite(cost)):
+        raise ClearwayError(
+            f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
+            "finite number; stage cost, terminal cost and rating must be finite"
+        )
+    ends_here = arrived.reached[nodes] & goal.final
+    room_price = np.where(ends_here, 0.0, prices.no_room * step_m)
+    obeys_all = np.zeros(len(nodes), dtype=np.int64)
+    return Candidates(nodes, cost, sides, untouched[nodes], room_price, obeys_all)
+
+
+def _complete_nodes(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> IntArray:
+    """Ends of complete trajectories that can be flown: at the last goal, none leads past it."""
+    complete = prepared.reach_set.complete
+    if goal.final:
+        complete = (complete & ~arrived.reached) | arrived.first
+    return np.flatnonzero(complete & prepared.flyable)
+
+
+def _add_changes_of_mind(
+    cost_m: FloatArray,
+    prepared: PreparedReachSet,
+    nodes: IntArray,
+    sides: IntArray,
+    prices: Prices,
+    commitment: Commitment,
+) -> None:
+    """Add in place what it costs to pass on another side, or to begin otherwise than planned."""
+    step_m = prepared.step_m
+    if commitment.side in (Side.LEFT, Side.RIGHT):
+        committed = 1 if commitment.side is Side.LEFT else -1
+        cost_m += prices.other_side * step_m * (sides == -committed)
+    if commitment.first_movement:
+        planned = prepared.reach_set.movement_names.index(commitment.first_movement)
+        cost_m += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
+
+
+def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:
+    """The candidates with what rules forbid and price."""
+    nodes = candidates.nodes
+    cost_m = candidates.cost_m + ruling.price_m[nodes]
+    return replace(candidates, cost_m=cost_m, broken=ruling.broken[nodes])

@@ -1,0 +1,105 @@
+"""A reach set with all that decisions need of it: paths, costs, room to circle, worked out once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance.costs import Prices, StageCost, length_and_prices
+from clearway.avoidance.loiter import LoiterCircles, loiter_circles
+from clearway.avoidance.verify import Paths, paths_of
+from clearway.base.brief import brief
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import BORDER_TOLERANCE
+from clearway.base.state import BoolArray, IntArray
+from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
+from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedReachSet:
+    """A reach set with what every decision needs of it, worked out once.
+
+    Built for one of few start pitches; `flown_from` says where the same movements lead from the
+    attitude that the vehicle really has.
+    """
+
+    reach_set: ReachSet
+    paths: Paths
+    loiter: LoiterCircles
+    path_cost_m: FloatArray
+    """[nodes] stage costs from the start to each node."""
+    first_movement: IntArray
+    """[nodes] index of the first movement on the way to each node."""
+    first_node: IntArray
+    """[nodes] node of that first movement."""
+    step_m: float
+    """Length of one movement: the unit of prices."""
+    turns: AttitudeTurns
+    flyable: BoolArray
+    """[nodes] whether the path to the node's end keeps the automaton's pitch limit."""
+    reach_m: float
+    """How far from the vehicle its paths lead, at least the range of the grid."""
+
+    __repr__ = brief
+
+    @classmethod
+    def of(
+        cls,
+        reach_set: ReachSet,
+        prices: Prices,
+        stage_cost: StageCost = length_and_prices,
+        turning_radius_m: float = 0.0,
+    ) -> PreparedReachSet:
+        """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles."""
+        cost = np.array(stage_cost(reach_set, prices), dtype=np.float64)
+        if cost.shape != (reach_set.nodes,) or not np.all(np.isfinite(cost)):
+            raise ClearwayError("stage cost: must be a finite number for every node")
+        first = reach_set.movement.astype(np.int64)
+        first_node = np.arange(reach_set.nodes)
+        for node, parent in enumerate(reach_set.parent):
+            if parent >= 0:
+                cost[node] += cost[parent]
+                first[node], first_node[node] = first[parent], first_node[parent]
+        step_m = float(np.max(reach_set.length_m[reach_set.parent < 0]))
+        loiter = loiter_circles(reach_set, turning_radius_m)
+        return cls(
+            reach_set,
+            paths_of(reach_set),
+            loiter,
+            cost,
+            first,
+            first_node,
+            step_m,
+            turns_of(reach_set),
+            np.ones(reach_set.nodes, dtype=np.bool_),
+            reach_of(paths_of(reach_set), reach_set.grid.range_m),
+        )
+
+    def flown_from(
+        self, automaton: MovementAutomaton, roll_rad: float, pitch_rad: float
+    ) -> PreparedReachSet:
+        """The same trajectories from a true attitude; cells and costs of movements stay."""
+        if is_flown(self.reach_set, automaton, roll_rad, pitch_rad):
+            return self
+        flown, flyable = flown_from(self.reach_set, self.turns, automaton, roll_rad, pitch_rad)
+        return replace(
+            self,
+            reach_set=flown,
+            paths=paths_of(flown),
+            loiter=loiter_circles(flown, self.loiter.radius_m),
+            flyable=flyable,
+            reach_m=reach_of(paths_of(flown), flown.grid.range_m),
+        )
+
+
+def reach_of(paths: Paths, range_m: float) -> float:
+    """How far from the start any path comes, at least the range of the grid; what is added to the
+    margin on the way, as to the sagitta, counts."""
+    samples = paths.samples_m
+    farthest = np.sqrt(np.einsum("nsi,nsi->ns", samples, samples).max(axis=1))
+    reach_m = float((farthest + paths.sagitta_m).max())
+    return reach_m if reach_m > range_m + BORDER_TOLERANCE else range_m

@@ -1,0 +1,193 @@
+"""What readings have told up to now: the own place, what sensors saw, who reported, how far we are.
+
+Times here are the system's own; `live.clock` makes them of what whoever asks tells.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.base.checks import time_problem
+from clearway.base.errors import ClearwayError
+from clearway.base.state import State
+from clearway.live.clock import Clock
+from clearway.live.dynamic_objects import unreported
+from clearway.live.mission import Mission, Progress, advanced
+from clearway.live.own_states import Flown, OwnStates
+from clearway.live.range_sensing import RangeSensing
+from clearway.live.readings import DataLimits, Reading
+from clearway.live.reports import reports_for
+from clearway.live.waiting import Waiting
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import AnySensor, Scan, range_sensors
+from clearway.sensors.detection import Rule
+from clearway.traffic import Intruder, TrackerSettings
+
+
+class Knowledge:
+    """Takes readings, and tells what is known at a moment; arguments as of `AvoidanceSystem`.
+
+    What cannot be used is counted by reason in `counts`.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        mission: Mission,
+        lidars: Sequence[AnySensor],
+        obstacle_map: ObstacleMap | None,
+        limits: DataLimits,
+        *,
+        detection_rule: Rule,
+        ground_m: float,
+        tracker: TrackerSettings | None,
+        address: str,
+        follow_movers: bool,
+    ) -> None:
+        self.planner, self.mission, self.obstacle_map = planner, mission, obstacle_map
+        self.limits = limits
+        self.progress = Progress()
+        self.counts: Counter[str] = Counter()
+        self.news = ""
+        """What has come since a plan last took account of all."""
+        self.unchecked = False
+        """Whether a plan has not been held against the news."""
+        self.clock = Clock(limits.state_s)
+        self.waiting = Waiting(limits.ahead_s)
+        self.flown = Flown(planner.automaton, limits.history_s)
+        self.own_states = OwnStates(limits.history_s, self.flown)
+        self.sensing = RangeSensing(
+            planner,
+            range_sensors(lidars),
+            limits,
+            detection_rule=detection_rule,
+            ground_m=ground_m,
+            follow_movers=follow_movers,
+        )
+        self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
+
+    # --- readings -------------------------------------------------------------------------
+
+    def put(self, reading: Reading) -> None:
+        """Keep a reading for the next question; what no time makes right is counted at once."""
+        if isinstance(reading, Scan) and reading.sensor not in self.sensing.sensors:
+            self.counts["scan: unknown sensor"] += 1
+            return
+        self.waiting.put(reading)
+        overdue = self.waiting.overdue_s
+        if overdue is not None:
+            self._take(self.clock.own(overdue), asked=False)
+
+    def catch_up(self, told_s: float) -> float:
+        """Own time of a question, with all taken in that has come; ClearwayError for no time."""
+        problem = time_problem("time", told_s)
+        if problem:
+            raise ClearwayError(f"question: {problem}")
+        now, jumped = self.clock.ask(told_s)
+        if jumped:
+            self.counts[jumped] += 1
+        self._take(now, asked=True)
+        return now
+
+    def _take(self, now: float, *, asked: bool) -> None:
+        unsure_mps = self.planner.speed_mps / max(self.planner.settings.sigmas, 1.0)
+        ready = self.waiting.ready(now, self.clock.own, unsure_mps, asked=asked)
+        self.counts.update(ready.flaws)
+        for reading in ready.readings:
+            if isinstance(reading, State):
+                self._take_state(reading)
+            elif isinstance(reading, Scan):
+                self._take_scan(reading)
+            else:
+                self._take_report(reading)
+
+    def _take_state(self, state: State) -> None:
+        flaw = self.own_states.take(state)
+        if flaw:
+            self.counts[flaw] += 1
+            return
+        self.clock.settle(state.time_s)
+        self.progress = advanced(
+            self.mission,
+            self.progress,
+            state.position_m,
+            state.time_s,
+            stays_level=self.planner.automaton.stays_level,
+        )
+
+    def _take_scan(self, scan: Scan) -> None:
+        flaw = self.sensing.flaw_of(scan)
+        if flaw:
+            self.counts[flaw] += 1
+        elif not self.own_states.reach_back_to(scan.time_s):
+            self.counts["scan: no own state of its time"] += 1
+        else:
+            self.counts.update(self.sensing.take(scan, self.own_states.at(scan.time_s)))
+            if len(scan.points_m):
+                self.news, self.unchecked = "new returns", True
+            if not self.sensing.believes(scan.sensor):
+                self.counts[f"scan: {scan.sensor} is contradicted by others"] += 1
+
+    def _take_report(self, report: Intruder) -> None:
+        flaw = self._reports.take(report)
+        if flaw:
+            self.counts[flaw] += 1
+        else:
+            self.news, self.unchecked = self.news or "new reports of traffic", True
+
+    # --- what is known at a moment --------------------------------------------------------
+
+    def own_state(self, now: float) -> State:
+        """The latest own state carried to a moment; ClearwayError if none has come yet."""
+        latest = self.own_states.latest
+        if now - latest.time_s > self.limits.state_s or self.clock.in_doubt:
+            self.counts["state: stale"] += 1
+        return self.flown.carry(latest, now)
+
+    def with_detections(self, state: State, now: float) -> tuple[Situation, float]:
+        """All that is known from an own state, and the age of the oldest scan used, or NaN."""
+        for name in self.sensing.silent(now):
+            self.counts[f"scan: none fresh of {name}"] += 1
+        scans = self.sensing.usable_scans(now)
+        detections = self.sensing.detections(scans, state, self.own_states.at)
+        situation = replace(self.around(state, now), detections=detections)
+        return situation, max((now - scan.time_s for scan in scans.values()), default=np.nan)
+
+    def around(self, state: State, now: float) -> Situation:
+        """All that is known but for the cells that sensors see."""
+        here = self.here(state, now)
+        return replace(
+            here,
+            remembered=self.sensing.remembered_near(
+                state.position_m, widest_margin_m(self.planner, here)
+            ),
+            obstacle_map=self.obstacle_map,
+            intruders=self._traffic(state, now),
+            range_sigma_m=self.sensing.sigma_m,
+        )
+
+    def here(self, state: State, now: float) -> Situation:
+        """Where we are and want to go, and how sure that is; nothing of what is around."""
+        latest_s = self.own_states.latest.time_s
+        unknown_s = self.flown.unknown_s(latest_s, now) if now > latest_s else 0.0
+        return Situation(
+            state=state,
+            target_m=self.progress.target(self.mission),
+            next_m=self.progress.following(self.mission),
+            from_m=self.progress.left(self.mission),
+            reach_radius_m=self.mission.reach_radius_m,
+            state_age_s=max(0.0, now - latest_s),
+            unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s),
+        )
+
+    def _traffic(self, state: State, now_s: float) -> list[Intruder]:
+        """Reported intruders, and those that LiDAR alone sees."""
+        reported, left_out = self._reports.intruders(state, now_s)
+        self.counts.update(left_out)
+        return reported + unreported(self.sensing.dynamic_objects, reported)
