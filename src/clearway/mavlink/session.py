@@ -264,7 +264,8 @@ class Session:
         movement = None if ahead is None else self.system.movement_at(ahead.time_s)
         if ahead is None or movement is None:
             return None
-        return SetPoint.following(ahead.vector, movement.speed_mps, offset)
+        climb = movement.climb_mps or 0.0
+        return SetPoint.following(ahead.vector, movement.speed_mps, offset, climb_mps=climb)
 
     def _planned(self, time_s: float) -> State | None:
         """Where the plan has the vehicle; it begins with a decision, which news may be older than.

@@ -36,10 +36,19 @@ class SetPoint:
 
     @classmethod
     def following(
-        cls, state: FloatArray, speed_mps: float, world_from_local_m: FloatArray
+        cls,
+        state: FloatArray,
+        speed_mps: float,
+        world_from_local_m: FloatArray,
+        *,
+        climb_mps: float = 0.0,
     ) -> SetPoint:
-        """On a plan that has the vehicle in a state [6] of the world frame."""
+        """On a plan that has the vehicle in a state [6] of the world frame.
+
+        climb_mps: beside the speed along the nose, of what climbs without pitching.
+        """
         velocity = speed_mps * world_from_body(np.ascontiguousarray(state[3:]))[:, 0]
+        velocity[2] += climb_mps
         return cls(state[:3] - world_from_local_m, velocity, float(state[5]))
 
     @classmethod

@@ -83,9 +83,7 @@ class MovementAutomaton:
         diagonals: bool = True,
     ) -> MovementAutomaton:
         """The nine movements of section 4.3, or the five without diagonals."""
-        movements = plane_movements(
-            speed_mps, turn_step_deg, duration_s, diagonals=diagonals
-        )
+        movements = plane_movements(speed_mps, turn_step_deg, duration_s, diagonals=diagonals)
         limit = None if pitch_limit_deg is None else float(np.radians(pitch_limit_deg))
         return cls(movements, limit)
 
@@ -252,7 +250,11 @@ class MovementAutomaton:
         """Whether roll and pitch neither change nor matter: tilting is no part of the way."""
         level, tilted = np.zeros(6), np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.0])
         return all(
-            bool(np.array_equal(self.predict(tilted, movement) - tilted, self.predict(level, movement)))
+            bool(
+                np.array_equal(
+                    self.predict(tilted, movement) - tilted, self.predict(level, movement)
+                )
+            )
             for movement in self.movements
         )
 

@@ -155,8 +155,7 @@ def multirotor_movements(
             yield movement("Climb", 0.0, vertical)
             yield movement("Sink", 0.0, -vertical)
         yield movement("Turn-Left", 0.0, yaw=spot)
-        if spot_turn_deg < HALF_TURN_DEG:
-            yield movement("Turn-Right", 0.0, yaw=-spot)
+        yield movement("Turn-Right", 0.0, yaw=-spot)
         yield movement("Hold", 0.0)
 
     return tuple(all_movements())
