@@ -21,7 +21,7 @@ from worlds_for_tests import planner
 
 HERE = State(np.zeros(3))
 AHEAD = np.array([30.0, 0.0, 0.0])
-PLANNER = planner()
+PLANNER = planner(escape="off")
 
 
 def situation(*obstacles, target=AHEAD, state=HERE, **more):

@@ -8,7 +8,7 @@ import pytest
 from clearway.avoidance.chosen import Basis
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.avoidance.rules import (
     GroundHeights,
     Rule,
@@ -39,7 +39,8 @@ BALL = Obstacle.ball([6.0, 0.0, 0.0], 1.5, "ball")
 
 
 def ruled(*rules, obstacles=(), state=None, target=AHEAD, **more):
-    planner = Planner.of(LIBRARY, rules=rules)
+    settings = AvoidanceSettings(escape="off")
+    planner = Planner.of(LIBRARY, settings, rules=rules)
     here = state or State(np.zeros(3))
     chart = ObstacleMap(obstacles)
     return decide(planner, Situation(here, np.asarray(target, float), obstacle_map=chart, **more))

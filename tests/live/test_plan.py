@@ -15,7 +15,7 @@ from clearway.sim.baselines import BaselinePilot, Manoeuvre
 from clearway.vehicle.buffer import MovementBuffer
 from worlds_for_tests import AUTOMATON, LIDAR, STATIC, mission, planner, static_world
 
-PLANNER = planner()
+PLANNER = planner(escape="off")
 AHEAD = mission((30.0, 8.0, 4.0))
 
 

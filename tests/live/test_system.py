@@ -17,7 +17,7 @@ from clearway.sim.worlds import ball_world
 from clearway.traffic import Intruder, TrackerSettings
 from worlds_for_tests import LIDAR, mission, planner
 
-PLANNER = planner()
+PLANNER = planner(escape="off")
 MISSION = mission((30.0, 0.0, 0.0))
 BALL = ObstacleMap([Obstacle.ball([8.0, 0.0, 0.0], 1.5)])
 

@@ -26,19 +26,23 @@ MARGIN_M, RADIUS_M = 0.6, 0.6
 
 
 @lru_cache
-def setup() -> FlightSetup:
-    return prepare(read_mission_file("mixed"))
+def setup(escape: str = "off") -> FlightSetup:
+    mixed = prepare(read_mission_file("mixed"))
+    settings = replace(mixed.planner.settings, escape=escape)
+    return replace(mixed, planner=replace(mixed.planner, settings=settings))
 
 
 @lru_cache
-def flown(seed: int) -> Run:
-    mixed = setup()
+def flown(seed: int, escape: str = "off") -> Run:
+    mixed = setup(escape)
     return replace(mixed, simulation=replace(mixed.simulation, seed=seed)).fly()
 
 
-@pytest.mark.parametrize("seed", [0, 1, 3, 11])
-def test_the_mixed_mission_keeps_both_margins(seed: int) -> None:
-    run = flown(seed)
+@pytest.mark.parametrize(
+    ("seed", "escape"), [(0, "off"), (0, "strict"), (1, "strict"), (3, "off"), (11, "strict")]
+)
+def test_the_mixed_mission_keeps_both_margins(seed: int, escape: str) -> None:
+    run = flown(seed, escape)
     assert run.reached
     assert run.metrics.min_obstacle_distance_m >= MARGIN_M
     assert run.metrics.intruders is not None

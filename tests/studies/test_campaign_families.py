@@ -65,6 +65,27 @@ def test_a_case_is_the_mission_with_its_changes_and_seed() -> None:
     assert plain.file.lidar[0].dropout == 0.05
 
 
+def test_changes_of_a_campaign_are_made_in_all_families_which_may_say_otherwise(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "c.toml"
+    path.write_text(
+        'name = "c"\nplanners = ["straight"]\n'
+        "changes.lidar = { dropout = 0.25, sigma_m = 0.1 }\n"
+        '[[family]]\nfamily = "head-on"\n'
+        '[[family]]\nfamily = "forest"\nchanges.lidar = { dropout = 0.5 }\n'
+    )
+    plain, own = (json.loads(task.changes) for task in tasks_of(read_campaign(str(path))))
+    assert plain == {"lidar": {"dropout": 0.25, "sigma_m": 0.1}}
+    assert own == {"lidar": {"dropout": 0.5, "sigma_m": 0.1}}
+    ids = {task.settings_id for task in tasks_of(read_campaign(str(path)))}
+    path.write_text(path.read_text().replace("sigma_m = 0.1", "sigma_m = 0.2"))
+    assert ids.isdisjoint(task.settings_id for task in tasks_of(read_campaign(str(path))))
+    path.write_text(path.read_text().replace("changes.lidar", "changes.radar", 1))
+    with pytest.raises(InputError, match="radar"):
+        read_campaign(str(path))
+
+
 def test_a_sampled_intruder_flies_the_track_that_the_model_gives() -> None:
     case = make_case("sampled", 5, {}, {}, Path())
     run = case.setup.fly_with("straight")
@@ -101,7 +122,7 @@ def test_absent_data_are_skipped_with_a_reason(
 
 
 def test_every_built_in_campaign_flies_known_families_in_distinct_flights() -> None:
-    assert {"standard", "quick"} <= set(built_in_campaigns())
+    assert {"standard", "quick", "dead-ends"} <= set(built_in_campaigns())
     for name in built_in_campaigns():
         keys = [task.key for task in tasks_of(read_campaign(name))]
         assert len(keys) == len(set(keys))

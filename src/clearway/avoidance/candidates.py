@@ -14,6 +14,7 @@ from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
+from clearway.avoidance.way_out import WayOut
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
@@ -38,6 +39,8 @@ class Commitment:
     side: Side = Side.STRAIGHT
     first_movement: str = ""
     """The movement that the last plan has next."""
+    way_out: WayOut | None = None
+    """What is flown from now on if nothing better is found."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -142,6 +145,18 @@ def _add_changes_of_mind(
     if commitment.first_movement:
         planned = prepared.reach_set.movement_names.index(commitment.first_movement)
         cost_m += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
+
+
+def among(candidates: Candidates, keep: BoolArray) -> Candidates:
+    """Some of the candidates, by a mask [candidates]."""
+    return Candidates(
+        candidates.nodes[keep],
+        candidates.cost_m[keep],
+        candidates.sides[keep],
+        candidates.untouched[keep],
+        candidates.room_price_m[keep],
+        candidates.broken[keep],
+    )
 
 
 def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:

@@ -28,7 +28,8 @@ class Basis(StrEnum):
     RATED_ONLY = "rated above the threshold, not verified"
     VERIFIED = "verified, though cell ratings are below the threshold"
     AGAINST_RULES = "verified, but against a rule, since nothing that obeys keeps the margin"
-    NO_LOITER = "verified, but without room to circle at its end"
+    NO_LOITER = "verified, but without a way out at its end"
+    WAY_OUT = "escape: the way out in hand, since nothing else leaves one"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 
 

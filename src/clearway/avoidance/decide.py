@@ -21,11 +21,15 @@ from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.leaving import Leaving, Taken
+from clearway.avoidance.loiter import NO_LOITER
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
+from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.ways_out import WaysOut
 from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -68,6 +72,15 @@ class Decision:
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
+    way_out: WayOut | None = None
+    """What is flown from the end of the first movement on if no later decision finds better."""
+    no_way_out: tuple[str, ...] = ()
+    """First movements after which no way out was found."""
+
+    @property
+    def escapes(self) -> bool:
+        """Whether the way out is what is flown now."""
+        return self.choice.basis is Basis.WAY_OUT
 
     @cached_property
     def frame(self) -> GridFrame:
@@ -116,11 +129,14 @@ def decide(
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
     prepared = with_slope(prepared, margin_slope(settings, situation))
+    escapes = planner.escapes
+    if escapes is not None:  # It finds room where it is needed, and in all that can be flown.
+        prepared = replace(prepared, loiter=NO_LOITER)
     known = assess_situation(
         planner,
         situation,
         prepared.reach_set,
-        reach_m=prepared.reach_m,
+        reach_m=max(prepared.reach_m, planner.escape_reach_m),
         horizon_s=planner.horizon_s,
     )  # (4.17), (4.22), (4.23)
     near, margin = known.near, known.near.margin_m
@@ -140,19 +156,24 @@ def decide(
             verify=settings.verify,
         )
 
+    def choose_among(hazards: Hazards, candidates: Candidates) -> Choice:
+        if ruling is None:
+            return choose_clear_of(hazards, candidates)
+        return choose_by_rules(ruling, candidates, partial(choose_clear_of, hazards))  # fig. 7.1
+
     names = tuple(intruder.name for intruder in near.intruders)
     ruling = None
     if planner.rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)
         ruling = rule_on(planner.rules, view)
 
-    def choose_with(hazards: Hazards) -> Choice:
-        choose_among = partial(choose_clear_of, hazards)
-        if ruling is None:
-            return choose_among(candidates)
-        return choose_by_rules(ruling, candidates, choose_among)  # fig. 7.1
-
-    choice, kept_from = choose_for_manoeuvres(near.hazards, choose_with)
+    ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
+    held = None if commitment is None else commitment.way_out
+    leaving = Leaving(prepared, known.reach, candidates, choose_among, ways, held)
+    taken = choose_for_manoeuvres(near.hazards, leaving.choose)
+    if not taken.good:
+        taken = leaving.fall_back(taken, near.hazards)
+    choice = taken.choice
     return Decision(
         state=situation.state,
         choice=choice,
@@ -163,27 +184,33 @@ def decide(
         cells=known.cells,
         reach=known.reach,
         prepared=prepared,
-        hazards=kept_from,
-        decide_within_s=_decide_within(planner, prepared, choice, near.hazards, margin),
+        hazards=taken.hazards,
+        decide_within_s=_decide_within(
+            planner,
+            prepared,
+            choice,
+            near.hazards,
+            margin,
+            strict=ways is not None and ways.strict,
+        ),
         intruders=names,
+        way_out=taken.way_out,
+        no_way_out=taken.banned,
     )
 
 
-def choose_for_manoeuvres(
-    hazards: Hazards, choose_with: Callable[[Hazards], Choice]
-) -> tuple[Choice, Hazards]:
-    """The choice clear of as much as can be of what intruders may do, and what it is clear of.
+def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Taken]) -> Taken:
+    """The choice clear of as much as can be of what intruders may do.
 
     All that an intruder that has turned may do next soon leaves no way at all: then a lesser share
     of it is kept clear of, and its straight way at the least.
     """
     if not hazards.moving.manoeuvre_mps2.any():
-        return choose_with(hazards), hazards
-    tried: list[tuple[Choice, Hazards]] = []
+        return choose_with(hazards)
+    tried: list[Taken] = []
     for share in MANOEUVRE_SHARES:
-        shared = hazards.keeping_clear_of(share)
-        tried.append((choose_with(shared), shared))
-        if tried[-1][0].basis is not Basis.EMERGENCY:
+        tried.append(choose_with(hazards.keeping_clear_of(share)))
+        if tried[-1].good:
             return tried[-1]
     return tried[0]
 
@@ -264,18 +291,25 @@ def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
 
 
 def _decide_within(
-    planner: Planner, prepared: PreparedReachSet, choice: Choice, hazards: Hazards, margin: float
+    planner: Planner,
+    prepared: PreparedReachSet,
+    choice: Choice,
+    hazards: Hazards,
+    margin: float,
+    *,
+    strict: bool,
 ) -> float:
     """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
-    turn away inside it; with evidence in reach, at the end of the movement.
+    turn away inside it; with evidence in reach, and where a way out has to be seen, at the end of
+    the movement.
     """
     reach_set = prepared.reach_set
     first = reach_set.path(choice.node)[0]
     one_movement = float(reach_set.end_time_s[first])
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
-    if in_reach or len(hazards.moving.radius_m):
+    if in_reach or len(hazards.moving.radius_m) or strict:
         return one_movement
     reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + margin
     speed = prepared.step_m / one_movement

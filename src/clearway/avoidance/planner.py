@@ -17,12 +17,14 @@ from clearway.avoidance.costs import (
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
+from clearway.avoidance.way_out import Escape
 from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
+from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
 from clearway.traffic.models.cells import Accuracy
@@ -88,13 +90,30 @@ class AvoidanceSettings(EvidenceSettings):
     """Hold candidates against the evidence itself; without, cell ratings alone decide."""
     smallest_object_m: float | None = None
     """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
+    escape: str = "strict"
+    """What must be known of the way out that every decision holds in hand, see `way_out.Escape`;
+    without a range sensor "strict" is as "known"."""
+    body_radius_m: float = 0.1
+    """Distance kept from what nobody has seen."""
+    start_free_m: float | None = None
+    """Radius of the ball about the start that counts as seen to be free, since nobody can look at
+    where the vehicle stands; None for the length of a movement."""
     prices: Prices = field(default_factory=Prices)
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)
-        problems = [above_zero_problem("safety_margin_m", self.safety_margin_m)]
+        problems = [
+            above_zero_problem("safety_margin_m", self.safety_margin_m),
+            number_problem("body_radius_m", self.body_radius_m),
+        ]
+        if self.escape not in (*Escape,):
+            problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
+        if self.escape == Escape.STRICT and self.body_radius_m == 0.0:
+            problems.append('body_radius_m: must be above 0 where escape is "strict"')
+        if self.start_free_m is not None:
+            problems.append(number_problem("start_free_m", self.start_free_m))
         if self.smallest_object_m is not None:
             problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
         if found := [problem for problem in problems if problem]:
@@ -182,6 +201,19 @@ class Planner:
     def speed_mps(self) -> float:
         """Fastest speed of the automaton."""
         return self.automaton.fastest_mps
+
+    @cached_property
+    def escapes(self) -> EscapeLibrary | None:
+        """Ways to stay safe for ever; None where none is asked for, or the vehicle has none."""
+        if self.settings.escape == Escape.OFF or not self.settings.verify:
+            return None
+        library = EscapeLibrary.of(self.automaton)
+        return library if library.exists else None
+
+    @cached_property
+    def escape_reach_m(self) -> float:
+        """How far escapes lead; 0 where none is asked for."""
+        return 0.0 if self.escapes is None else self.automaton.step_m + self.escapes.reach_m
 
     @cached_property
     def horizon_s(self) -> float:

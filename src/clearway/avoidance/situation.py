@@ -27,6 +27,7 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
+from clearway.sensors.free_space import SeenSpace
 from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
@@ -72,6 +73,9 @@ class Situation:
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
+
+    seen: SeenSpace | None = None
+    """Space that range sensors have seen to be free; None without any of them."""
 
     def __post_init__(self) -> None:
         problems = found(self._problems())

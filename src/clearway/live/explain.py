@@ -25,6 +25,10 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
             f"EMERGENCY: no trajectory keeps {decision.margin_m:.2f} m; "
             f"margin stepped down to {choice.margin_m:.2f} m",
         )
+    if decision.no_way_out:
+        parts.append(f"no way out after {', '.join(decision.no_way_out)}")
+    if decision.way_out is not None and not decision.way_out.certain:
+        parts.append("its way out leads where nobody has looked")
     ruled_out = _ruled_out(choice, decision, obstacle_map)
     if ruled_out:
         parts.append(ruled_out)

@@ -54,6 +54,8 @@ def mode_of(decision: Decision, *, landing: bool) -> Mode:
     """The mode that a decision puts the mission in; landing: on the points of that sequence."""
     if decision.choice.basis is Basis.EMERGENCY:
         return Mode.EMERGENCY
+    if decision.escapes:
+        return Mode.ESCAPE
     if landing:
         return Mode.LANDING
     if decision.choice.ruled_out or decision.choice.below_threshold:

@@ -69,6 +69,7 @@ class Knowledge:
             detection_rule=detection_rule,
             ground_m=ground_m,
             follow_movers=follow_movers,
+            start_m=mission.start.position_m,
         )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 
@@ -170,6 +171,7 @@ class Knowledge:
             obstacle_map=self.obstacle_map,
             intruders=self._traffic(state, now),
             range_sigma_m=self.sensing.sigma_m,
+            seen=None if self.sensing.free_space is None else self.sensing.free_space.seen,
         )
 
     def here(self, state: State, now: float) -> Situation:

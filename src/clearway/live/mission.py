@@ -26,6 +26,7 @@ class Mode(StrEnum):
 
     NAVIGATION = "navigation"
     AVOIDANCE = "avoidance"
+    ESCAPE = "escape"
     EMERGENCY = "emergency"
     LANDING = "landing"
 
@@ -129,6 +130,14 @@ class Progress:
     """Intermediate goals before the goal."""
     detours: int = 0
     """Detours begun so far."""
+    stuck_m: float | None = None
+    """Distance to the goal at which going straight for it came to nothing; None before."""
+    planned_s: float = -np.inf
+    """When the present detour was found."""
+    tried_m: tuple[FloatArray, ...] = ()
+    """Places [3] where a way round was looked for since then."""
+    closed: bool = False
+    """Whether no way leads to the goal as far as is seen."""
 
     __repr__ = brief
 
@@ -196,6 +205,9 @@ def advanced(
             nearest_m=np.inf,
             nearest_s=time_s,
             detour=(),
+            stuck_m=None,
+            tried_m=(),
+            closed=False,
         )
     return progress
 

@@ -8,10 +8,14 @@ import numpy as np
 
 from clearway.avoidance.candidates import Commitment, Side
 from clearway.avoidance.decide import Decision
+from clearway.avoidance.way_out import WayOut
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
+
+MOST_ROUNDS = 1000
+"""Rounds of a way out after which nobody flies on without a decision."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,23 +35,37 @@ class Plan:
     """Later, the vehicle could no longer turn away inside what it has seen."""
     side: Side = Side.STRAIGHT
     """On which something is being passed."""
+    intended: MovementBuffer = field(default_factory=MovementBuffer)
+    """What the decision would fly if every later one agreed."""
+    way_out: WayOut | None = None
+    """What the buffer ends with, flown for ever if no later decision comes."""
 
     def after(self, decision: Decision, now_s: float, goal: int) -> Plan:
         """The plan that a decision makes, flown from `now_s` on."""
+        intended = MovementBuffer.of(self.automaton.chain(decision.movements), now_s)
+        flown, way = intended, decision.way_out
+        first_s = intended.entries[0].duration_s
+        if way is not None and decision.decide_within_s > first_s + TIME_TOLERANCE_S:
+            way = None  # Nothing is near: it is not needed yet.
+        if way is not None:
+            movements = (decision.movements[0], *way.movements)
+            flown = MovementBuffer.of(self.automaton.chain(movements), now_s)
         return Plan(
             self.automaton,
-            MovementBuffer.of(self.automaton.chain(decision.movements), now_s),
+            flown,
             decision,
             goal,
             now_s + decision.decide_within_s,
             self._side_after(decision),
+            intended,
+            way,
         )
 
     # --- what is flown --------------------------------------------------------------------
 
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time, the movement that begins where two meet; None outside the plan."""
-        return self.buffer.held_from(time_s, TIME_TOLERANCE_S)
+        return self.flown_until(time_s).held_from(time_s, TIME_TOLERANCE_S)
 
     def state_at(self, time_s: float) -> State | None:
         """Where the plan has the vehicle at a time, from the state that was decided for (4.16).
@@ -57,9 +75,22 @@ class Plan:
         if self.decision is None or self.movement_at(time_s) is None:
             return None
         start = self.decision.state
-        flown, _ = self.buffer.split(time_s)
+        flown, _ = self.flown_until(time_s).split(time_s)
         vector = flown.rollout(self.automaton, start.vector, np.inf).states[-1]
         return replace(start, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+
+    def flown_until(self, time_s: float) -> MovementBuffer:
+        """The buffer, with as many rounds of the way out as reach beyond a time."""
+        buffer = self.buffer
+        if self.way_out is None or time_s < buffer.end_s - TIME_TOLERANCE_S:
+            return buffer
+        loop = self.automaton.chain(self.way_out.loop)
+        one = MovementBuffer.of(loop)
+        rounds = int((time_s - buffer.end_s) / one.end_s) + 2
+        if rounds > MOST_ROUNDS:
+            return buffer
+        more = MovementBuffer.of(loop * rounds, buffer.end_s)
+        return MovementBuffer(buffer.entries + more.entries)
 
     # --- for how long ---------------------------------------------------------------------
 
@@ -75,6 +106,8 @@ class Plan:
         if goal != self.goal:
             return "a new goal"
         if now_s >= self.decide_by_s - TIME_TOLERANCE_S:
+            if self.way_out is not None:
+                return "the way out is to be renewed"
             return "the plan has to be renewed while the vehicle can still turn away"
         return None
 
@@ -87,8 +120,19 @@ class Plan:
 
     def commitment(self, now_s: float) -> Commitment:
         """What the next decision should stay with."""
-        held = self.buffer.at(now_s + TIME_TOLERANCE_S)
-        return Commitment(self.side, held.name if held else "")
+        held = self.intended.at(now_s + TIME_TOLERANCE_S)
+        return Commitment(self.side, held.name if held else "", self._way_out_at(now_s))
+
+    def _way_out_at(self, now_s: float) -> WayOut | None:
+        """What of the way out is left at a time between two movements; else None."""
+        way = self.way_out
+        if way is None:
+            return None
+        for entry in self.flown_until(now_s).entries[1:]:
+            if abs(entry.start_s - now_s) <= TIME_TOLERANCE_S:
+                return way
+            way = way.after_one
+        return None
 
     def _side_after(self, decision: Decision) -> Side:
         """A side once forced is kept until the way is clear."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from clearway.avoidance.hazards import PointHazards, no_points
 from clearway.avoidance.planner import Planner
+from clearway.avoidance.way_out import Escape
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
@@ -35,12 +36,29 @@ from clearway.sensors import (
     unseen,
 )
 from clearway.sensors.detection import Rule
+from clearway.sensors.free_space import FreeSpace
 from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
 """How far away returns are remembered, in ranges of the grid."""
+VOXEL_OF_MARGIN = 5.0 / 12.0
+"""Width of a voxel of free space, as a share of the safety margin, where the range allows it."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
+
+
+def voxel_m(margin_m: float, range_m: float) -> float:
+    """Width of the voxels of free space: fine beside the margin, few along the range."""
+    return float(np.clip(VOXEL_OF_MARGIN * margin_m, range_m / 60.0, range_m / 40.0))
+
+
+def free_space_for(planner: Planner, start_m: FloatArray) -> FreeSpace:
+    """Nothing seen yet, and a ball about the start that counts as free."""
+    settings = planner.settings
+    start_free_m = settings.start_free_m
+    if start_free_m is None:
+        start_free_m = planner.automaton.step_m
+    return FreeSpace(voxel_m(settings.safety_margin_m, planner.grid.range_m), start_m, start_free_m)
 
 
 class RangeSensing:
@@ -55,6 +73,7 @@ class RangeSensing:
         detection_rule: Rule,
         ground_m: float,
         follow_movers: bool,
+        start_m: FloatArray,
     ) -> None:
         self.sensors = sensors
         self._planner = planner
@@ -65,11 +84,15 @@ class RangeSensing:
         margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
         settings = DynamicObjectSettings.of(margin, planner.speed_mps)
         self._following = Following(settings) if follow_movers else None
+        self.free_space: FreeSpace | None = None
+        """What was seen to be free, where ways out have to lead through it."""
+        if sensors and planner.settings.escape == Escape.STRICT and planner.escapes is not None:
+            self.free_space = free_space_for(planner, start_m)
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
             MEMORY_VOXEL * margin,
             limits.memory_s,
-            reach_m=MEMORY_REACH * reach,
+            reach_m=max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin),
             smallest_m=planner.settings.smallest_object_m or 0.0,
         )
         self._memories = dict.fromkeys(sensors, empty)
@@ -102,6 +125,8 @@ class RangeSensing:
             self._court = heard(
                 self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
             )
+        if self.free_space is not None and self.believes(scan.sensor):
+            self.free_space.take(sensor, scan, state, sigmas * state.position_std_m)
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
         return _left_out(self._memories[scan.sensor])
@@ -207,7 +232,8 @@ class RangeSensing:
         decision grows all alike.
         """
         settings = self._planner.settings
-        reach = self._planner.grid.range_m + max(2.0 * settings.safety_margin_m, margin_m)
+        reach = max(self._planner.grid.range_m, self._planner.escape_reach_m)
+        reach += max(2.0 * settings.safety_margin_m, margin_m)
         best = self.sigma_m
         near = []
         for name, memory in self._believed_memories():

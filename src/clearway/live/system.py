@@ -27,6 +27,7 @@ from clearway.live.flight_decision import FlightDecision, mode_of
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Progress
 from clearway.live.plan import Plan
+from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading, reading_of
 from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -81,6 +82,11 @@ class AvoidanceSystem:
         address: str = "",
         follow_movers: bool = False,
     ) -> None:
+        self.escape = escape_plan(planner, lidars)
+        """Which ways out this flight keeps in hand, and why."""
+        if self.escape.flown != planner.settings.escape:
+            settings = replace(planner.settings, escape=self.escape.flown)
+            planner = replace(planner, settings=settings)
         self.planner = planner
         self.mission = mission
         self.obstacle_map = obstacle_map
@@ -296,5 +302,7 @@ class AvoidanceSystem:
 
     def _situation(self, now: float) -> tuple[Situation, float]:
         state = self._known.own_state(now)
-        self.progress = out_of_dead_end(self._known, state, now, self._detour)
+        last = self._plan.decision
+        escaped = last is not None and last.escapes
+        self.progress = out_of_dead_end(self._known, state, now, self._detour, escaped=escaped)
         return self._known.with_detections(state, now)

@@ -149,6 +149,7 @@ class MissionFile(Section):
             rating=self.rating.name,
             verify=self.verify.method == "evidence",
             safety_margin_m=self.safety.margin_m,
+            body_radius_m=self.vehicle.body_radius_m,
             intruder_models=self.traffic.models,
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,

@@ -67,7 +67,8 @@ class VehicleSection(Section):
     slow_mps: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
     """Of a multirotor, slower speeds to fly at; default: half the speed."""
     body_radius_m: NotNegative = 0.3
-    """For the margins drawn in the picture of distances only."""
+    """Distance from the vehicle's centre within which it is: kept from what nobody has seen, and
+    drawn in the picture of distances."""
 
     @model_validator(mode="after")
     def _keys_suit_the_kind(self) -> Self:
@@ -123,6 +124,14 @@ class SafetySection(Section):
     """Thickness (twice the radius) of the thinnest thing to keep clear of. Beams that lie too far
     apart for it are refused before take-off, and returns stay until beams fine enough for it see
     nothing there. Default: not declared, and the log says what the beams can hold."""
+    escape: Literal["strict", "mapped", "known", "off"] = "strict"
+    """What must be known of the way out that every decision holds in hand. strict: it leads through
+    space that was seen to be free; mapped: a map is complete, and what is unseen is free; known:
+    what is unseen is free, without guarantee; off: none is asked for. Where sensors see too little
+    for strict, known is flown, and said before take-off; see [safety.md](safety.md)."""
+    start_free_m: NotNegative | None = None
+    """Radius of the ball about the start that counts as seen to be free, never over a return;
+    default: the length of a movement."""
     ground_height_m: float | None = None
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.way_out import WayOut
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.sim import LoggedDecision, Run
@@ -70,6 +71,18 @@ def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
     }
 
 
+def _way_out(way: WayOut | None) -> dict[str, Any] | None:
+    """The way out in hand after a decision's first movement."""
+    if way is None:
+        return None
+    return {
+        "movements": list(way.begins),
+        "loop": list(way.loop),
+        "margin_kept_m": rounded(way.margin_m),
+        "certain": way.certain,
+    }
+
+
 def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
     decision, choice = flight.decision, flight.decision.choice
     movements_to = decision.prepared.reach_set.movements_to
@@ -85,6 +98,8 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "continuations": rounded(choice.continuations),
         "clearance_m": rounded(choice.clearance_m),
         "limited_by": choice.limited_by.name.lower(),
+        "way_out": _way_out(decision.way_out),
+        "no_way_out": list(decision.no_way_out),
         "margin_asked_m": rounded(decision.margin_m),
         "margin_kept_m": rounded(choice.margin_m),
         "side": str(choice.side),

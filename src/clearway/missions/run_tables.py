@@ -82,6 +82,14 @@ def decision_table(run: Run[Steering]) -> pyarrow.Table:
             ("decided", pa.bool_()),
         ]
     )
+    way_out = pa.struct(
+        [
+            ("movements", pa.list_(pa.string())),
+            ("loop", pa.list_(pa.string())),
+            ("margin_kept_m", pa.float64()),
+            ("certain", pa.bool_()),
+        ]
+    )
     fields = [
         ("time_s", pa.float64()),
         *((name, pa.string()) for name in TEXTS),
@@ -89,6 +97,8 @@ def decision_table(run: Run[Steering]) -> pyarrow.Table:
         *((name, pa.float64()) for axes in AXES for name in axes),
         *((name, pa.float64()) for name in NUMBERS),
         ("movements", pa.list_(pa.string())),
+        ("way_out", way_out),
+        ("no_way_out", pa.list_(pa.string())),
         ("ruled_out", pa.list_(ruled_out)),
         ("rules", pa.list_(rule)),
         ("ruled_out_by", pa.map_(pa.string(), pa.int32())),

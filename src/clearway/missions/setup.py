@@ -15,6 +15,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.live.fineness import too_coarse, what_beams_hold
 from clearway.live.mission import Mission
+from clearway.live.preflight import escape_plan
 from clearway.live.route import check_mission
 from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
 from clearway.missions.mission_maps import mission_maps
@@ -186,6 +187,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     ground_m, faults = file.safety.ground_height_m, file.faults.to_faults()
     lies = (part.to_lie(grid) for part in file.lidar)
     sensors = mission_sensors(file.lidar, file.sensor, grid, file.mission.name)
+    escape = escape_plan(planner, sensors)
     held = what_beams_hold(planner, [one for one in sensors if isinstance(one, Lidar)])
     return FlightSetup(
         planner=planner,
@@ -207,7 +209,8 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         notes=maps.notes
         + (recorded.notes if recorded is not None else ())
         + world.notes
-        + (() if held is None else (held,)),
+        + (() if held is None else (held,))
+        + ((str(escape),) if escape.flown != escape.asked else ()),
     )
 
 

@@ -16,6 +16,7 @@ from clearway.missions.place_sections import WorldObstacleSection
 from clearway.missions.planned import Notice
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sim.clutter import NET_THICKNESS_M
 from clearway.sim.worlds import FAMILIES, made_world
 
 NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
@@ -52,12 +53,18 @@ def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> Miss
 
 def world_mission(family: str, seed: int) -> MissionFile:
     """The mission file that flies a world of a family; its seed is the simulation's too."""
-    return mission_of(*made_world(family, seed), seed)
+    smallest_m = NET_THICKNESS_M if family == "nets" else None
+    return mission_of(*made_world(family, seed), seed, smallest_m)
 
 
-def mission_of(world: ObstacleMap, mission: Mission, seed: int) -> MissionFile:
-    """The mission file that flies a made world; the seed is that of noise and drop-outs."""
-    return MissionFile(
+def mission_of(
+    world: ObstacleMap, mission: Mission, seed: int, smallest_object_m: float | None = None
+) -> MissionFile:
+    """The mission file that flies a made world; the seed is that of noise and drop-outs.
+
+    smallest_object_m: what the file declares as the thinnest thing there.
+    """
+    file = MissionFile(
         mission=MissionSection(
             name=mission.name,
             waypoints_m=tuple(_point(goal) for goal in mission.waypoints_m),
@@ -71,6 +78,9 @@ def mission_of(world: ObstacleMap, mission: Mission, seed: int) -> MissionFile:
         lidar=(NOISE,),
         obstacle=tuple(_section(obstacle) for obstacle in world.obstacles),
     )
+    if smallest_object_m is None:
+        return file
+    return file.changed("safety", smallest_object_m=smallest_object_m)
 
 
 def _section(obstacle: Obstacle) -> WorldObstacleSection:

@@ -65,6 +65,9 @@ class Lidar:
     """Returns within this distance of the body's origin come from the own airframe."""
     standing: Standing = FULL
     """Precision and trust, where there are several sensors."""
+    dark_range_m: float | None = None
+    """How far the darkest target to be reckoned with still returns: a beam without return shows no
+    more than this to be free; None for the range of the pattern."""
 
     def __repr__(self) -> str:
         beams = f"{self.pattern.beams:,} beams to {self.pattern.max_range_m:g} m"
@@ -78,6 +81,16 @@ class Lidar:
                 raise ClearwayError(
                     f"lidar {self.name}: {name} must be a number >= 0, got {getattr(self, name)}"
                 )
+        if self.dark_range_m is not None and not self.dark_range_m > 0.0:
+            raise ClearwayError(
+                f"lidar {self.name}: dark_range_m must be a number > 0, got {self.dark_range_m}"
+            )
+
+    @property
+    def clears_to_m(self) -> float:
+        """How far a beam without return shows its way to be free."""
+        far = self.pattern.max_range_m
+        return far if self.dark_range_m is None else min(far, self.dark_range_m)
 
 
 @keywords_beyond_two

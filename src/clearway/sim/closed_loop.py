@@ -196,6 +196,11 @@ class _Flight(Generic[D]):
         system: object = self.system
         return CLEARWAY if isinstance(system, AvoidanceSystem) else type(system).__name__
 
+    @property
+    def _escape(self) -> str:
+        system: object = self.system
+        return system.escape.flown if isinstance(system, AvoidanceSystem) else ""
+
     def _finished(self, decisions: list[LoggedDecision[D]]) -> Run[D]:
         times, states = np.array(self.motion.times), np.array(self.motion.states)
         margin = self.margin_m
@@ -224,4 +229,5 @@ class _Flight(Generic[D]):
             counts=dict(self.system.counts),
             world=self.world,
             planner=self._planner,
+            escape=self._escape,
         )

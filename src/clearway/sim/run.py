@@ -67,6 +67,8 @@ class Run(Generic[D]):
     """What was really there, for pictures."""
     planner: str = CLEARWAY
     """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
+    escape: str = ""
+    """Which ways out clearway kept in hand; empty for other planners."""
 
     def __repr__(self) -> str:
         metrics = self.metrics
@@ -169,6 +171,24 @@ class Metric(NamedTuple):
     """A plain value, or a flat object of them; None where there is nothing to tell."""
 
 
+def _in_hand(run: Run[Any]) -> list[bool]:
+    """Whether there was a way out in hand after each decision; empty where none is asked for."""
+    if not run.escape or run.escape == "off":
+        return []
+    ways = [entry.flight.decision.way_out for entry in run.decisions]
+    return [way is not None and way.certain for way in ways]
+
+
+def _way_out_from_s(run: Run[Any]) -> float | None:
+    in_hand = _in_hand(run)
+    return rounded(run.decisions[in_hand.index(True)].flight.time_s) if any(in_hand) else None
+
+
+def _without_way_out(run: Run[Any]) -> int | None:
+    in_hand = _in_hand(run)
+    return in_hand[in_hand.index(True) :].count(False) if any(in_hand) else None
+
+
 def _nearest_intruder(run: Run[Any]) -> float | None:
     traffic = run.metrics.intruders
     return rounded(traffic.min_distance_m) if traffic else None
@@ -212,6 +232,9 @@ METRICS: Variants[Metric] = Variants(
         "emergencies": Metric(
             "Decisions in which nothing kept the margin.", lambda run: run.emergencies
         ),
+        "escape": Metric("Which ways out were kept in hand.", lambda run: run.escape or None),
+        "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
+        "without_way_out": Metric("Decisions after that without one.", _without_way_out),
         "decisions": Metric("How many.", lambda run: len(run.decisions)),
         "decision_ms": Metric(
             "Time from the sensor's arrays to the explained decision: p50, p99, max.",

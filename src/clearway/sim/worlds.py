@@ -5,7 +5,7 @@ Lengths suit the paper's scale: a turning radius of 3.8 m, a margin of 0.6 m, 10
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from itertools import pairwise
 from types import MappingProxyType
@@ -18,11 +18,27 @@ from clearway.base.state import State
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sim.clutter import mixed, nets
+from clearway.sim.dead_ends import (
+    cave,
+    closed_street,
+    closed_tube,
+    dead_end,
+    room,
+    u_shape,
+    wedge,
+)
 from clearway.sim.mazes import maze_walls
-
-MadeWorld = tuple[ObstacleMap, Mission]
-MakeWorld = Callable[[int], MadeWorld]
-"""From a seed."""
+from clearway.sim.world_parts import (
+    TALL_M,
+    MadeWorld,
+    MakeWorld,
+    Span,
+    drawn,
+    leg,
+    roomy,
+    upright,
+)
 
 BALL_BOX_M = (50.0, 30.0, 20.0)
 """Extent of the ball worlds: ahead of the start, and centred on the way across and in height."""
@@ -31,39 +47,47 @@ BALL_RADII_M = (0.8, 2.5)
 BALL_LEG_M = 60.0
 BALL_DENSITIES = (30, 60, 100, 140, 190, 240)
 """Balls in the box of the six families; radii as everywhere, so 2 to 18 % of its volume."""
-TALL_M = 200.0
-"""Height of what shall not be flown over or under."""
 STREET_HEIGHT_M = 8.0
-ROOM_M = 5.0
-"""Around start and waypoints, where nothing is put."""
+TRUNKS_APART_M = 2.5
+WALL_GAPS_M: Span = (4.0, 6.0)
+MAZE_ROOMS_M: Span = (14.0, 14.0)
 
 
-def ball_world(seed: int, balls: int | None = None) -> MadeWorld:
+def ball_world(
+    seed: int, balls: int | tuple[int, int] | None = None, room_m: float = 0.0
+) -> MadeWorld:
     """Balls at random in a box, and a leg right through it.
 
-    balls: their number; drawn from `BALL_COUNTS` if not given. The leg starts and ends five metres
-    outside the box.
+    balls: their number, or the least and the greatest; drawn from `BALL_COUNTS` if not given.
+    room_m: balls that are nearer to start or waypoint are left out. The leg starts and ends five
+    metres outside the box.
     """
     rng = np.random.default_rng([seed, 20])
-    count = int(rng.integers(BALL_COUNTS[0], BALL_COUNTS[1] + 1)) if balls is None else balls
+    count = balls if isinstance(balls, int) else _number(rng, balls or BALL_COUNTS)
     length, width, height = BALL_BOX_M
     centers = rng.uniform(
         [0.0, -0.5 * width, -0.5 * height], [length, 0.5 * width, 0.5 * height], (count, 3)
     )
     radii = rng.uniform(*BALL_RADII_M, count)
+    spare = 0.5 * (BALL_LEG_M - length)
+    name = f"balls-{balls}-{seed}" if isinstance(balls, int) else f"ball-world-{seed}"
+    mission = leg(name, (-spare, 0.0, 0.0), (length + spare, 0.0, 0.0))
     obstacles = [
         Obstacle.ball(center, float(radius), f"ball {number}")
         for number, (center, radius) in enumerate(zip(centers, radii, strict=True))
+        if roomy(mission, center, float(radius), room_m)
     ]
-    spare = 0.5 * (BALL_LEG_M - length)
-    name = f"ball-world-{seed}" if balls is None else f"balls-{balls}-{seed}"
-    return ObstacleMap(obstacles), _leg(name, (-spare, 0.0, 0.0), (length + spare, 0.0, 0.0))
+    return ObstacleMap(obstacles), mission
 
 
-def forest(seed: int) -> MadeWorld:
+def _number(rng: np.random.Generator, between: tuple[int, int]) -> int:
+    return int(rng.integers(between[0], between[1] + 1))
+
+
+def forest(seed: int, apart_m: float = TRUNKS_APART_M) -> MadeWorld:
     """Trunks that cannot be flown over, 2.5 m apart or more, in front of a leg of 60 m."""
     rng = np.random.default_rng([seed, 21])
-    mission = _leg(f"forest-{seed}", (-5.0, 0.0, 0.0), (55.0, 0.0, 0.0))
+    mission = leg(f"forest-{seed}", (-5.0, 0.0, 0.0), (55.0, 0.0, 0.0))
     trunks: list[Obstacle] = []
     places = np.zeros((0, 3))
     for number in range(400):
@@ -71,9 +95,9 @@ def forest(seed: int) -> MadeWorld:
         radius = float(rng.uniform(0.2, 0.7))
         place = np.array([x, y, radius])
         gaps = np.linalg.norm(places[:, :2] - place[:2], axis=1) - places[:, 2] - radius
-        if np.all(gaps >= 2.5) and _roomy(mission, place[:2], radius):
+        if np.all(gaps >= apart_m) and roomy(mission, place[:2], radius):
             places = np.concatenate([places, place[None]])
-            trunks.append(_upright(x, y, radius, f"trunk {number}"))
+            trunks.append(upright(x, y, radius, f"trunk {number}"))
     return ObstacleMap(trunks), mission
 
 
@@ -124,7 +148,7 @@ def _masts(
     while at < length - 9.0:
         x, y = start + at * along + rng.uniform(-2.0, 2.0) * np.array([-along[1], along[0]])
         radius = float(rng.uniform(0.1, 0.4))
-        masts.append(_upright(x, y, radius, f"mast {number + len(masts)}", height_m=30.0))
+        masts.append(upright(x, y, radius, f"mast {number + len(masts)}", height_m=30.0))
         at += float(rng.uniform(8.0, 12.0))
     return masts
 
@@ -137,26 +161,26 @@ def wires(seed: int) -> MadeWorld:
         turn = float(rng.uniform(-0.4, 0.4))
         ends = [np.array([x - 15.0 * turn * s, 15.0 * s]) for s in (-1.0, 1.0)]
         for end in ends:
-            obstacles.append(_upright(end[0], end[1], 0.25, f"pole {row}", height_m=24.0))
+            obstacles.append(upright(end[0], end[1], 0.25, f"pole {row}", height_m=24.0))
         for number, z in enumerate(rng.uniform(-3.0, 3.0, 3)):
             a, b = (np.array([*end, z]) for end in ends)
             radius = float(rng.uniform(0.01, 0.03))
             obstacles.append(Obstacle.line_between(a, b, radius, f"wire {row} {number}"))
-    return ObstacleMap(obstacles), _leg(f"wires-{seed}", (0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
+    return ObstacleMap(obstacles), leg(f"wires-{seed}", (0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
 
 
-def walls(seed: int) -> MadeWorld:
+def walls(seed: int, gap_m: Span = WALL_GAPS_M) -> MadeWorld:
     """Three walls across the way, each with one gap of 4 to 6 m somewhere else."""
     rng = np.random.default_rng([seed, 24])
     parts = []
     for number, x in enumerate((15.0, 33.0, 51.0)):
-        middle, gap = float(rng.uniform(-10.0, 10.0)), float(rng.uniform(4.0, 6.0))
+        middle, gap = float(rng.uniform(-10.0, 10.0)), drawn(rng, gap_m)
         for side in (-1.0, 1.0):
             inner, outer = middle + side * 0.5 * gap, side * 30.0
             center = (x, 0.5 * (inner + outer), 0.0)
             size = (0.5, abs(outer - inner), TALL_M)
             parts.append(Obstacle.cuboid(center, size, name=f"wall {number}"))
-    return ObstacleMap(parts), _leg(f"walls-{seed}", (0.0, 0.0, 0.0), (65.0, 0.0, 0.0))
+    return ObstacleMap(parts), leg(f"walls-{seed}", (0.0, 0.0, 0.0), (65.0, 0.0, 0.0))
 
 
 def pockets(seed: int) -> MadeWorld:
@@ -170,24 +194,31 @@ def pockets(seed: int) -> MadeWorld:
         for side in (-0.5, 0.5):
             center = (x - 0.5 * depth, middle + side * width, 0.0)
             parts.append(Obstacle.cuboid(center, (depth, 0.5, TALL_M), name=f"side {number}"))
-    return ObstacleMap(parts), _leg(f"pockets-{seed}", (0.0, 0.0, 0.0), (65.0, 0.0, 0.0))
+    return ObstacleMap(parts), leg(f"pockets-{seed}", (0.0, 0.0, 0.0), (65.0, 0.0, 0.0))
 
 
-def maze(seed: int) -> MadeWorld:
-    """A maze of four by three rooms of 14 m with one way through, walls too tall to fly over."""
-    room, across, along = 14.0, 4, 3
-    parts = maze_walls(np.random.default_rng([seed, 26]), across, along)
+def maze(seed: int, room_m: Span = MAZE_ROOMS_M, *, faces_door: bool = False) -> MadeWorld:
+    """A maze of four by three rooms of 14 m with one way through, walls too tall to fly over.
+
+    faces_door: whether the vehicle starts with the open side of its room ahead, else along x.
+    """
+    rng, across, along = np.random.default_rng([seed, 26]), 4, 3
+    parts = maze_walls(rng, across, along)
+    side = drawn(rng, room_m)
     obstacles = [
         Obstacle.cuboid(
-            (*(room * 0.5 * (a + b)), 0.0),
-            (*(room * np.abs(b - a) + 0.5), TALL_M),
+            (*(side * 0.5 * (a + b)), 0.0),
+            (*(side * np.abs(b - a) + 0.5), TALL_M),
             name=f"wall {number}",
         )
         for number, (a, b) in enumerate(parts)
     ]
-    start, end = 0.5 * room, room * (across - 0.5)
-    far = room * (along - 0.5)
-    return ObstacleMap(obstacles), _leg(f"maze-{seed}", (start, start, 0.0), (end, far, 0.0))
+    start, end = 0.5 * side, side * (across - 0.5)
+    far = side * (along - 0.5)
+    shut = any(np.array_equal(a, [1.0, 0.0]) and np.array_equal(b, [1.0, 1.0]) for a, b in parts)
+    yaw = 0.5 * np.pi if faces_door and shut else 0.0
+    mission = leg(f"maze-{seed}", (start, start, 0.0), (end, far, 0.0), (0.0, 0.0, yaw))
+    return ObstacleMap(obstacles), mission
 
 
 FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
@@ -199,6 +230,15 @@ FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
         "walls": walls,
         "pockets": pockets,
         "maze": maze,
+        "dead-end": dead_end,
+        "wedge": wedge,
+        "cave": cave,
+        "closed-street": closed_street,
+        "closed-tube": closed_tube,
+        "u-shape": u_shape,
+        "room": room,
+        "mixed": mixed,
+        "nets": nets,
     }
 )
 """Worlds by family name."""
@@ -210,19 +250,3 @@ def made_world(family: str, seed: int) -> MadeWorld:
         return FAMILIES[family](seed)
     except KeyError:
         raise ClearwayError(f"world {family!r}: families are {', '.join(FAMILIES)}") from None
-
-
-def _leg(name: str, start: Sequence[float], end: Sequence[float]) -> Mission:
-    return Mission(name, State(np.array(start)), np.array([end]))
-
-
-def _upright(x: float, y: float, radius: float, name: str, height_m: float = TALL_M) -> Obstacle:
-    """A pole around height 0."""
-    low, high = np.array([x, y, -0.5 * height_m]), np.array([x, y, 0.5 * height_m])
-    return Obstacle.line_between(low, high, radius, name)
-
-
-def _roomy(mission: Mission, place: FloatArray, radius: float) -> bool:
-    """Whether something at a place [2] leaves room around start and waypoints."""
-    corners = np.concatenate([mission.start.position_m[None], mission.waypoints_m])[:, :2]
-    return bool(np.all(np.linalg.norm(corners - place, axis=1) - radius >= ROOM_M))

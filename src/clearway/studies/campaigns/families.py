@@ -7,34 +7,19 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any
-
-from pydantic import Field
+from typing import Any
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.io.toml import Section, parse_model
 from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
-from clearway.missions.world_file import mission_of, world_mission
-from clearway.sim.worlds import BALL_COUNTS, ball_world
-from clearway.sim.worlds import FAMILIES as WORLDS
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
+from clearway.studies.campaigns.made_worlds import MADE, MadeFamily
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
 
 
 class AbsentDataError(ClearwayError):
     """Files that a case needs are not there."""
-
-
-class NoParameters(Section):
-    """A family that has none."""
-
-
-class BallParameters(Section):
-    """Of `balls`."""
-
-    balls: Annotated[int, Field(ge=1, le=10_000)] | None = None
-    """Number in the box of 50 x 30 x 20 m; default: drawn from 30 to 240 with the seed."""
 
 
 class MissionParameters(Section):
@@ -90,12 +75,8 @@ class Case:
     setup: FlightSetup
 
 
-def _balls(case: CaseOf) -> MissionFile:
-    return mission_of(*ball_world(case.seed, case.parameters.balls), case.seed)
-
-
-def _world(name: str) -> Callable[[CaseOf], MissionFile]:
-    return lambda case: world_mission(name, case.seed)
+def _made(family: MadeFamily) -> Callable[[CaseOf], MissionFile]:
+    return lambda case: family.mission(case.seed, case.parameters)
 
 
 def _mission(case: CaseOf) -> MissionFile:
@@ -148,16 +129,9 @@ def _about(function: Callable[..., Any]) -> str:
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
-        "balls": Family(
-            f"Balls at random in a box, {BALL_COUNTS[0]} to {BALL_COUNTS[1]} or as many as asked "
-            "for, and a leg of 60 m right through it.",
-            BallParameters,
-            _balls,
-        ),
         **{
-            name: Family(_about(make), NoParameters, _world(name))
-            for name, make in WORLDS.items()
-            if not name.startswith("balls-")
+            name: Family(_about(made.make), made.parameters, _made(made))
+            for name, made in MADE.items()
         },
         "mission": Family("A mission that comes with clearway.", MissionParameters, _mission),
         "place": Family(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -47,10 +48,12 @@ class FamilySection(Section):
         """Label, or family."""
         return self.label or self.family
 
-    @property
-    def settings_id(self) -> str:
-        """The same for the same cases, however the file is written and however many it asks for."""
-        settings = [self.family, self.parameters, self.changes]
+    def settings_id(self, changes: Mapping[str, Tables]) -> str:
+        """The same for the same cases, however the file is written and however many it asks for.
+
+        changes: all that are made.
+        """
+        settings = [self.family, self.parameters, changes]
         return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
 
     @model_validator(mode="after")
@@ -59,10 +62,7 @@ class FamilySection(Section):
             raise ValueError(f"family {self.family!r}: there are {', '.join(FAMILIES)}")
         _check_planners((*(self.planners or ()), *self.leave_out), info)
         parse_model(f"family {self.name}: parameters", self.parameters, self.known.parameters)
-        tables = MissionFile.model_fields
-        for table in self.changes:
-            if table not in tables:
-                raise ValueError(f"changes.{table}: a mission has {', '.join(tables)}")
+        _check_tables(self.changes)
         return self
 
     @property
@@ -80,11 +80,14 @@ class CampaignFile(Section):
     seeds: int = Field(default=1, ge=1, le=MOST_SEEDS)
     """Cases of each family."""
     first_seed: int = Field(default=0, ge=0)
+    changes: dict[str, Tables] = Field(default_factory=dict)
+    """As a family's, in all of them; what a family changes itself takes precedence."""
     family: Annotated[tuple[FamilySection, ...], Field(strict=False, min_length=1)]
 
     @model_validator(mode="after")
     def _is_possible(self, info: ValidationInfo) -> Self:
         _check_planners(self.planners, info)
+        _check_tables(self.changes)
         names = [section.name for section in self.family]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -92,6 +95,13 @@ class CampaignFile(Section):
                 f"family: give each a label of its own, {', '.join(twice)} is there twice"
             )
         return self
+
+    def changes_of(self, section: FamilySection) -> dict[str, Tables]:
+        """Changes of a family: the campaign's, and its own over them."""
+        both = self.changes | section.changes
+        return {
+            table: self.changes.get(table, {}) | section.changes.get(table, {}) for table in both
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,3 +139,10 @@ def built_in_campaigns() -> dict[str, Path]:
 def _check_planners(names: tuple[str, ...], info: ValidationInfo) -> None:
     for name in names:
         known_planner(name, folder_of(info))
+
+
+def _check_tables(changes: Mapping[str, Tables]) -> None:
+    tables = MissionFile.model_fields
+    for table in changes:
+        if table not in tables:
+            raise ValueError(f"changes.{table}: a mission has {', '.join(tables)}")

@@ -74,16 +74,17 @@ def tasks_of(campaign: Campaign) -> list[Task]:
             if number >= (section.seeds or file.seeds):
                 continue
             planners = dict.fromkeys(section.planners or file.planners)
+            changes = file.changes_of(section)
             tasks += [
                 Task(
                     file.name,
-                    section.settings_id,
+                    section.settings_id(changes),
                     campaign.source,
                     campaign.folder,
                     section.name,
                     section.family,
                     json.dumps(section.parameters, sort_keys=True),
-                    json.dumps(section.changes, sort_keys=True),
+                    json.dumps(changes, sort_keys=True),
                     planner,
                     PLANNERS.located(planner, Path(campaign.folder)),
                     file.first_seed + number,

@@ -15,6 +15,7 @@ MODES = {
     "navigation": "#2e9e4f",
     "landing": "#16a2b8",
     "avoidance": "#e08a00",
+    "escape": "#8e44ad",
     "emergency": "#d62728",
 }
 

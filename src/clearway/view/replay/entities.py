@@ -85,7 +85,12 @@ def point_cloud(time_s: float, points_m: FloatArray) -> fox.PointCloud:
 
 
 def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
-    level = {Mode.EMERGENCY: fox.LogLevel.Error, Mode.AVOIDANCE: fox.LogLevel.Warning}
+    warning = fox.LogLevel.Warning
+    level = {
+        Mode.EMERGENCY: fox.LogLevel.Error,
+        Mode.ESCAPE: warning,
+        Mode.AVOIDANCE: warning,
+    }
     return fox.Log(
         timestamp=moment(time_s),
         level=level.get(mode, fox.LogLevel.Info),

@@ -1,0 +1,384 @@
+"""Escapes held against all that is known: the compiled loops of `way_out`.
+
+Two distances count: the margin from what is known to stand somewhere, and the body's radius from
+what nobody has seen. Places are in the level frame of the decision: the vehicle's place, its yaw.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.clearance import moving_clearance, span_clearance, span_of
+from clearway.avoidance.hazards import MovingHazards, PointBins
+from clearway.base.brief import brief
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Shapes
+from clearway.reach.escapes import Legs, Ways
+from clearway.sensors.free_space import Voxels, is_free
+
+MOST_COMPARED = 6
+"""Escapes of which the one with most room from intruders is taken."""
+UNKNOWN, KEEPS, FAILS = 0, 1, 2
+
+
+class EscapeTerms(NamedTuple):
+    """What an escape is held against."""
+
+    free: Voxels
+    """Of what was seen to be free, with its window."""
+    window: FloatArray
+    must_see: bool
+    """Whether what nobody has seen counts as occupied."""
+    unseen_m: float
+    """Distance to be kept from that."""
+    margin_m: float
+    """Distance to be kept from what is known."""
+    slope: float
+    """Growth of the margin with the distance from the vehicle."""
+    origin_m: FloatArray
+    """[3] world frame."""
+    yaw_rad: float
+    grid_from_level: FloatArray
+    """[3, 3]"""
+    bins: PointBins
+    shapes: Shapes
+    moving: MovingHazards
+    nothing: MovingHazards
+    """No intruder at all."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+@compiled
+def corners_of(pose: FloatArray, path: FloatArray) -> FloatArray:
+    """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4]."""
+    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
+    corners = np.empty((len(path) + 1, 3))
+    corners[0] = pose[:3]
+    for s in range(len(path)):
+        corners[s + 1, 0] = pose[0] + cosine * path[s, 0] - sine * path[s, 1]
+        corners[s + 1, 1] = pose[1] + sine * path[s, 0] + cosine * path[s, 1]
+        corners[s + 1, 2] = pose[2] + path[s, 2]
+    return corners
+
+
+@compiled
+def pose_after(pose: FloatArray, path: FloatArray) -> FloatArray:
+    """[4] place and yaw at the end of a movement."""
+    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
+    end = path[len(path) - 1]
+    after = np.empty(4)
+    after[0] = pose[0] + cosine * end[0] - sine * end[1]
+    after[1] = pose[1] + sine * end[0] + cosine * end[1]
+    after[2] = pose[2] + end[2]
+    after[3] = pose[3] + end[3]
+    return after
+
+
+@compiled
+def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
+    """Whether the body stays in seen space on its way through corners, level frame."""
+    return _way_was_seen(
+        corners, sagitta + terms.unseen_m, terms.origin_m, terms.yaw_rad, terms.free, terms.window
+    )
+
+
+@compiled
+def _way_was_seen(
+    corners: FloatArray,
+    radius: float,
+    origin: FloatArray,
+    yaw: float,
+    free: Voxels,
+    window: FloatArray,
+) -> bool:
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    last = len(corners) - 1
+    half = 0.0
+    for s in range(last):
+        dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
+        dz = corners[s + 1, 2] - corners[s, 2]
+        half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
+    for at in range(len(corners)):
+        s = last - at
+        x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
+        y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
+        if not is_free(free, window, x, y, origin[2] + corners[s, 2], radius + half):
+            return False
+    return True
+
+
+@compiled
+def keeps_margin(
+    corners: FloatArray, sagitta: float, start_s: float, end_s: float, terms: EscapeTerms
+) -> bool:
+    """Whether a movement through corners, level frame, keeps the margin from all that stands."""
+    turned = np.empty_like(corners)
+    g = terms.grid_from_level
+    farthest2 = 0.0
+    for s in range(len(corners)):
+        x, y, z = corners[s, 0], corners[s, 1], corners[s, 2]
+        farthest2 = max(farthest2, x * x + y * y + z * z)
+        for axis in range(3):
+            turned[s, axis] = g[axis, 0] * x + g[axis, 1] * y + g[axis, 2] * z
+    needed = terms.margin_m + sagitta + terms.slope * np.sqrt(farthest2)
+    span = span_of(turned, start_s, end_s)
+    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed)
+    return bool(found[0] >= needed - 1e-9 * terms.margin_m)
+
+
+@compiled
+def leg_keeps(
+    pose: FloatArray,
+    path: FloatArray,
+    sagitta: float,
+    start_s: float,
+    end_s: float,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
+    corners = corners_of(pose, path)
+    if terms.must_see and not was_seen(corners, sagitta, terms):
+        return False
+    return keeps_margin(corners, sagitta, start_s, end_s, terms)
+
+
+@compiled
+def chain_keeps(
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether movements one after the other are safe, from an attitude and a pose [4].
+
+    What is quick to find out is looked at first: most chains fail in what nobody has seen.
+    """
+    count = len(movements)
+    poses, at = np.empty((count + 1, 4)), np.empty(count + 1, dtype=np.int64)
+    poses[0], at[0] = pose, start
+    for n in range(count):
+        m = movements[n]
+        at[n + 1] = legs.following[at[n], m]
+        if at[n + 1] < 0:
+            return False
+        _step(poses, n, legs.path[at[n], m])
+    if terms.must_see:
+        for n in range(count):
+            m = movements[n]
+            corners = corners_of(poses[n], legs.path[at[n], m])
+            if not was_seen(corners, legs.sagitta_m[at[n], m], terms):
+                return False
+    for n in range(count):
+        m = movements[n]
+        end_s = start_s + legs.duration_s[m]
+        corners = corners_of(poses[n], legs.path[at[n], m])
+        if not keeps_margin(corners, legs.sagitta_m[at[n], m], start_s, end_s, terms):
+            return False
+        start_s = end_s
+    return True
+
+
+@compiled
+def _step(poses: FloatArray, n: int, path: FloatArray) -> None:
+    """Fill in the pose after the one numbered `n`."""
+    cosine, sine = np.cos(poses[n, 3]), np.sin(poses[n, 3])
+    last = len(path) - 1
+    poses[n + 1, 0] = poses[n, 0] + cosine * path[last, 0] - sine * path[last, 1]
+    poses[n + 1, 1] = poses[n, 1] + sine * path[last, 0] + cosine * path[last, 1]
+    poses[n + 1, 2] = poses[n, 2] + path[last, 2]
+    poses[n + 1, 3] = poses[n, 3] + path[last, 3]
+
+
+@compiled
+def loop_places(ways: Ways, legs: Legs) -> FloatArray:
+    """[...,  3] where each movement of each loop ends, from the loop's start at yaw 0."""
+    places = np.empty((len(ways.loop_movement), 3))
+    poses = np.empty((2, 4))
+    for loop in range(len(ways.loop_attitude)):
+        at = ways.loop_attitude[loop]
+        poses[0] = 0.0
+        for n in range(ways.loop_at[loop], ways.loop_at[loop + 1]):
+            m = ways.loop_movement[n]
+            _step(poses, 0, legs.path[at, m])
+            places[n] = poses[1, :3]
+            poses[0], at = poses[1], legs.following[at, m]
+    return places
+
+
+@compiled
+def _places_were_seen(
+    places: FloatArray,
+    first: int,
+    last: int,
+    poses: FloatArray,
+    begin: int,
+    origin: FloatArray,
+    yaw: float,
+    free: Voxels,
+    window: FloatArray,
+) -> bool:
+    """Whether places first to last of a loop were seen, those half way round first.
+
+    The loop begins at the pose [4] numbered `begin`. The places alone are looked up: quick to tell
+    that a loop leads where nobody has looked, which most do.
+    """
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    px, py = poses[begin, 0], poses[begin, 1]
+    x0, y0 = origin[0] + cosine * px - sine * py, origin[1] + sine * px + cosine * py
+    z0 = origin[2] + poses[begin, 2]
+    cosine, sine = np.cos(yaw + poses[begin, 3]), np.sin(yaw + poses[begin, 3])
+    count = last - first
+    stride = max(1, count // 4)
+    for begins in range(stride):
+        for lap in range((count - begins + stride - 1) // stride):
+            n = first + (count // 2 + begins + lap * stride) % count
+            x = x0 + cosine * places[n, 0] - sine * places[n, 1]
+            y = y0 + sine * places[n, 0] + cosine * places[n, 1]
+            if not is_free(free, window, x, y, z0 + places[n, 2], 0.0):
+                return False
+    return True
+
+
+@compiled
+def chain_room(
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
+    terms: EscapeTerms,
+    enough: float,
+) -> float:
+    """Smallest distance from intruders at equal times along movements, no more than `enough`."""
+    at, best = start, enough
+    for m in movements:
+        corners = corners_of(pose, legs.path[at, m])
+        turned = np.empty_like(corners)
+        for s in range(len(corners)):
+            for axis in range(3):
+                turned[s, axis] = (
+                    terms.grid_from_level[axis, 0] * corners[s, 0]
+                    + terms.grid_from_level[axis, 1] * corners[s, 1]
+                    + terms.grid_from_level[axis, 2] * corners[s, 2]
+                )
+        end_s = start_s + legs.duration_s[m]
+        found = moving_clearance(span_of(turned, start_s, end_s), terms.moving, best)
+        if found[2] >= 0:
+            best = min(best, found[0] - legs.sagitta_m[at, m])
+        pose, start_s, at = pose_after(pose, legs.path[at, m]), end_s, legs.following[at, m]
+    return best
+
+
+@compiled
+def movements_of(ways: Ways, escape: int) -> IntArray:
+    """All movements of an escape: its beginning and one round of its loop."""
+    loop = ways.loop[escape]
+    first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+    count, b = 0, ways.begins[escape]
+    while ways.parent[b] >= 0:
+        count += 1
+        b = ways.parent[b]
+    movements = np.empty(count + last - first, dtype=np.int64)
+    movements[count:] = ways.loop_movement[first:last]
+    b = ways.begins[escape]
+    while ways.parent[b] >= 0:
+        count -= 1
+        movements[count] = ways.movement[b]
+        b = ways.parent[b]
+    return movements
+
+
+@compiled
+def first_escape(
+    ways: Ways,
+    legs: Legs,
+    places: FloatArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    terms: EscapeTerms,
+) -> tuple[int, float]:
+    """The first escape that is safe from an attitude and a pose [4], and its room from intruders.
+
+    places: of the loops, by `loop_places`. Among intruders the best of a few; -1 if none is safe.
+    """
+    count = len(ways.parent)
+    state = np.zeros(count, dtype=np.int64)
+    poses, times = np.empty((count, 4)), np.empty(count)
+    state[0], poses[0], times[0] = KEEPS, pose, start_s
+    best, best_room, compared = -1, -np.inf, 0
+    for escape in range(len(ways.begins)):
+        begin = ways.begins[escape]
+        if state[begin] == UNKNOWN:
+            _look_at(begin, ways, legs, poses, times, state, terms)
+        if state[begin] == FAILS:
+            continue
+        loop = ways.loop[escape]
+        first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+        if terms.must_see and not _places_were_seen(
+            places,
+            first,
+            last,
+            poses,
+            begin,
+            terms.origin_m,
+            terms.yaw_rad,
+            terms.free,
+            terms.window,
+        ):
+            continue
+        movements = ways.loop_movement[first:last]
+        if not chain_keeps(
+            movements, ways.attitude[begin], poses[begin], times[begin], legs, terms
+        ):
+            continue
+        if len(terms.moving.radius_m) == 0:
+            return escape, np.inf
+        room = chain_room(
+            movements_of(ways, escape), start, pose, start_s, legs, terms, 2.0 * terms.margin_m
+        )
+        if room > best_room:
+            best, best_room = escape, room
+        compared += 1
+        if room >= terms.margin_m or compared >= MOST_COMPARED:
+            break
+    return best, best_room
+
+
+@compiled
+def _look_at(
+    begin: int,
+    ways: Ways,
+    legs: Legs,
+    poses: FloatArray,
+    times: FloatArray,
+    state: IntArray,
+    terms: EscapeTerms,
+) -> None:
+    """Find out whether a beginning, and those before it, are safe."""
+    way = np.empty(16, dtype=np.int64)
+    depth, b = 0, begin
+    while state[b] == UNKNOWN:
+        way[depth] = b
+        depth += 1
+        b = ways.parent[b]
+    for at in range(depth - 1, -1, -1):
+        b = way[at]
+        parent = ways.parent[b]
+        if state[parent] == FAILS:
+            state[b] = FAILS
+            continue
+        attitude, m = ways.attitude[parent], ways.movement[b]
+        times[b] = times[parent] + legs.duration_s[m]
+        path, sagitta = legs.path[attitude, m], legs.sagitta_m[attitude, m]
+        safe = leg_keeps(poses[parent], path, sagitta, times[parent], times[b], terms)
+        state[b] = KEEPS if safe else FAILS
+        poses[b] = pose_after(poses[parent], path)

@@ -1,0 +1,148 @@
+"""The choice that leaves a way out, and what is flown where no choice does.
+
+First movements after which no way out is found are banned one by one, and the next best candidate
+is asked. Where none is left, the way out in hand is flown: it was verified when there was still
+time. Only where that has been lost too, what is less sure follows, and the emergency rule last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance.candidates import Candidates, among
+from clearway.avoidance.chosen import Basis, Choice, ChoiceReport
+from clearway.avoidance.fusion import ReachAssessment
+from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.way_out import LESSER_MARGINS, WayOut
+from clearway.avoidance.ways_out import WaysOut
+
+ChooseAmong = Callable[[Hazards, Candidates], Choice]
+
+
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """What a decision flies."""
+
+    choice: Choice
+    hazards: Hazards
+    """What it keeps clear of."""
+    way_out: WayOut | None = None
+    """From the end of its first movement on."""
+    head: str = ""
+    """First movement of a way out that is flown now; empty where a candidate is."""
+    banned: tuple[str, ...] = ()
+    """First movements after which no way out was found."""
+
+    leaves: bool = True
+    """Whether it leaves a way out, where one is asked for."""
+
+    @property
+    def good(self) -> bool:
+        """Whether it was verified, and its way out too."""
+        return self.leaves and self.choice.basis is not Basis.EMERGENCY
+
+
+@dataclass(frozen=True, eq=False)
+class Leaving:
+    """One decision's choice among what leaves a way out."""
+
+    prepared: PreparedReachSet
+    assessment: ReachAssessment
+    candidates: Candidates
+    choose_among: ChooseAmong
+    ways: WaysOut | None
+    """None where no way out is asked for."""
+    held: WayOut | None
+    """The way out in hand: what would be flown from now on without this decision."""
+
+    def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
+        """The best candidate that leaves a way out; where none does, the best that is verified, and
+        where none is, the emergency rule's."""
+        allowed, banned = self.candidates, list[str]()
+        best: Choice | None = None
+        while len(allowed.nodes):
+            choice = self.choose_among(hazards, allowed)
+            best = best or choice
+            if self.ways is None or choice.basis is Basis.EMERGENCY:
+                break
+            first = int(self.prepared.first_movement[choice.node])
+            way = self._after(self.ways, first, strict)
+            if way is not None:
+                return Taken(choice, hazards, way, banned=tuple(banned))
+            banned.append(self._name(first))
+            allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
+        assert best is not None  # There are always candidates.
+        if self.ways is not None and best.basis is not Basis.EMERGENCY:
+            best = replace(best, basis=Basis.NO_LOITER)
+        return Taken(best, hazards, banned=tuple(banned), leaves=self.ways is None)
+
+    def fall_back(self, taken: Taken, hazards: Hazards) -> Taken:
+        """What is flown where no candidate leaves a way out; `taken` is the best that does not."""
+        ways = self.ways
+        if ways is None:
+            return taken
+        for way in self._ways_out(ways):
+            flown = self._flown(way, hazards, taken.banned)
+            if flown is not None:
+                return flown
+        return self._unseen(ways, taken, hazards) if ways.strict else taken
+
+    def _unseen(self, ways: WaysOut, taken: Taken, hazards: Hazards) -> Taken:
+        """What leaves a way out if what nobody has seen is free; else what was taken."""
+        known = self.choose(hazards, strict=False)
+        if known.good:
+            return known
+        way = ways.now(strict=False)
+        flown = None if way is None else self._flown(way, hazards, taken.banned)
+        return flown or taken
+
+    def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
+        """Ways out that begin now, the surest first."""
+        held = self.held if self.held is not None and self.held.certain else None
+        again = None if held is None else ways.holds(held)
+        if again is not None:
+            yield again
+        fresh = ways.now()
+        if fresh is not None:
+            yield fresh
+        for share in LESSER_MARGINS:
+            lesser = None if held is None else ways.holds(held, share=share)
+            if lesser is None:
+                lesser = ways.now(share=share)
+            if lesser is not None:
+                yield lesser
+
+    def _after(self, ways: WaysOut, first: int, strict: bool) -> WayOut | None:
+        """The way out after a first movement: a fresh one, or the rest of the one in hand."""
+        way = ways.after(first, strict=strict)
+        held = self.held
+        if way is not None or held is None or held.movements[0] != self._name(first):
+            return way
+        return ways.holds(held.after_one, after=first) if held.certain or not strict else None
+
+    def _name(self, movement: int) -> str:
+        return self.prepared.reach_set.movement_names[movement]
+
+    def _flown(self, way: WayOut, hazards: Hazards, banned: tuple[str, ...]) -> Taken | None:
+        """A way out as what is flown now; None where the reach set lacks its first movement."""
+        reach_set, head = self.prepared.reach_set, way.movements[0]
+        begins = (reach_set.parent < 0) & (
+            reach_set.movement == reach_set.movement_names.index(head)
+        )
+        if not begins.any():
+            return None
+        alone = Candidates(
+            np.flatnonzero(begins)[:1],
+            self.prepared.path_cost_m[begins][:1],
+            np.zeros(1, dtype=np.int64),
+            np.ones(1, dtype=np.bool_),
+            np.zeros(1),
+            np.zeros(1, dtype=np.int64),
+        )
+        report = ChoiceReport(self.prepared, self.assessment, alone, hazards, 0)
+        choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
+        return Taken(choice, hazards, way.after_one, head, banned)

@@ -1,0 +1,66 @@
+"""The way out: what a decision holds in hand so that no later decision is needed to stay safe.
+
+A trajectory is good only as far as it is known, and a plan that ends before a wall is a promise
+that somebody will think of something. So every decision takes along an escape: movements, and then
+a loop or a stop that can be flown for ever, through space that was seen to be free, from where its
+first movement ends. It is verified now, flown if no later decision finds anything better, and never
+given up for something unverified. After FASTER (Tordesillas et al. 2019) and the emergency
+manoeuvre library of Arora, Choudhury, Althoff and Scherer (2015).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+
+from clearway.base.brief import one_line, runs
+from clearway.base.frames import FloatArray
+
+LESSER_MARGINS = (0.75, 0.5, 0.25, 0.0)
+"""Shares of the margin at which the escape in hand is still flown before anything unverified."""
+
+
+class Escape(StrEnum):
+    """What must be known of a way out."""
+
+    STRICT = "strict"
+    """It leads through space that was seen to be free: no collision with what stands still."""
+    MAPPED = "mapped"
+    """It keeps clear of a map that is declared complete, and of what was seen."""
+    KNOWN = "known"
+    """It keeps clear of what is known; what nobody has seen counts as free."""
+    OFF = "off"
+    """None is asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class WayOut:
+    """Movements that can be flown from some moment on, for ever."""
+
+    begins: tuple[str, ...]
+    """Flown first."""
+    loop: tuple[str, ...]
+    """Flown again and again after that, at least one movement."""
+    margin_m: float
+    """Distance that it keeps from what is known."""
+    certain: bool
+    """Whether it is what was asked for; in strict mode, whether it was seen to be free."""
+    path_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    """[n, 3] its places up to the end of the first round, world frame."""
+
+    def __repr__(self) -> str:
+        return one_line("WayOut", (runs(self.begins + self.loop), f"{self.margin_m:.3g} m clear"))
+
+    @property
+    def movements(self) -> tuple[str, ...]:
+        """One round of it."""
+        return self.begins + self.loop
+
+    @property
+    def after_one(self) -> WayOut:
+        """What is left of it after its first movement."""
+        if self.begins:
+            return replace(self, begins=self.begins[1:])
+        return replace(self, loop=self.loop[1:] + self.loop[:1])

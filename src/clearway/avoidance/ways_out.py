@@ -1,0 +1,151 @@
+"""Looking for ways out at one decision, see `way_out`, with what is known at that moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from clearway.avoidance.escape_search import (
+    EscapeTerms,
+    chain_keeps,
+    corners_of,
+    first_escape,
+    leg_keeps,
+    loop_places,
+    pose_after,
+)
+from clearway.avoidance.evidence import InReach
+from clearway.avoidance.hazards import nothing_moving
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation, margin_slope
+from clearway.avoidance.way_out import Escape, WayOut
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.reach.escapes import SAMPLES, EscapeLibrary, names_of
+from clearway.reach.lattice import grid_from_level
+from clearway.sensors.free_space import NOTHING_SEEN
+
+STANDING = np.zeros(4)
+"""The pose of a decision in its own level frame."""
+
+
+class WaysOut:
+    """Looks for ways out at one decision; what is found out is kept until it is over."""
+
+    def __init__(
+        self, planner: Planner, library: EscapeLibrary, situation: Situation, near: InReach
+    ) -> None:
+        state, settings = situation.state, planner.settings
+        roll, pitch, yaw = state.attitude_rad.tolist()
+        self.library = library
+        self._start = library.nearest(roll, pitch)
+        self._legs = library.legs_at(roll, pitch)
+        self._full_m = near.margin_m
+        grown = near.margin_m - settings.safety_margin_m
+        seen = situation.seen
+        self.strict = settings.escape == Escape.STRICT and seen is not None
+        self._terms = EscapeTerms(
+            *(NOTHING_SEEN if seen is None else seen),
+            self.strict,
+            settings.body_radius_m + grown,
+            near.margin_m,
+            margin_slope(settings, situation),
+            state.position_m,
+            yaw,
+            np.ascontiguousarray(grid_from_level(pitch)),
+            near.hazards.bins,
+            near.hazards.shapes,
+            near.hazards.moving,
+            nothing_moving(),
+        )
+        self._loops: dict[int, FloatArray] = {}
+        self._after: dict[tuple[int, bool], WayOut | None] = {}
+
+    def after(self, movement: int, *, strict: bool = True) -> WayOut | None:
+        """The way out from the end of a movement that begins now; None where there is none."""
+        key = (movement, strict and self.strict)
+        if key not in self._after:
+            self._after[key] = self._find_after(movement, self._with(strict, self._full_m))
+        return self._after[key]
+
+    def _find_after(self, movement: int, terms: EscapeTerms) -> WayOut | None:
+        legs, at = self._legs, self._start
+        then = int(legs.following[at, movement])
+        if then < 0:
+            return None
+        path = legs.path[at, movement]
+        end_s = float(legs.duration_s[movement])
+        if not leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
+            return None
+        return self._first(then, pose_after(STANDING, path), end_s, terms)
+
+    def now(self, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
+        """A way out that begins now and keeps a share of the margin."""
+        return self._first(self._start, STANDING, 0.0, self._with(strict, share * self._full_m))
+
+    def holds(self, way: WayOut, *, after: int | None = None, share: float = 1.0) -> WayOut | None:
+        """A way out as it is known now, if it is still safe; after a movement, or from now on.
+
+        share: of the margin that it has to keep.
+        """
+        terms = self._with(True, share * self._full_m)
+        movements = self._numbers(way.movements)
+        if after is not None:
+            movements = np.concatenate([[after], movements])
+        if not chain_keeps(movements, self._start, STANDING, 0.0, self._legs, terms):
+            return None
+        first = 0 if after is None else 1
+        places = self._places(movements, self._start, STANDING)[first * SAMPLES :]
+        return replace(way, margin_m=share * self._full_m, path_m=places)
+
+    def _first(
+        self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms
+    ) -> WayOut | None:
+        ways = self.library.ways[start]
+        if start not in self._loops:
+            self._loops[start] = loop_places(ways, self._legs)
+        escape = -1
+        for unseen_m in self._aloof(terms):
+            wary = terms._replace(unseen_m=unseen_m)
+            escape, _ = first_escape(
+                ways, self._legs, self._loops[start], start, pose, start_s, wary
+            )
+            if escape >= 0:
+                break
+        if escape < 0:
+            return None
+        begins, loop = names_of(self.library, start, escape)
+        places = self._places(self._numbers(begins + loop), start, pose)
+        certain = terms.must_see or not self.strict
+        return WayOut(begins, loop, terms.margin_m, certain, places)
+
+    def _aloof(self, terms: EscapeTerms) -> tuple[float, ...]:
+        """Distances from the unseen, the best first: what shows there then costs no margin."""
+        if terms.must_see and terms.margin_m > terms.unseen_m:
+            return terms.margin_m, terms.unseen_m
+        return (terms.unseen_m,)
+
+    def _with(self, strict: bool, margin_m: float) -> EscapeTerms:
+        must_see = strict and self.strict
+        if must_see == self._terms.must_see and margin_m == self._terms.margin_m:
+            return self._terms
+        return self._terms._replace(must_see=must_see, margin_m=margin_m)
+
+    def _numbers(self, names: Iterable[str]) -> IntArray:
+        number = self.library.automaton.names.index
+        return np.array([number(name) for name in names], dtype=np.int64)
+
+    def _places(self, movements: IntArray, start: int, pose: FloatArray) -> FloatArray:
+        """[n, 3] world frame."""
+        corners, at = [], start
+        for m in movements.tolist():
+            path = self._legs.path[at, m]
+            corners.append(corners_of(pose, path)[1:])
+            pose, at = pose_after(pose, path), int(self._legs.following[at, m])
+        places = np.concatenate(corners) if corners else np.zeros((0, 3))
+        cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
+        turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        world: FloatArray = places @ turned.T + self._terms.origin_m
+        return world

@@ -1,0 +1,132 @@
+"""Before take-off: whether what the sensors see leaves a way out in hand at every decision.
+
+It is tried, not calculated: in the emptiest world there is, the vehicle flies straight on, and at
+every movement a way out through what was seen is looked for. What cannot hold there holds nowhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from clearway.avoidance.evidence import in_reach
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation
+from clearway.avoidance.way_out import Escape
+from clearway.avoidance.ways_out import WaysOut
+from clearway.base.state import State
+from clearway.live.range_sensing import free_space_for
+from clearway.reach.escapes import EscapeLibrary
+from clearway.sensors import AnySensor, Lidar, Scan, range_sensors
+
+WIDER = (1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
+"""Ranges that are tried where the sensor's own does not do, in its own."""
+SETTLED = 6
+"""Movements in a row that must have a way out in hand."""
+
+
+@dataclass(frozen=True)
+class EscapePlan:
+    """Which ways out a flight asks for, and why."""
+
+    asked: str
+    flown: str
+    why: str
+
+    def __str__(self) -> str:
+        return f'escape "{self.flown}": {self.why}'
+
+
+def escape_plan(planner: Planner, sensors: Sequence[AnySensor]) -> EscapePlan:
+    """What the sensors, the vehicle and the margin allow of what was asked for."""
+    return _escape_plan(planner, tuple(sensors))
+
+
+@lru_cache(maxsize=4)
+def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
+    asked = planner.settings.escape
+    library = planner.escapes
+    if asked == Escape.OFF or not planner.settings.verify:
+        return EscapePlan(asked, Escape.OFF, "no way out is asked for")
+    if library is None:
+        return EscapePlan(
+            asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
+        )
+    if asked == Escape.MAPPED:
+        return EscapePlan(asked, asked, "the map counts as complete: what is unseen is free")
+    if asked == Escape.KNOWN:
+        return EscapePlan(asked, asked, "what nobody has seen counts as free: no guarantee")
+    if not sensors:
+        return EscapePlan(
+            asked,
+            Escape.KNOWN,
+            "no range sensor sees what is free: no guarantee",
+        )
+    after = settles(planner, library, sensors)
+    if after is not None:
+        return EscapePlan(
+            asked,
+            asked,
+            "every decision keeps a way out through space seen to be free, "
+            f"from movement {after + 1} on where nothing stands in the way",
+        )
+    return EscapePlan(asked, Escape.KNOWN, _what_lacks(planner, library, sensors))
+
+
+def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]) -> int | None:
+    """Movements straight on, where nothing stands, until there is a way out in hand for good."""
+    straight = _straight(library)
+    if straight is None:
+        return None
+    step = library.legs.path[0, straight, -1, :3]
+    duration = float(library.legs.duration_s[straight])
+    free = free_space_for(planner, np.zeros(3))
+    by_name = range_sensors(sensors)
+    reach = planner.grid.range_m + planner.escape_reach_m
+    most = SETTLED + int(np.ceil(2.0 * reach / max(float(np.linalg.norm(step)), 1e-9)))
+    held = 0
+    for at in range(min(most, 200)):
+        state = State(at * step, time_s=at * duration)
+        for name, sensor in by_name.items():
+            free.take(sensor, Scan(np.zeros((0, 3)), state.time_s, sensor=name), state)
+        situation = Situation(state, target_m=1e3 * step + 1.0, seen=free.seen)
+        ways = WaysOut(planner, library, situation, in_reach(planner, situation))
+        held = held + 1 if ways.after(straight) is not None else 0
+        if held == SETTLED:
+            return at + 1 - SETTLED
+    return None
+
+
+def _straight(library: EscapeLibrary) -> int | None:
+    """The movement that leads farthest straight on in level flight."""
+    ends = library.legs.path[0, :, -1]
+    ahead = (np.abs(ends[:, 3]) < 1e-9) & (library.legs.following[0] == 0)
+    if not ahead.any():
+        return None
+    return int(np.argmax(np.where(ahead, ends[:, 0], -np.inf)))
+
+
+def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...]) -> str:
+    """Why no way out can be kept in hand, and which range would do."""
+    lidars = [one for one in sensors if isinstance(one, Lidar)]
+    reach = max((one.clears_to_m for one in lidars), default=0.0)
+    body = planner.settings.body_radius_m
+    lacks = (
+        f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see; "
+        "unseen space counts as free, so there is no guarantee"
+    )
+    for factor in WIDER:
+        wider = tuple(
+            replace(
+                one,
+                pattern=replace(one.pattern, max_range_m=factor * one.clears_to_m),
+                dark_range_m=None,
+            )
+            for one in lidars
+        )
+        if lidars and settles(planner, library, wider) is not None:
+            return f"{lacks}; a range of {factor * reach:.3g} m would do"
+    return f"{lacks}; no range up to {WIDER[-1] * reach:.3g} m would do, the field of view may"

@@ -1,0 +1,337 @@
+"""Space that was seen to be free: voxels of the world that beams crossed, remembered as one flies.
+
+What stands somewhere and what is known to be free there are two things: between them lies what
+nobody has looked at. A vehicle that cannot stop is safe only on ways through space that is known to
+be free (the free spaces of section 3.5), so whatever is not marked here counts as occupied.
+
+A beam clears what it crosses up to one voxel before the nearest return around its direction, and a
+beam without return as far as the sensor would have seen the darkest target: one return that got
+lost among others clears nothing behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.brief import brief, one_line
+from clearway.base.compiled import compiled
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray, State
+from clearway.sensors.beams import BeamPattern
+from clearway.sensors.lidar import Lidar, Scan
+from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
+from clearway.sensors.range_sensor import LidarSensor, RangeSensor
+
+Voxels = npt.NDArray[np.uint8]
+
+COLUMNS, ROWS = 256, 128
+"""Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
+STEPS_PER_VOXEL = 2.0
+"""Places looked at along a beam."""
+ROLL_WITHIN = 8
+"""The window follows once the vehicle is off its middle by this part of its width."""
+FINE = 0.7
+"""Of a voxel, that directions are apart at the farthest place marked."""
+WITHIN = 0.5 - 1.0 / ROLL_WITHIN
+"""Part of the window's width that is always there on either side of the vehicle."""
+
+
+class SeenSpace(NamedTuple):
+    """What was seen to be free, as compiled loops take it: as few arrays as can be."""
+
+    free: Voxels
+    """[COLUMNS, COLUMNS, ROWS] 1 where seen to be free; a voxel of the world lies at its number
+    modulo the shape."""
+    window: FloatArray
+    """[8] number of the lowest voxel of the window along each axis, voxels per metre, and middle
+    and radius of a ball of the world that the mission declares free."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+    @property
+    def voxel_m(self) -> float:
+        return 1.0 / float(self.window[3])
+
+    @property
+    def low(self) -> IntArray:
+        """[3] number of the lowest voxel along each axis."""
+        return self.window[:3].astype(np.int64)
+
+
+NOTHING_SEEN = SeenSpace(
+    np.zeros((1, 1, 1), dtype=np.uint8), np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+)
+"""Where no range sensor looks."""
+
+
+@compiled
+def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
+    """Whether a ball in the world was seen to be free, by all voxels that its box meets.
+
+    free, window: of a `SeenSpace`.
+    """
+    dx, dy, dz = x - window[4], y - window[5], z - window[6]
+    inside = window[7] - radius
+    if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
+        return True
+    per_m = window[3]
+    a0, a1 = int(np.floor((x - radius) * per_m)), int(np.floor((x + radius) * per_m))
+    b0, b1 = int(np.floor((y - radius) * per_m)), int(np.floor((y + radius) * per_m))
+    c0, c1 = int(np.floor((z - radius) * per_m)), int(np.floor((z + radius) * per_m))
+    if a0 < window[0] or b0 < window[1] or c0 < window[2]:
+        return False
+    columns, rows = free.shape[0], free.shape[2]
+    if a1 >= window[0] + columns or b1 >= window[1] + columns or c1 >= window[2] + rows:
+        return False
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            for c in range(c0, c1 + 1):
+                if not (
+                    free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
+                    or _declared(window, a, b, c)
+                ):
+                    return False
+    return True
+
+
+@compiled
+def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
+    """Whether a voxel lies in the ball that the mission declares free."""
+    if window[7] <= 0.0:
+        return False
+    width = 1.0 / window[3]
+    x = max(abs(a * width - window[4]), abs((a + 1) * width - window[4]))
+    y = max(abs(b * width - window[5]), abs((b + 1) * width - window[5]))
+    z = max(abs(c * width - window[6]), abs((c + 1) * width - window[6]))
+    return bool(x * x + y * y + z * z <= window[7] ** 2)
+
+
+class FreeSpace:
+    """Seen space that moves with the vehicle; what lies far behind is forgotten.
+
+    voxel_m: width of a voxel. start_m [3], start_free_m: a ball of the world that the mission
+    declares free, since nobody can look at where the vehicle stands. Raises ClearwayError for a
+    voxel that is no positive number.
+    """
+
+    def __init__(self, voxel_m: float, start_m: npt.ArrayLike, start_free_m: float = 0.0) -> None:
+        if not 0.0 < voxel_m < np.inf:
+            raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
+        self._free: Voxels = np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.uint8)
+        self._voxel_m = float(voxel_m)
+        self._start_m = np.array(start_m, dtype=np.float64)
+        self._start_free_m = float(start_free_m)
+        self._low = self._lowest(self._start_m)
+        self._patterns: dict[str, tuple[BeamPattern, BeamPattern]] = {}
+
+    def __repr__(self) -> str:
+        seen = f"{int(np.count_nonzero(self._free)):,} voxels of {self._voxel_m:g} m seen free"
+        return one_line("FreeSpace", (seen,))
+
+    @property
+    def reach_m(self) -> float:
+        """How far from the vehicle anything is marked, up and down half as far."""
+        return WITHIN * COLUMNS * self._voxel_m
+
+    @property
+    def seen(self) -> SeenSpace:
+        """As it is now; later sweeps change it."""
+        window = np.concatenate(
+            [self._low, [1.0 / self._voxel_m], self._start_m, [self._start_free_m]]
+        )
+        return SeenSpace(self._free, window)
+
+    def forget(self) -> None:
+        """All that was seen; after the own place has jumped, nobody knows where that lies."""
+        self._free[:] = 0
+        self._start_free_m = 0.0
+
+    def withdraw_start(self, position_m: FloatArray, radius_m: FloatArray) -> None:
+        """Declare the ball about the start no larger than returns [n, 3] leave it."""
+        if self._start_free_m > 0.0 and len(position_m):
+            away = np.linalg.norm(position_m - self._start_m, axis=1) - radius_m
+            self._start_free_m = float(np.clip(away.min(), 0.0, self._start_free_m))
+
+    def take(self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float = 0.0) -> None:
+        """Mark what a sweep shows to be free; of sensors that are no LiDAR, what they say passes.
+
+        state: of the vehicle at the time of the sweep. tolerance_m: how far short of a return,
+        beside a voxel, it ends.
+        """
+        self._follow(state.position_m)
+        if isinstance(sensor, LidarSensor):
+            self._take_sweep(sensor.lidar, scan, state, tolerance_m)
+        else:
+            self._take_passes(sensor, scan, state, tolerance_m)
+
+    def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
+        raster = beam_raster(self._pattern(lidar))
+        _mark(
+            self._free,
+            self._voxel_m,
+            raster,
+            nearest_returns(scan.points_m, raster),
+            sensor_at(lidar, state, 0.0),
+            min(self.reach_m, lidar.clears_to_m),
+            self._voxel_m + tolerance_m + 3.0 * lidar.sigma_m,
+        )
+
+    def _take_passes(
+        self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float
+    ) -> None:
+        around = np.arange(-self.reach_m, self.reach_m, self._voxel_m)
+        middle = (np.floor(state.position_m / self._voxel_m) + 0.5) * self._voxel_m
+        ball = np.stack(np.meshgrid(around, around, around, indexing="ij"), axis=-1).reshape(-1, 3)
+        places = middle + ball[np.einsum("ij,ij->i", ball, ball) <= self.reach_m**2]
+        half = np.full(len(places), 0.5 * self._voxel_m)
+        beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
+        passed = np.asarray(sensor.passes(scan, state, places, half, beyond), dtype=np.bool_)
+        a, b, c = np.floor(places[passed] / self._voxel_m).astype(np.int64).T
+        self._free[a & (COLUMNS - 1), b & (COLUMNS - 1), c & (ROWS - 1)] = 1
+
+    def _pattern(self, lidar: Lidar) -> BeamPattern:
+        """The beams, in directions no finer than voxels are at their farthest."""
+        known = self._patterns.get(lidar.name)
+        if known is None or known[0] is not lidar.pattern:
+            widest = max(lidar.pattern.spacing_rad, 0.7 * self._voxel_m / self._reach_of(lidar))
+            known = (lidar.pattern, replace(lidar.pattern, spacing_rad=widest))
+            self._patterns[lidar.name] = known
+        return known[1]
+
+    def _reach_of(self, lidar: Lidar) -> float:
+        return min(self.reach_m, lidar.clears_to_m)
+
+    def _lowest(self, position_m: FloatArray) -> IntArray:
+        middle = np.floor(position_m / self._voxel_m).astype(np.int64)
+        return np.asarray(middle - np.array(self._free.shape) // 2, dtype=np.int64)
+
+    def _follow(self, position_m: FloatArray) -> None:
+        """Let the window follow the vehicle, and clear what comes into it."""
+        wanted = self._lowest(position_m)
+        low = self._low.copy()
+        for axis, count in enumerate(self._free.shape):
+            moved = int(wanted[axis] - low[axis])
+            if abs(moved) <= count // ROLL_WITHIN:
+                continue
+            fresh = (
+                np.arange(low[axis] + count, wanted[axis] + count)
+                if moved > 0
+                else np.arange(wanted[axis], low[axis])
+            )
+            cleared = np.unique(fresh[-count:] & (count - 1))
+            at: list[slice | IntArray] = [slice(None)] * 3
+            at[axis] = cleared
+            self._free[tuple(at)] = 0
+            low[axis] = wanted[axis]
+        self._low = low
+
+
+@compiled
+def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
+    columns, rows = nearest.shape
+    by_rows = nearest.copy()
+    for j in range(columns):
+        for k in range(rows):
+            for shift in (-1, 1):
+                if 0 <= k + shift < rows:
+                    by_rows[j, k] = min(by_rows[j, k], nearest[j, k + shift])
+    around = by_rows.copy()
+    for k in range(rows):
+        sine = min(1.0, abs(raster.bottom + (k + 0.5) / raster.per_row))
+        cosine = np.sqrt(1.0 - sine * sine)
+        window = 8 if cosine * 8.0 < 1.0 else int(np.ceil(1.0 / cosine))
+        for j in range(columns):
+            for shift in range(-window, window + 1):
+                around[j, k] = min(around[j, k], by_rows[(j + shift) % columns, k])
+    return around
+
+
+@compiled
+def _mark(
+    free: Voxels,
+    voxel: float,
+    raster: BeamRaster,
+    nearest: FloatArray,
+    sensor: Sensor,
+    reach: float,
+    short: float,
+) -> None:
+    """Mark the voxels that a sweep crossed, bin of directions by bin.
+
+    Where bins are wider than voxels, the directions between neighbouring beams are crossed too, as
+    far as all beams around them go on: what hides there is thinner than beams are apart.
+    """
+    around = _nearest_around(nearest, raster)
+    columns, rows = around.shape
+    wanted = FINE * voxel / reach
+    # A column is widest amid a quarter, where it takes two units of angle for one of its measure.
+    across = int(np.ceil(2.0 / (raster.per_column * wanted)))
+    upward = int(np.ceil(1.0 / (raster.per_row * wanted)))
+    for j in range(columns):
+        for k in range(rows):
+            if raster.low[j, k] == np.inf:
+                continue
+            far = min(reach, around[j, k] - short)
+            sine = 0.5 * (raster.low[j, k] + raster.high[j, k])
+            above = sine
+            if k + 1 < rows and raster.low[j, k + 1] < np.inf:
+                above = 0.5 * (raster.low[j, k + 1] + raster.high[j, k + 1])
+            before = _has_beams(raster, (j - 1) % columns, k)
+            after = _has_beams(raster, (j + 1) % columns, k)
+            for u in range(across):
+                share = (u + 0.5) / across
+                if (share < 0.49 and not before) or (share > 0.51 and not after):
+                    continue
+                for v in range(upward if above > sine else 1):
+                    _mark_ray(
+                        free,
+                        1.0 / voxel,
+                        (j + share) / raster.per_column - 2.0,
+                        sine + (above - sine) * v / upward,
+                        far,
+                        sensor,
+                    )
+
+
+@compiled
+def _has_beams(raster: BeamRaster, column: int, row: int) -> bool:
+    """Whether there are beams in a column at about a row."""
+    for k in range(max(row - 1, 0), min(row + 2, raster.low.shape[1])):
+        if raster.low[column, k] < np.inf:
+            return True
+    return False
+
+
+@compiled
+def _mark_ray(
+    free: Voxels, per_m: float, turned: float, sine: float, far: float, sensor: Sensor
+) -> None:
+    """Mark the voxels along a direction, given by its pseudo-angle (`passing.bin_of`) and sine."""
+    if turned > 1.0:
+        y, ahead = 2.0 - turned, -1.0
+    elif turned < -1.0:
+        y, ahead = -2.0 - turned, -1.0
+    else:
+        y, ahead = turned, 1.0
+    x = ahead * (1.0 - abs(y))
+    level = np.sqrt(max(0.0, 1.0 - sine * sine) / (x * x + y * y))
+    a, b = x * level, y * level
+    r, o = sensor.rotation, sensor.origin
+    dx = (r[0, 0] * a + r[0, 1] * b + r[0, 2] * sine) * per_m
+    dy = (r[1, 0] * a + r[1, 1] * b + r[1, 2] * sine) * per_m
+    dz = (r[2, 0] * a + r[2, 1] * b + r[2, 2] * sine) * per_m
+    high = WITHIN * ROWS - 1.0
+    if abs(dz) * far > high:
+        far = high / abs(dz)
+    step = 1.0 / (STEPS_PER_VOXEL * per_m)
+    ox, oy, oz = o[0] * per_m, o[1] * per_m, o[2] * per_m
+    for at in range(int(np.ceil(sensor.min_range / step)), int(np.floor(far / step)) + 1):
+        s = at * step
+        u, v = int(np.floor(ox + dx * s)), int(np.floor(oy + dy * s))
+        free[u & (COLUMNS - 1), v & (COLUMNS - 1), int(np.floor(oz + dz * s)) & (ROWS - 1)] = 1

@@ -1,0 +1,78 @@
+"""What made-up worlds are put together from: legs, poles, walls, and groups of parts in a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.base.frames import FloatArray, attitude_from_rotation, world_from_body
+from clearway.base.state import State
+from clearway.live.mission import Mission
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+
+MadeWorld = tuple[ObstacleMap, Mission]
+MakeWorld = Callable[[int], MadeWorld]
+"""From a seed."""
+Span = tuple[float, float]
+"""Least and greatest, between which a seed draws."""
+
+TALL_M = 200.0
+"""Height of what shall not be flown over or under."""
+ROOM_M = 5.0
+"""Around start and waypoints, where nothing is put: a turning radius and its margin."""
+WALL_M = 0.5
+"""Thickness of walls."""
+
+
+def leg(
+    name: str, start: Sequence[float], end: Sequence[float], attitude: Sequence[float] = (0, 0, 0)
+) -> Mission:
+    """A mission from one place straight to another; attitude in radians."""
+    return Mission(name, State(np.array(start), np.array(attitude)), np.array([end]))
+
+
+def upright(x: float, y: float, radius: float, name: str, height_m: float = TALL_M) -> Obstacle:
+    """A pole around height 0."""
+    low, high = np.array([x, y, -0.5 * height_m]), np.array([x, y, 0.5 * height_m])
+    return Obstacle.line_between(low, high, radius, name)
+
+
+def wall(start: Sequence[float], end: Sequence[float], name: str) -> Obstacle:
+    """An upright wall, too tall to fly over, from one place [2] to another on its middle line."""
+    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    along = b - a
+    size = (float(np.linalg.norm(along)), WALL_M, TALL_M)
+    yaw = float(np.arctan2(along[1], along[0]))
+    middle = 0.5 * (a + b)
+    return Obstacle.cuboid((*middle, 0.0), size, orientation_rad=(0.0, 0.0, yaw), name=name)
+
+
+def placed(
+    parts: Iterable[Obstacle], position_m: npt.ArrayLike, attitude_rad: npt.ArrayLike
+) -> list[Obstacle]:
+    """Parts that were made in a frame of their own, with that frame at a place and attitude."""
+    origin, turn = np.asarray(position_m, dtype=np.float64), world_from_body(attitude_rad)
+    return [
+        replace(
+            part,
+            position_m=origin + turn @ part.position_m,
+            orientation_rad=attitude_from_rotation(turn @ world_from_body(part.orientation_rad)),
+        )
+        for part in parts
+    ]
+
+
+def roomy(mission: Mission, place_m: FloatArray, radius_m: float, room_m: float = ROOM_M) -> bool:
+    """Whether a ball, or upright pole, at a place [3] or [2] leaves room at start and waypoints."""
+    corners = np.concatenate([mission.start.position_m[None], mission.waypoints_m])
+    gaps = np.linalg.norm(corners[:, : len(place_m)] - place_m, axis=1) - radius_m
+    return bool(np.all(gaps >= room_m))
+
+
+def drawn(rng: np.random.Generator, span: Span) -> float:
+    """A value between the ends of a span."""
+    return float(rng.uniform(*span))

@@ -1,0 +1,185 @@
+"""Parameters of the families of made-up worlds, and missions through them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from clearway.io.toml import Section
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.sections import NotNegative
+from clearway.missions.world_file import mission_of
+from clearway.sim import clutter, dead_ends, worlds
+from clearway.sim.world_parts import MadeWorld
+
+Length = Annotated[float, Field(gt=0.0, le=1000.0)]
+Span = Annotated[tuple[Length, Length], Field(strict=False)]
+Number = Annotated[int, Field(ge=1, le=10_000)]
+Numbers = Annotated[tuple[Number, Number], Field(strict=False)]
+
+
+class WorldParameters(Section):
+    """Of a family of made-up worlds; pairs are the least and the greatest that a seed draws."""
+
+    @model_validator(mode="after")
+    def _ascend(self) -> Self:
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, tuple) and value[0] > value[1]:
+                raise ValueError(f"{name}: the least comes first, got {list(value)}")
+        return self
+
+
+class BallParameters(WorldParameters):
+    """Of `balls`."""
+
+    balls: Number | Numbers | None = None
+    """Number in the box of 50 x 30 x 20 m; default: drawn from 30 to 240 with the seed."""
+    room_m: NotNegative = 0.0
+    """About start and waypoint, where balls are left out."""
+
+
+class ForestParameters(WorldParameters):
+    """Of `forest`."""
+
+    apart_m: Length = worlds.TRUNKS_APART_M
+    """Between trunks, at least."""
+
+
+class WallParameters(WorldParameters):
+    """Of `walls`."""
+
+    gap_m: Span = worlds.WALL_GAPS_M
+    """Width of the gaps."""
+
+
+class MazeParameters(WorldParameters):
+    """Of `maze`."""
+
+    room_m: Span = worlds.MAZE_ROOMS_M
+    """Side of the rooms, 10 m at least."""
+    faces_door: bool = False
+    """Whether the flight starts towards the open side of its room, else along x."""
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        _need(self, "room_m", 10.0)
+        return self
+
+
+class DeadEndParameters(WorldParameters):
+    """Of `dead-end`, `cave` and `closed-tube`."""
+
+    width_m: Span = dead_ends.WIDTHS_M
+    """Between its sides; of a cave its height too."""
+    depth_m: Span = dead_ends.DEPTHS_M
+    """From its mouth to its end."""
+
+
+class WedgeParameters(WorldParameters):
+    """Of `wedge`."""
+
+    width_m: Span = dead_ends.WEDGE_WIDTHS_M
+    """Of its mouth."""
+    depth_m: Span = dead_ends.WEDGE_DEPTHS_M
+    """From its mouth to its corner."""
+
+
+class ClosedStreetParameters(WorldParameters):
+    """Of `closed-street`."""
+
+    width_m: Span = dead_ends.STREET_WIDTHS_M
+    """Between its houses, at least."""
+    depth_m: Span = dead_ends.STREET_DEPTHS_M
+    """From its mouth to the house at its end."""
+
+
+class UShapeParameters(WorldParameters):
+    """Of `u-shape`."""
+
+    width_m: Span = dead_ends.U_WIDTHS_M
+    """Between its sides, 9.5 m at least: the flight starts there."""
+    depth_m: Span = dead_ends.U_DEPTHS_M
+    """From its open side to its back, 14 m at least."""
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        _need(self, "width_m", 9.5)
+        _need(self, "depth_m", 14.0)
+        return self
+
+
+class RoomParameters(WorldParameters):
+    """Of `room`."""
+
+    width_m: Span = dead_ends.DOOR_WIDTHS_M
+    """Of its door."""
+    depth_m: Span = dead_ends.ROOM_SIDES_M
+    """Of its sides, 16 m at least: the flight starts inside."""
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        _need(self, "depth_m", 16.0)
+        return self
+
+
+class MixedParameters(WorldParameters):
+    """Of `mixed`."""
+
+    shapes: Numbers = clutter.MIXED_COUNTS
+    """Number in the box of 50 x 30 x 20 m; those about start and waypoint are left out."""
+
+
+class NetParameters(WorldParameters):
+    """Of `nets`."""
+
+    gap_m: Span = clutter.NET_GAPS_M
+    """From net to net."""
+    thickness_m: Length = clutter.NET_THICKNESS_M
+    """Of the ropes: the smallest object that the mission declares."""
+
+
+class MadeFamily(NamedTuple):
+    """Made-up worlds of one kind."""
+
+    parameters: type[WorldParameters]
+    make: Callable[..., MadeWorld]
+    """From a seed and, by name, the parameters."""
+
+    def mission(self, seed: int, parameters: Any) -> MissionFile:
+        """The mission through the world of a seed; parameters: a section of the family's kind."""
+        given = {name: getattr(parameters, name) for name in type(parameters).model_fields}
+        smallest_m = parameters.thickness_m if isinstance(parameters, NetParameters) else None
+        return mission_of(*self.make(seed, **given), seed, smallest_m)
+
+
+MADE: Mapping[str, MadeFamily] = MappingProxyType(
+    {
+        "balls": MadeFamily(BallParameters, worlds.ball_world),
+        "forest": MadeFamily(ForestParameters, worlds.forest),
+        "street": MadeFamily(WorldParameters, worlds.street),
+        "wires": MadeFamily(WorldParameters, worlds.wires),
+        "walls": MadeFamily(WallParameters, worlds.walls),
+        "pockets": MadeFamily(WorldParameters, worlds.pockets),
+        "maze": MadeFamily(MazeParameters, worlds.maze),
+        "dead-end": MadeFamily(DeadEndParameters, dead_ends.dead_end),
+        "wedge": MadeFamily(WedgeParameters, dead_ends.wedge),
+        "cave": MadeFamily(DeadEndParameters, dead_ends.cave),
+        "closed-street": MadeFamily(ClosedStreetParameters, dead_ends.closed_street),
+        "closed-tube": MadeFamily(DeadEndParameters, dead_ends.closed_tube),
+        "u-shape": MadeFamily(UShapeParameters, dead_ends.u_shape),
+        "room": MadeFamily(RoomParameters, dead_ends.room),
+        "mixed": MadeFamily(MixedParameters, clutter.mixed),
+        "nets": MadeFamily(NetParameters, clutter.nets),
+    }
+)
+"""Families by name; those of `sim.worlds` fly by name with their defaults too."""
+
+
+def _need(parameters: WorldParameters, name: str, least: float) -> None:
+    low = getattr(parameters, name)[0]
+    if low < least:
+        raise ValueError(f"{name}: at least {least:g}, got {low:g}")
