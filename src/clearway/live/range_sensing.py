@@ -41,6 +41,8 @@ from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
 """How far away returns are remembered, in ranges of the grid."""
+SEEN_REACH = 1.2
+"""How far away free space is marked, in ranges of the grid or of escapes."""
 VOXEL_OF_MARGIN = 5.0 / 12.0
 """Width of a voxel of free space, as a share of the safety margin, where the range allows it."""
 MEMORY_VOXEL = 0.2
@@ -58,7 +60,12 @@ def free_space_for(planner: Planner, start_m: FloatArray) -> FreeSpace:
     start_free_m = settings.start_free_m
     if start_free_m is None:
         start_free_m = planner.automaton.step_m
-    return FreeSpace(voxel_m(settings.safety_margin_m, planner.grid.range_m), start_m, start_free_m)
+    return FreeSpace(
+        voxel_m(settings.safety_margin_m, planner.grid.range_m),
+        start_m,
+        start_free_m,
+        reach_m=SEEN_REACH * max(planner.grid.range_m, planner.escape_reach_m),
+    )
 
 
 class RangeSensing:

@@ -21,6 +21,10 @@ class FaultsSection(Section):
     """Azimuths [right, left], left positive, between which no beam returns."""
     dead_from_s: Annotated[float, Field(ge=0.0)] | None = None
     """Time from which no scan comes; default: never."""
+    late_from_s: Annotated[float, Field(ge=0.0)] | None = None
+    """Time from which on, for late_s, no decision comes; default: never."""
+    late_s: Annotated[float, Field(ge=0.0)] = 0.0
+    """For how long: what the last decision left in hand is flown meanwhile."""
     report_loss: Share = 0.0
     """Share of reports of traffic that get lost."""
     spoofed: Share = 0.0
@@ -42,6 +46,7 @@ class FaultsSection(Section):
         keys = values_for(Faults, self) | {
             "blind_from_rad": float(right),
             "blind_to_rad": float(left),
+            "late_from_s": np.inf if self.late_from_s is None else self.late_from_s,
             "dead_from_s": np.inf if self.dead_from_s is None else self.dead_from_s,
         }
         return Faults(**keys)

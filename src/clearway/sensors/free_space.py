@@ -12,6 +12,7 @@ lost among others clears nothing behind it.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
 from clearway.sensors.beams import BeamPattern
+from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor
@@ -31,12 +33,12 @@ Voxels = npt.NDArray[np.uint8]
 
 COLUMNS, ROWS = 256, 128
 """Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
-STEPS_PER_VOXEL = 2.0
-"""Places looked at along a beam."""
 ROLL_WITHIN = 8
 """The window follows once the vehicle is off its middle by this part of its width."""
+MOST_ASKED, MOST_STEPS = 20_000, 48
+"""Voxels that a sensor of one's own is asked about at a sweep, and steps to the farthest one."""
 FINE = 0.7
-"""Of a voxel, that directions are apart at the farthest place marked."""
+"""Of a voxel at the farthest place marked, that bins of directions are wide at least."""
 WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 """Part of the window's width that is always there on either side of the vehicle."""
 
@@ -116,28 +118,32 @@ class FreeSpace:
     """Seen space that moves with the vehicle; what lies far behind is forgotten.
 
     voxel_m: width of a voxel. start_m [3], start_free_m: a ball of the world that the mission
-    declares free, since nobody can look at where the vehicle stands. Raises ClearwayError for a
-    voxel that is no positive number.
+    declares free, since nobody can look at where the vehicle stands. reach_m: farther away nothing
+    is marked. Raises ClearwayError for a voxel that is no positive number.
     """
 
-    def __init__(self, voxel_m: float, start_m: npt.ArrayLike, start_free_m: float = 0.0) -> None:
+    def __init__(
+        self,
+        voxel_m: float,
+        start_m: npt.ArrayLike,
+        start_free_m: float = 0.0,
+        *,
+        reach_m: float = np.inf,
+    ) -> None:
         if not 0.0 < voxel_m < np.inf:
             raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
         self._free: Voxels = np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.uint8)
         self._voxel_m = float(voxel_m)
         self._start_m = np.array(start_m, dtype=np.float64)
         self._start_free_m = float(start_free_m)
+        self.reach_m = min(float(reach_m), WITHIN * COLUMNS * self._voxel_m)
+        """How far from the vehicle anything is marked."""
         self._low = self._lowest(self._start_m)
         self._patterns: dict[str, tuple[BeamPattern, BeamPattern]] = {}
 
     def __repr__(self) -> str:
         seen = f"{int(np.count_nonzero(self._free)):,} voxels of {self._voxel_m:g} m seen free"
         return one_line("FreeSpace", (seen,))
-
-    @property
-    def reach_m(self) -> float:
-        """How far from the vehicle anything is marked, up and down half as far."""
-        return WITHIN * COLUMNS * self._voxel_m
 
     @property
     def seen(self) -> SeenSpace:
@@ -185,27 +191,34 @@ class FreeSpace:
     def _take_passes(
         self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float
     ) -> None:
-        around = np.arange(-self.reach_m, self.reach_m, self._voxel_m)
-        middle = (np.floor(state.position_m / self._voxel_m) + 0.5) * self._voxel_m
-        ball = np.stack(np.meshgrid(around, around, around, indexing="ij"), axis=-1).reshape(-1, 3)
-        places = middle + ball[np.einsum("ij,ij->i", ball, ball) <= self.reach_m**2]
-        half = np.full(len(places), 0.5 * self._voxel_m)
+        voxels = np.floor(state.position_m / self._voxel_m).astype(np.int64) + self._nearby
+        a, b, c = voxels.T & np.array([[COLUMNS - 1], [COLUMNS - 1], [ROWS - 1]])
+        unseen = np.flatnonzero(self._free[a, b, c] == 0)[:MOST_ASKED]
+        half = np.full(len(unseen), 0.5 * self._voxel_m)
         beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
-        passed = np.asarray(sensor.passes(scan, state, places, half, beyond), dtype=np.bool_)
-        a, b, c = np.floor(places[passed] / self._voxel_m).astype(np.int64).T
-        self._free[a & (COLUMNS - 1), b & (COLUMNS - 1), c & (ROWS - 1)] = 1
+        places = np.asarray((voxels[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
+        passed = unseen[sensor.passes(scan, state, places, half, beyond)]
+        self._free[a[passed], b[passed], c[passed]] = 1
+
+    @cached_property
+    def _nearby(self) -> IntArray:
+        """[n, 3] steps to the voxels within reach, the nearest first, and no more than can be."""
+        most = min(int(self.reach_m / self._voxel_m), MOST_STEPS)
+        ticks = np.arange(-most, most + 1)
+        ball = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
+        squared = np.einsum("ij,ij->i", ball, ball)
+        nearest = np.argsort(squared, kind="stable")
+        return np.asarray(ball[nearest[: np.count_nonzero(squared <= most**2)]], dtype=np.int64)
 
     def _pattern(self, lidar: Lidar) -> BeamPattern:
         """The beams, in directions no finer than voxels are at their farthest."""
         known = self._patterns.get(lidar.name)
         if known is None or known[0] is not lidar.pattern:
-            widest = max(lidar.pattern.spacing_rad, 0.7 * self._voxel_m / self._reach_of(lidar))
+            reach_m = min(self.reach_m, lidar.clears_to_m)
+            widest = max(lidar.pattern.spacing_rad, FINE * self._voxel_m / reach_m)
             known = (lidar.pattern, replace(lidar.pattern, spacing_rad=widest))
             self._patterns[lidar.name] = known
         return known[1]
-
-    def _reach_of(self, lidar: Lidar) -> float:
-        return min(self.reach_m, lidar.clears_to_m)
 
     def _lowest(self, position_m: FloatArray) -> IntArray:
         middle = np.floor(position_m / self._voxel_m).astype(np.int64)
@@ -262,41 +275,87 @@ def _mark(
     reach: float,
     short: float,
 ) -> None:
-    """Mark the voxels that a sweep crossed, bin of directions by bin.
+    """Mark the voxels that a sweep saw: those whose middle lies between beams that all go on.
 
-    Where bins are wider than voxels, the directions between neighbouring beams are crossed too, as
-    far as all beams around them go on: what hides there is thinner than beams are apart.
+    Between neighbouring beams a voxel counts as crossed: what hides there is thinner than beams
+    are apart. What was seen before is passed over.
     """
     around = _nearest_around(nearest, raster)
-    columns, rows = around.shape
-    wanted = FINE * voxel / reach
-    # A column is widest amid a quarter, where it takes two units of angle for one of its measure.
-    across = int(np.ceil(2.0 / (raster.per_column * wanted)))
-    upward = int(np.ceil(1.0 / (raster.per_row * wanted)))
+    r, o = sensor.rotation, sensor.origin
+    first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
+    for axis in range(3):
+        far = reach if axis < 2 else min(reach, (WITHIN * ROWS - 1.0) * voxel)
+        first[axis] = int(np.floor((o[axis] - far) / voxel))
+        last[axis] = int(np.floor((o[axis] + far) / voxel))
+    near2, far2 = sensor.min_range**2, reach * reach
+    lowest, highest, behind = _field_of(raster)
+    for a in range(first[0], last[0] + 1):
+        dx = (a + 0.5) * voxel - o[0]
+        for b in range(first[1], last[1] + 1):
+            dy = (b + 0.5) * voxel - o[1]
+            level2 = dx * dx + dy * dy
+            if level2 > far2:
+                continue
+            x0, z0 = r[0, 0] * dx + r[1, 0] * dy, r[0, 2] * dx + r[1, 2] * dy
+            column = free[a & (COLUMNS - 1), b & (COLUMNS - 1)]
+            for c in range(first[2], last[2] + 1):
+                if column[c & (ROWS - 1)]:
+                    continue
+                dz = (c + 0.5) * voxel - o[2]
+                x, squared = x0 + r[2, 0] * dz, level2 + dz * dz
+                if squared > far2 or squared < near2 or (x < 0.0 and not behind):
+                    continue
+                z, distance = z0 + r[2, 2] * dz, np.sqrt(squared)
+                if z < lowest * distance or z > highest * distance:
+                    continue
+                y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
+                if _goes_on(x, y, z, distance, short, around, raster):
+                    column[c & (ROWS - 1)] = 1
+
+
+@compiled
+def _field_of(raster: BeamRaster) -> tuple[float, float, bool]:
+    """Sines of the lowest and highest beam, and whether any looks behind."""
+    lowest, highest, behind = np.inf, -np.inf, False
+    columns, rows = raster.low.shape
     for j in range(columns):
         for k in range(rows):
-            if raster.low[j, k] == np.inf:
-                continue
-            far = min(reach, around[j, k] - short)
-            sine = 0.5 * (raster.low[j, k] + raster.high[j, k])
-            above = sine
-            if k + 1 < rows and raster.low[j, k + 1] < np.inf:
-                above = 0.5 * (raster.low[j, k + 1] + raster.high[j, k + 1])
-            before = _has_beams(raster, (j - 1) % columns, k)
-            after = _has_beams(raster, (j + 1) % columns, k)
-            for u in range(across):
-                share = (u + 0.5) / across
-                if (share < 0.49 and not before) or (share > 0.51 and not after):
-                    continue
-                for v in range(upward if above > sine else 1):
-                    _mark_ray(
-                        free,
-                        1.0 / voxel,
-                        (j + share) / raster.per_column - 2.0,
-                        sine + (above - sine) * v / upward,
-                        far,
-                        sensor,
-                    )
+            if raster.low[j, k] < np.inf:
+                lowest, highest = min(lowest, raster.low[j, k]), max(highest, raster.high[j, k])
+                behind = behind or abs((j + 0.5) / raster.per_column - 2.0) > 1.0
+    return lowest, highest, behind
+
+
+@compiled
+def _goes_on(
+    x: float,
+    y: float,
+    z: float,
+    distance: float,
+    short: float,
+    around: FloatArray,
+    raster: BeamRaster,
+) -> bool:
+    """Whether beams lie about a direction, and all of them go on beyond a distance."""
+    sine = z / (distance + TINY)
+    row = (sine - raster.bottom) * raster.per_row
+    if row < 0.0 or row >= around.shape[1]:
+        return False
+    k = int(row)
+    forward = y / (abs(x) + abs(y) + TINY)
+    turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
+    column = (turned + 2.0) * raster.per_column
+    columns = around.shape[0]
+    j = min(int(column), columns - 1)
+    if around[j, k] < distance + short or raster.low[j, k] == np.inf:
+        return False
+    # Beyond the outermost beams of the pattern nobody looks.
+    if sine < raster.low[j, k] and (k == 0 or raster.low[j, k - 1] == np.inf):
+        return False
+    if sine > raster.high[j, k] and (k + 1 == around.shape[1] or raster.low[j, k + 1] == np.inf):
+        return False
+    beside = (j - 1) % columns if column - j < 0.5 else (j + 1) % columns
+    return _has_beams(raster, beside, k)
 
 
 @compiled
@@ -306,32 +365,3 @@ def _has_beams(raster: BeamRaster, column: int, row: int) -> bool:
         if raster.low[column, k] < np.inf:
             return True
     return False
-
-
-@compiled
-def _mark_ray(
-    free: Voxels, per_m: float, turned: float, sine: float, far: float, sensor: Sensor
-) -> None:
-    """Mark the voxels along a direction, given by its pseudo-angle (`passing.bin_of`) and sine."""
-    if turned > 1.0:
-        y, ahead = 2.0 - turned, -1.0
-    elif turned < -1.0:
-        y, ahead = -2.0 - turned, -1.0
-    else:
-        y, ahead = turned, 1.0
-    x = ahead * (1.0 - abs(y))
-    level = np.sqrt(max(0.0, 1.0 - sine * sine) / (x * x + y * y))
-    a, b = x * level, y * level
-    r, o = sensor.rotation, sensor.origin
-    dx = (r[0, 0] * a + r[0, 1] * b + r[0, 2] * sine) * per_m
-    dy = (r[1, 0] * a + r[1, 1] * b + r[1, 2] * sine) * per_m
-    dz = (r[2, 0] * a + r[2, 1] * b + r[2, 2] * sine) * per_m
-    high = WITHIN * ROWS - 1.0
-    if abs(dz) * far > high:
-        far = high / abs(dz)
-    step = 1.0 / (STEPS_PER_VOXEL * per_m)
-    ox, oy, oz = o[0] * per_m, o[1] * per_m, o[2] * per_m
-    for at in range(int(np.ceil(sensor.min_range / step)), int(np.floor(far / step)) + 1):
-        s = at * step
-        u, v = int(np.floor(ox + dx * s)), int(np.floor(oy + dy * s))
-        free[u & (COLUMNS - 1), v & (COLUMNS - 1), int(np.floor(oz + dz * s)) & (ROWS - 1)] = 1

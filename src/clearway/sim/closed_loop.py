@@ -134,10 +134,14 @@ class _Flight(Generic[D]):
         for reading in readings:
             self.system.update(reading)
         why = self.system.due(now)
-        if why is None:
+        if why is None or (self.settings.faults.silent_at(now) and self._can_fly_on()):
             return None
         flight = self.system.decide(now)
         return LoggedDecision(flight, why, time.perf_counter() - started)
+
+    def _can_fly_on(self) -> bool:
+        """Whether there is something to fly without a decision."""
+        return self.system.movement_at(self.motion.now_s) is not None
 
     def _movement(self) -> Movement:
         """What the pilot flies now."""

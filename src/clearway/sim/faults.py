@@ -30,6 +30,10 @@ class Faults:
     """Azimuths, sensor frame, left positive, between which no beam returns."""
     dead_from_s: float = np.inf
     """From then on no scan comes."""
+    late_from_s: float = np.inf
+    """A decision due from then on comes late, once."""
+    late_s: float = 0.0
+    """By how much."""
     report_loss: float = 0.0
     """Share of reports of traffic that get lost."""
     spoofed: float = 0.0
@@ -41,11 +45,17 @@ class Faults:
         for name in ("report_loss", "spoofed"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
+        if not 0.0 <= self.late_s < np.inf:
+            raise ClearwayError(f"late_s: {self.late_s} is no number >= 0")
         for name in ("range_bias_m", "blind_from_rad", "blind_to_rad", "spoof_m"):
             if not np.isfinite(getattr(self, name)):
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not a finite number")
         if self.blind_from_rad > self.blind_to_rad:
             raise ClearwayError("blind_from_rad: must not be left of blind_to_rad")
+
+    def silent_at(self, time_s: float) -> bool:
+        """Whether no decision comes at a time."""
+        return self.late_from_s <= time_s < self.late_from_s + self.late_s
 
     def scan(self, scan: Scan, time_s: float) -> Scan | None:
         """What comes of a scan that would arrive at a time; None if none does."""
