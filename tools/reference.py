@@ -6,14 +6,10 @@ tables of formats and methods in other pages.
 
 from __future__ import annotations
 
-import ast
-import inspect
 import json
-import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from textwrap import dedent
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -23,16 +19,16 @@ from clearway.avoidance.fusion import RATINGS
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
 from clearway.io.marked_page import put_between_marks
-from clearway.io.scans.scan_formats import FORMATS as SCANS
-from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
 from clearway.missions.mission_file import MissionFile, built_in_missions
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS
-from clearway.reach.sets import METHODS, tuning_of
+from clearway.reach.sets import METHODS
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.run import METRICS
+from tools.format_tables import PARTS
+from tools.models import meanings_of, purpose_of
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"
 
@@ -167,7 +163,7 @@ def _tables(
             yield f"The same keys as {described[part]} above.\n"
             continue
         described[part] = heading
-        yield _purpose(part) + "\n\n" + _keys(part)
+        yield purpose_of(part) + "\n\n" + _keys(part)
         yield from _tables(part, place, described)
 
 
@@ -179,17 +175,10 @@ def _section(annotation: object) -> type[BaseModel] | None:
     return next((part for part in found if part is not None), None)
 
 
-def _purpose(model: type[BaseModel]) -> str:
-    """The first line of a table's docstring, without the table's name."""
-    text = inspect.getdoc(model) or ""
-    _, _, purpose = text.partition(": ")
-    return purpose[:1].upper() + purpose[1:]
-
-
 def _keys(model: type[BaseModel]) -> str:
     """A markdown table of the plain keys of a table."""
     schema = model.model_json_schema()
-    meanings = _meanings(model)
+    meanings = meanings_of(model)
     lines = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
     for name, field in model.model_fields.items():
         if _section(field.annotation) is not None:
@@ -218,23 +207,6 @@ def _names(registry: Variants[Any]) -> str:
     """A table of the variants of a kind."""
     rows = "".join(f"| `{name}` | {registry.about(name)} |\n" for name in registry)
     return f"\n### {_plural(registry)}\n\n| name | what it is |\n| --- | --- |\n{rows}"
-
-
-def _meanings(model: type[BaseModel]) -> dict[str, str]:
-    """Docstrings of the fields, which Python itself does not keep; inherited ones too."""
-    meanings: dict[str, str] = {}
-    for ancestor in reversed(model.__mro__):
-        if not issubclass(ancestor, BaseModel) or ancestor is BaseModel:
-            continue
-        (definition,) = ast.parse(dedent(inspect.getsource(ancestor))).body
-        assert isinstance(definition, ast.ClassDef)
-        body = definition.body
-        for field, after in zip(body, [*body[1:], None], strict=True):
-            if not isinstance(field, ast.AnnAssign) or not isinstance(field.target, ast.Name):
-                continue
-            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
-                meanings[field.target.id] = " ".join(str(after.value.value).split())
-    return meanings
 
 
 def _default(value: object) -> str:
@@ -281,44 +253,6 @@ def _limits(schema: dict[str, Any]) -> str:
         ("maximum", "at most"),
     )
     return "".join(f", {word} {schema[key]:g}" for key, word in words if key in schema)
-
-
-def _table(head: str, rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, re.sub(r"[^|]+", "---", head), *(f"| {' | '.join(row)} |" for row in rows)]
-    return re.sub(r" +\|", " |", "\n".join(lines))
-
-
-def _scan_formats() -> str:
-    rows = []
-    for one in SCANS:
-        suffixes = ", ".join(f"`{suffix}`" for suffix in one.suffixes)
-        known = f"{suffixes}, {one.known_by}" if one.known_by else suffixes
-        rows.append((one.name, known, one.beams, one.time, one.needs))
-    return _table("| format | recognised by | beams | time | needs |", rows)
-
-
-def _traffic_formats() -> str:
-    rows = [(one.name, one.known_by, one.time, one.needs) for one in TRAFFIC]
-    return _table("| format | recognised by | time | needs |", rows)
-
-
-def _methods() -> str:
-    rows = []
-    for name in METHODS:
-        tuning = (f"`{key}` {value:g}" for key, value in tuning_of(name).items())
-        kept = METHODS.about(name).rstrip(".")
-        rows.append(
-            (f"`{name}`", kept, ", ".join(one for one in tuning if "side_exits" not in one))
-        )
-    return _table("| method | keeps | tuning |", rows)
-
-
-PARTS: Mapping[tuple[str, str], Callable[[], str]] = {
-    ("scans.md", "scan-formats"): _scan_formats,
-    ("traffic.md", "traffic-formats"): _traffic_formats,
-    ("reach-sets.md", "methods"): _methods,
-}
-"""(page, what stands between marks in it)"""
 
 
 def main() -> None:

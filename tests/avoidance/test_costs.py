@@ -5,6 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from clearway.avoidance.closing import closing_m
 from clearway.avoidance.costs import (
     Goal,
     Prices,
@@ -12,10 +13,16 @@ from clearway.avoidance.costs import (
     arrival,
     curved_distance_to_go,
 )
+from clearway.avoidance.decide import decide
+from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.situation import Situation
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
 from clearway.reach import build_reach_set
+from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton
+from worlds_for_tests import planner
 
 coordinate = st.floats(-30.0, 30.0)
 
@@ -99,3 +106,28 @@ def test_default_stage_cost_is_length_with_small_prices():
 def test_a_user_can_replace_the_stage_cost():
     hops = PreparedReachSet.of(REACH_SET, Prices(), lambda reach_set, _: np.ones(reach_set.nodes))
     np.testing.assert_array_equal(hops.path_cost_m, REACH_SET.depth)
+
+
+def test_a_pursuer_is_run_away_from():
+    """Nothing for leading straight away, twice the length for straight towards, nothing without."""
+    reach_set = build_reach_set(MovementAutomaton.plane(), AvoidanceGrid.uniform())
+    straight = int(np.argmin(np.abs(reach_set.states[:, 1:3]).sum(axis=1) - reach_set.states[:, 0]))
+    nodes = np.array([straight])
+    for place, share in (([-50.0, 0.0, 0.0], 0.0), ([50.0, 0.0, 0.0], 2.0)):
+        for manoeuvre in (0.0, 0.1):
+            moving = nothing_moving()._replace(
+                position_m=np.array([place]), manoeuvre_mps2=np.array([manoeuvre])
+            )
+            wanted = share * reach_set.length_m[straight] if manoeuvre else 0.0
+            assert closing_m(reach_set, nodes, moving)[0] == pytest.approx(wanted, abs=1e-6)
+
+
+def test_the_price_of_closing_turns_the_vehicle_away():
+    """From a slower one that turned, ahead and to one side; with no price it is passed near by."""
+    seen = Intruder([9.0, 1.0, 0.0], [-0.5, 0.0, 0.0], radius_m=0.6, manoeuvre_mps2=0.05)
+    told = Situation(State(np.zeros(3)), np.array([60.0, 0.0, 0.0]), intruders=[seen])
+    apart = [
+        np.linalg.norm(decide(planner(prices=Prices(closing=p)), told).path_m[-1] - seen.position_m)
+        for p in (0.0, 3.0)
+    ]
+    assert apart[1] > apart[0] + 1.0

@@ -15,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from clearway.cli.app import app
+from in_process import clearway as run_here
 from repository import REPOSITORY
 
 SCENES = REPOSITORY / "examples" / "scenes"
@@ -60,7 +61,7 @@ def test_a_refusal_through_the_real_entry_point(tmp_path: Path) -> None:
 
 
 def test_a_scene_leaves_its_result_and_pictures(tmp_path: Path) -> None:
-    run = clearway("assess", SCENES / "two-balls.toml", "--json", cwd=tmp_path)
+    run = run_here("assess", SCENES / "two-balls.toml", "--json", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     result: dict[str, Any] = json.loads(run.stdout)
     assert np.array(result["detected"]).shape == (10, 7, 5)
@@ -77,7 +78,7 @@ def test_a_scene_leaves_its_result_and_pictures(tmp_path: Path) -> None:
         "visibility.png",
     ]
     assert json.loads((folder / "result.json").read_text()) == result
-    again = clearway(
+    again = run_here(
         "assess", folder / "scene.toml", "--json", "--no-plots", "--out", "b", cwd=tmp_path
     )
     unlike = {"name": "", "provenance": {}}

@@ -27,7 +27,7 @@ def test_a_comparison_is_one_table_one_file_and_one_picture(tmp_path):
 
 
 def test_the_table_names_every_planner_and_an_unsafe_first_one_ends_with_1(tmp_path):
-    done = run(
+    done = run_here(
         "compare", "static-obstacles", "--planners", "straight,vfh", "--no-plots", cwd=tmp_path
     )
     assert done.returncode == 1
@@ -55,7 +55,7 @@ def test_bad_requests_are_refused_with_what_there_is(tmp_path, arguments, said):
 
 
 def test_a_baseline_leaves_its_track_log_and_pictures(tmp_path):
-    done = run(
+    done = run_here(
         "fly", "static-obstacles", "--planner", "straight", "--out", "out", "--json", cwd=tmp_path
     )
     assert done.returncode == 1, done.stderr

@@ -30,7 +30,7 @@ def test_the_command_prints_intervals_and_writes_every_encounter(tmp_path):
 
 
 def test_one_encounter_is_replayed_with_its_decisions(tmp_path):
-    done = run("--only", 3, "--detected-at", 4, "--json", cwd=tmp_path)
+    done = run_here("encounters", "--only", 3, "--detected-at", 4, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     flown = fly_encounter(random_encounter(3, EncounterSettings(4.0)), EncounterSettings(4.0))

@@ -58,7 +58,7 @@ def test_a_flight_leaves_its_track_log_configuration_and_pictures(tmp_path):
 
 
 def test_the_effective_configuration_flies_the_same_mission_again(tmp_path):
-    first = run(
+    first = run_here(
         "fly",
         mission(tmp_path),
         "--out",
@@ -70,7 +70,9 @@ def test_the_effective_configuration_flies_the_same_mission_again(tmp_path):
         "--no-plots",
         cwd=tmp_path,
     )
-    again = run("fly", tmp_path / "a" / "mission.toml", "--out", "b", "--no-plots", cwd=tmp_path)
+    again = run_here(
+        "fly", tmp_path / "a" / "mission.toml", "--out", "b", "--no-plots", cwd=tmp_path
+    )
     assert first.returncode == again.returncode == 0, again.stderr
     tracks = [(tmp_path / folder / "track.csv").read_bytes() for folder in "ab"]
     assert tracks[0] == tracks[1]
@@ -79,7 +81,7 @@ def test_the_effective_configuration_flies_the_same_mission_again(tmp_path):
 
 def test_a_mission_that_is_not_reached_ends_with_1(tmp_path):
     late = SHORT + "\n[simulation]\ntime_limit_s = 3\n"
-    done = run("fly", mission(tmp_path, late), "--no-plots", "--json", cwd=tmp_path)
+    done = run_here("fly", mission(tmp_path, late), "--no-plots", "--json", cwd=tmp_path)
     assert done.returncode == 1
     assert json.loads(done.stdout)["reached"] is False
 
@@ -167,7 +169,7 @@ def test_a_bad_override_is_refused(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_said(tmp_path):
     (tmp_path / "file").write_text("")
-    done = run("fly", mission(tmp_path), "--no-plots", "--out", "file/out", cwd=tmp_path)
+    done = run_here("fly", mission(tmp_path), "--no-plots", "--out", "file/out", cwd=tmp_path)
     assert done.returncode == 2
     assert "cannot be written" in done.stderr
     assert Path(tmp_path / "file").read_text() == ""

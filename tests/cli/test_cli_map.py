@@ -28,7 +28,7 @@ def test_a_map_is_summarised_and_drawn(tmp_path):
 def test_json_tells_the_same(tmp_path):
     (tmp_path / "masts.csv").write_text(TABLE)
     origin = "50.94,6.96,50"
-    done = run("map", "masts.csv", "--json", "--no-plots", "--origin", origin, cwd=tmp_path)
+    done = run_here("map", "masts.csv", "--json", "--no-plots", "--origin", origin, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert result["origin"] == {"latitude_deg": 50.94, "longitude_deg": 6.96, "height_m": 50.0}
@@ -48,7 +48,7 @@ def test_the_real_files_of_cologne_in_one_frame(tmp_path, data_dir):
     ]
     if not all(file.is_file() for file in files):
         pytest.skip("needs data: masts and terrain of Cologne")
-    done = run("map", *files, "--json", "--out", "out", cwd=tmp_path)
+    done = run_here("map", *files, "--json", "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     masts, terrain = json.loads(done.stdout)["files"]
     assert (masts["obstacles"], masts["floor_blocks"]) == (73, 0)

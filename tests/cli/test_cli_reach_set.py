@@ -39,7 +39,7 @@ def test_json_is_alone_on_output_and_states_its_terms(tmp_path):
 
 
 def test_reference_row_of_the_paper_s_table(tmp_path):
-    done = run(
+    done = run_here(
         *("reach-set", "--method", "harmonic", "--harmonic", "1", "--layers", "15"),
         *("--pitch-limit-deg", "none", "--json", "--no-plots"),
         cwd=tmp_path,
@@ -51,7 +51,7 @@ def test_reference_row_of_the_paper_s_table(tmp_path):
 
 
 def test_text_and_picture(tmp_path):
-    done = run(
+    done = run_here(
         *("reach-set", "--layers", "4", "--speed", "5", "--out", "here", "--method", "chaotic"),
         *("--azimuth-deg=-60,30", "--columns", "6", "--rows", "2", "--start-pitch-deg", "-15"),
         cwd=tmp_path,
@@ -101,7 +101,7 @@ def test_bad_input_exits_with_2_and_a_message(arguments, words, tmp_path):
 
 def test_a_file_in_the_way_of_the_output_folder(tmp_path):
     (tmp_path / "taken").write_text("")
-    done = run("reach-set", "--layers", "3", "--out", "taken", cwd=tmp_path)
+    done = run_here("reach-set", "--layers", "3", "--out", "taken", cwd=tmp_path)
     assert done.returncode == 2
     assert "taken: cannot be written" in done.stderr
 
@@ -109,8 +109,8 @@ def test_a_file_in_the_way_of_the_output_folder(tmp_path):
 def test_version_and_help(tmp_path):
     from clearway import __version__
 
-    assert run("--version", cwd=tmp_path).stdout.strip() == __version__
-    helped = run("--help", cwd=tmp_path)
+    assert run_here("--version", cwd=tmp_path).stdout.strip() == __version__
+    helped = run_here("--help", cwd=tmp_path)
     assert helped.returncode == 0
     assert "reach-set" in helped.stdout
 
@@ -125,8 +125,24 @@ def test_help_imports_nothing_heavy():
     assert done.stdout.strip() == "[]", done.stderr
 
 
+def test_compare_counts_every_method_in_a_small_grid(tmp_path):
+    options = ("--layers", "3", "--branches", "3", "--repetitions", "2", "--json", "--no-plots")
+    done = run_here("reach-set", "compare", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    (line,) = done.stdout.splitlines()
+    result = json.loads(line)
+    assert result["full_footprints_counted"] is True
+    assert len(result["methods"]) == 10
+    for row in result["methods"]:
+        assert row["nodes_with_side_exits"] <= row["bound_6_5"]
+        assert row["footprints"] <= row["trajectories"] <= row["nodes"]
+        assert row["cells_covered"] <= row["cells_reachable"]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.nightly
 def test_compare_prints_every_method_beside_the_paper(tmp_path):
-    done = run("reach-set", "compare", "--layers", "5", "--out", "here", cwd=tmp_path)
+    done = run_here("reach-set", "compare", "--layers", "5", "--out", "here", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "961 footprints (counted)" in done.stdout
     assert "cannot be" in done.stdout
@@ -137,8 +153,9 @@ def test_compare_prints_every_method_beside_the_paper(tmp_path):
     assert len(pictures) == 11
 
 
+@pytest.mark.nightly
 def test_compare_as_json(tmp_path):
-    done = run(
+    done = run_here(
         *("reach-set", "compare", "--layers", "9", "--branches", "4", "--repetitions", "3"),
         *("--json", "--no-plots"),
         cwd=tmp_path,

@@ -15,6 +15,7 @@ pytest.importorskip("mcap")
 from clearway.io.toml import dump_toml
 from clearway.view.replay.writing import write_mcap
 from flown_missions import SHORT, flown
+from in_process import clearway as run_here
 from own_process import CLEARWAY
 from own_process import run_clearway as run
 
@@ -31,11 +32,11 @@ def folder(tmp_path_factory):
 def test_a_flight_leaves_its_recording_and_tables(tmp_path):
     pytest.importorskip("pyarrow")
     (tmp_path / "short.toml").write_text(SHORT)
-    done = run("fly", "short.toml", "--no-plots", "--parquet", "--out", "out", cwd=tmp_path)
+    done = run_here("fly", "short.toml", "--no-plots", "--parquet", "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"run.mcap", "decisions.parquet", "track.parquet", "intruders.parquet"} <= names
-    page = run("replay", "out", "--html", "page.html", cwd=tmp_path)
+    page = run_here("replay", "out", "--html", "page.html", cwd=tmp_path)
     assert page.returncode == 0, page.stderr
     assert (tmp_path / "page.html").stat().st_size > 50_000
 
@@ -54,7 +55,7 @@ def test_a_flight_goes_without_the_extras_and_says_which(tmp_path):
     done = run(*options, "--parquet", cwd=tmp_path, absent="pyarrow.parquet")
     assert done.returncode == 2
     assert "clearway[parquet]" in done.stderr
-    done = run("replay", "out", cwd=tmp_path)
+    done = run_here("replay", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert "no run.mcap" in done.stderr
 
@@ -82,7 +83,7 @@ def test_the_page_is_whole_and_asks_for_nothing(folder, tmp_path):
 
 
 def test_replay_reads_the_file_itself_too(folder, tmp_path):
-    done = run("replay", folder / "run.mcap", "--html", "p.html", cwd=tmp_path)
+    done = run_here("replay", folder / "run.mcap", "--html", "p.html", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -105,7 +106,7 @@ def test_the_page_is_served_on_this_computer_alone(folder, tmp_path):
         port = int(address[1])
 
         def answer(path, host=f"127.0.0.1:{port}"):
-            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=120)
             connection.request("GET", path, headers={"Host": host})
             response = connection.getresponse()
             return response.status, response.read()
@@ -121,7 +122,7 @@ def test_the_page_is_served_on_this_computer_alone(folder, tmp_path):
             other.connect(("127.0.0.2", port))
     finally:
         process.send_signal(signal.SIGINT)
-        _, messages = process.communicate(timeout=20)
+        _, messages = process.communicate(timeout=120)
     assert process.returncode == 0, messages
     assert "Traceback" not in messages
 
@@ -131,7 +132,7 @@ def test_a_port_in_use_is_said(folder, tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        done = run("replay", folder, "--no-browser", "--port", port, cwd=tmp_path)
+        done = run_here("replay", folder, "--no-browser", "--port", port, cwd=tmp_path)
     assert done.returncode == 2
     assert f"--port {port}: in use on 127.0.0.1" in done.stderr
     assert "Traceback" not in done.stderr
@@ -144,7 +145,7 @@ def test_bad_runs_are_refused_and_nothing_is_written(folder, tmp_path, case):
         path.write_text("a,b,c\n")
     elif case == "truncated":
         path.write_bytes((folder / "run.mcap").read_bytes()[:5000])
-    done = run("replay", path, "--html", "page.html", cwd=tmp_path)
+    done = run_here("replay", path, "--html", "page.html", cwd=tmp_path)
     assert done.returncode == 2
     assert "run.mcap: " in done.stderr
     assert "Traceback" not in done.stderr
@@ -153,6 +154,6 @@ def test_bad_runs_are_refused_and_nothing_is_written(folder, tmp_path, case):
 
 def test_a_page_that_cannot_be_written_is_said(folder, tmp_path):
     (tmp_path / "file").write_text("")
-    done = run("replay", folder, "--html", "file/page.html", cwd=tmp_path)
+    done = run_here("replay", folder, "--html", "file/page.html", cwd=tmp_path)
     assert done.returncode == 2
     assert "cannot be written" in done.stderr

@@ -50,7 +50,7 @@ def test_one_encounter_shows_nothing(tmp_path):
 
 
 def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
-    done = run("--only", 4, "--out", "one", cwd=tmp_path)
+    done = run_here("risk", "--only", 4, "--out", "one", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "one" / "encounter-4.png").stat().st_size > 20_000
     encounter = draw_encounter(made_up_model(), 4, RiskSettings())

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tools.fuzz.judge import Outcome, faults
+from tools.fuzz.made import DATA, real
 from tools.fuzz.run import called, tried, whole_files
-from tools.fuzz.seeds import DATA, FORMATS, SMALL, real
+from tools.fuzz.seeds import FORMATS, SMALL
 
 from own_process import run_clearway
 

@@ -9,7 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from tools.reference import PARTS
+from tools.format_tables import PARTS
 
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile

@@ -6,13 +6,19 @@ import ast
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tools.format_tables import PARTS
 from tools.reference import page
 
 from clearway.avoidance.fusion import RATINGS, total
+from clearway.avoidance.rules.airspace import altitude_floor
+from clearway.avoidance.rules.own import OWN_RULES
+from clearway.base.grid import AvoidanceGrid
 from clearway.base.variants import Variants
 from clearway.io.maps.map_formats import FORMATS as MAPS
 from clearway.io.maps.map_formats import JSON_FORMATS
@@ -22,8 +28,9 @@ from clearway.io.toml import parse_model
 from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.planned import PLANS
+from clearway.missions.rule_sections import RulesSection, mission_rules
 from clearway.missions.scene_file import SceneFile
-from clearway.missions.sensor_section import SENSORS
+from clearway.missions.sensor_section import SENSORS, AnyKind
 from clearway.reach import METHODS
 from clearway.reach.covering import flying
 from clearway.sensors import COMBINE_RULES
@@ -31,6 +38,7 @@ from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.run import METRICS, Metric
 from clearway.studies.campaigns.file import CampaignFile
+from clearway.studies.campaigns.row import IDENTITY, FlightRow, measured, measures
 from flown_missions import flown
 from in_process import clearway
 from repository import REPOSITORY
@@ -62,6 +70,7 @@ def test_names_are_listed_in_their_registry_alone(kind: str) -> None:
     assert {path for path in others if not path.startswith(AS_PRINTED)} == {home}
 
 
+@cache
 def _texts(path: Path) -> set[str]:
     """Texts of a file that are no documentation, and the words of those that are lists."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -135,11 +144,48 @@ def test_a_new_metric_needs_no_other_place(monkeypatch: pytest.MonkeyPatch) -> N
     assert all(f"| `{name}` | {METRICS.about(name)} |" in page() for name in METRICS)
 
 
+def test_a_new_metric_of_campaigns_is_one_field() -> None:
+    """Its field says what it is of a run; rows, Parquet files and `COLUMNS` follow."""
+    run = flown().run
+    told = measures(run)
+    assert told["corrections"] == run.corrections
+    unmeasured = {f.name for f in fields(FlightRow)} - set(told)
+    assert unmeasured == set(IDENTITY)
+
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Wider(FlightRow):
+        throw_away: int = measured(lambda run: len(run.movements), 0)
+
+    assert measures(run, Wider) == told | {"throw_away": len(run.movements)}
+
+
+def test_a_new_kind_of_sensor_needs_no_other_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    def throw_away(grid: AvoidanceGrid, settings: Mapping[str, Any]) -> AnyKind:
+        """A throw-away."""
+        return SENSORS["lidar"](grid, settings)
+
+    monkeypatch.setitem(SENSORS.built_in, "throw-away", throw_away)
+    table = {"sensor": [{"kind": "throw-away", "settings": {"name": "new"}}]}
+    parsed = parse_model("m", MISSION | table, MissionFile)
+    assert parsed.sensor[0].to_sensor(AvoidanceGrid.uniform()).name == "new"
+    assert "| `throw-away` | A throw-away. |" in page()
+
+
+def test_a_new_rule_needs_no_other_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By name it is in `OWN_RULES`; by a key of its own, a field of the section is told at once."""
+    monkeypatch.setitem(OWN_RULES.built_in, "throw-away", altitude_floor(1.0))
+    table = {"rules": {"own": ["throw-away"]}}
+    section = parse_model("m", MISSION | table, MissionFile).rules
+    assert mission_rules(section, (), None, "m") == (OWN_RULES["throw-away"],)
+    told = PARTS["rules.md", "rules"]()
+    assert all(f"| `[rules] {key}` |" in told for key in RulesSection.model_fields)
+
+
 def test_every_format_is_told_in_the_help(tmp_path: Path) -> None:
     scans, traffic, maps = (told(tmp_path, name) for name in ("assess", "traffic", "map"))
     for scan in SCANS:
         assert all(suffix in scans for suffix in scan.suffixes)
-    assert all(name in scans for name in POSES)
+    assert all(one.name in scans for one in POSES)
     for recording in TRAFFIC:
         assert recording.name in traffic
     for one in MAPS:

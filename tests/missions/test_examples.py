@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.scan_formats import read_points
 from clearway.missions.mission_file import read_mission_file
-from own_process import flown_in
+from in_process import flown_in
 from repository import REPOSITORY
 
 MISSIONS = REPOSITORY / "examples" / "missions"

@@ -12,7 +12,7 @@ pytest.importorskip("shapely")
 from clearway.base.errors import InputError
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
-from own_process import flown_in
+from in_process import flown_in
 from repository import REPOSITORY
 
 MISSIONS = REPOSITORY / "examples" / "missions"
@@ -155,8 +155,8 @@ def test_input_errors_are_what_the_command_line_reports(tmp_path):
 # The examples, flown by the command
 
 
-def flown(name, data_dir, folder):
-    """JSON, positions [n, 3] and setup of an example, wherever the data folder is."""
+def placed(name, data_dir, folder):
+    """An example as mission.toml in a folder, wherever that of the data is."""
     mission = read_mission_file(str(MISSIONS / f"{name}.toml"))
     text = (MISSIONS / f"{name}.toml").read_text()
     files = [line.split('"')[1] for line in text.splitlines() if f'"{DATA}' in line]
@@ -165,6 +165,12 @@ def flown(name, data_dir, folder):
         if not (data_dir / file.removeprefix(DATA)).is_file():
             pytest.skip(f"needs data: {Path(file).name}")
     (folder / "mission.toml").write_text(text.replace(DATA, f"{data_dir}/"))
+    return mission
+
+
+def flown(name, data_dir, folder):
+    """JSON, positions [n, 3] and setup of an example."""
+    mission = placed(name, data_dir, folder)
     result, track = flown_in(folder)
     assert result["mission"] == name
     assert result["waypoints_reached"] == len(mission.mission.waypoints_m)
@@ -174,6 +180,17 @@ def flown(name, data_dir, folder):
     return result, track, prepare(read_mission_file(str(folder / "mission.toml")))
 
 
+def test_the_first_seconds_over_delft_keep_the_margin(data_dir, tmp_path):
+    placed("delft-streets", data_dir, tmp_path)
+    mission = read_mission_file(str(tmp_path / "mission.toml"))
+    setup = prepare(mission.changed("simulation", time_limit_s=8.0))
+    run = setup.fly()
+    assert run.metrics.time_s == 8.0
+    assert run.metrics.margin_violations == run.emergencies == 0
+    assert setup.obstacle_map.nearest(run.states[:, :3])[0].min() < 40.0
+
+
+@pytest.mark.nightly
 def test_over_the_streets_of_delft(data_dir, tmp_path):
     result, track, setup = flown("delft-streets", data_dir, tmp_path)
     assert 270.0 < result["path_length_m"] < 420.0

@@ -11,7 +11,7 @@ from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from own_process import run_clearway
+from in_process import clearway
 from repository import REPOSITORY
 
 EXAMPLE = REPOSITORY / "examples" / "missions" / "rules.toml"
@@ -29,7 +29,7 @@ def mission(tmp_path, rules):
     return path
 
 
-fly = partial(run_clearway, "fly")
+fly = partial(clearway, "fly")
 
 
 def test_rules_of_a_file_are_flown_logged_and_written_into_the_effective_mission(tmp_path):

@@ -142,6 +142,23 @@ def test_rain_is_told_from_a_wire(share: float) -> None:
     )
 
 
+def test_where_it_pours_a_second_sweep_has_to_see_a_lone_return() -> None:
+    """Told are the wire, and what was seen twice; drops wait, and none is forgotten for it."""
+    rng = np.random.default_rng(6)
+    memory = PointMemory.empty(0.12)
+    for step in range(12):
+        scan = simulate_scan(LIDAR, hit_by_a_row(4.8), at(0.0, float(step)), step)
+        memory = update_memory(memory, LIDAR, rained_on(scan, 0.01, rng), at(0.0, float(step)))
+    assert memory.pours
+    told, known = memory.told, memory.position_m
+    assert len(told.radius_m) < len(known) - 10, "drops of this sweep wait"
+    z_m = 4.8 * float(np.tan(np.unique(LIDAR.pattern.elevation_rad)[27]))
+    on_wire = np.hypot(known[:, 0] - 4.8, known[:, 2] - z_m) < 0.15
+    kept = np.hypot(told.position_m[:, 0] - 4.8, told.position_m[:, 2] - z_m) < 0.15
+    assert kept.sum() >= 0.9 * on_wire.sum() > 10
+    assert not PointMemory.empty(0.12).pours
+
+
 def test_lone_returns_are_left_out_where_other_beams_show_what_they_are_not() -> None:
     """The smallest thing sought spans many beams there."""
     memory = PointMemory.empty(0.12, smallest_m=0.4)

@@ -11,7 +11,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.metrics import intruder_distances
 from clearway.sim.swept import swept_distance_m
-from own_process import run_clearway
+from in_process import clearway
 
 TUNNEL = """
 [mission]
@@ -71,7 +71,7 @@ def test_intruders_that_swap_places_between_two_samples_meet():
 
 def test_a_flight_through_a_thin_wall_ends_in_it(tmp_path):
     (tmp_path / "mission.toml").write_text(TUNNEL)
-    done = run_clearway(
+    done = clearway(
         *("fly", "mission.toml", "--planner", "straight", "--no-plots", "--json"), cwd=tmp_path
     )
     assert done.returncode == 1, done.stderr

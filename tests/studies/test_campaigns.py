@@ -30,7 +30,8 @@ from clearway.studies.campaigns.row import FlightRow, without_timings
 from clearway.studies.campaigns.run import run_campaign
 from clearway.studies.campaigns.summary import Rate, seconds, standings
 from clearway.studies.campaigns.task import fly_task, tasks_of
-from own_process import CLEARWAY, run_clearway
+from in_process import clearway
+from own_process import CLEARWAY
 
 FLIGHTS = 2 * 3 * 4 + 2 * 2
 
@@ -53,7 +54,7 @@ def uninterrupted(small: Path) -> list[FlightRow]:
     return rows
 
 
-run = partial(run_clearway, "campaign")
+run = partial(clearway, "campaign")
 
 
 def same(one: list[FlightRow], other: list[FlightRow]) -> bool:
@@ -100,12 +101,15 @@ def is_alive(pid: int) -> bool:
 # Killed and gone on with -------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "sittings", [(1,), pytest.param((2, 1, 2), marks=pytest.mark.nightly)], ids=["once", "often"]
+)
 def test_killed_again_and_again_nothing_is_lost_and_nothing_is_double(
-    small: Path, uninterrupted: list[FlightRow], tmp_path: Path
+    small: Path, uninterrupted: list[FlightRow], tmp_path: Path, sittings: tuple[int, ...]
 ) -> None:
     out = tmp_path / "out"
     journal, moments = out / "journal.jsonl", random.Random(6)
-    for workers in (2, 1):
+    for workers in sittings:
         known = lines_of(journal)
         killed_after_more(small, workers, journal, moments.uniform(0.0, 0.3))
         assert lines_of(journal) > known

@@ -9,7 +9,7 @@ from clearway.base.errors import InputError
 from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.pursuit import CHOSEN_MOVEMENTS, MOST_MOVEMENTS, win_map
 from clearway.vehicle.automaton import MovementAutomaton
-from own_process import run_clearway
+from in_process import clearway
 
 KEEP = 1.2
 BEARINGS = np.radians([0.0, 20.0, 40.0, 60.0])
@@ -86,7 +86,7 @@ def test_impossible_maps_are_refused(arguments, said):
 
 def test_the_command_draws_and_prints(tmp_path):
     options = ["--bearing-step-deg", "20", "--accelerations", "0,0.1", "--out", "out", "--json"]
-    done = run_clearway("pursuit", *options, cwd=tmp_path)
+    done = clearway("pursuit", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert np.array(result["won"]).shape == (2, 5, 10)

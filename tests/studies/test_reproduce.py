@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -28,6 +29,7 @@ from clearway.studies.reproduction.registry import TARGETS, targets_named
 from clearway.studies.reproduction.report import as_page
 from clearway.studies.reproduction.scene_figures import scan_of_ball
 from clearway.studies.reproduction.stability import SHELL, WALL, approach, deviations
+from clearway.studies.reproduction.target import Findings, Measure, difference_words
 from repository import REPOSITORY
 
 PAGE = REPOSITORY / "docs" / "reproduction.md"
@@ -225,6 +227,60 @@ def test_the_page_has_every_figure_and_table_of_the_paper() -> None:
     for section in page.split("\n### ")[1:]:
         for line in ("- Paper: ", "- Here: ", "- Difference: "):
             assert section.count(line) == 1
+
+
+def says_none_rightly(difference: str, agreements: list[bool]) -> bool:
+    """Whether a difference of "None" stands beside equal numbers only, and beside some."""
+    return not difference.startswith("None") or (bool(agreements) and all(agreements))
+
+
+def test_the_page_says_none_only_where_every_number_is_equal() -> None:
+    sections = PAGE.read_text().split("\n### ")[1:]
+    assert len(sections) > 50
+    for section in sections:
+        difference = re.findall(r"^- Difference: (.*)$", section, re.MULTILINE)[0]
+        rows = [line.strip("|").split(" | ") for line in section.split("\n") if line[:2] == "| "]
+        compared = [row[-1].strip(" |") for row in rows[1:] if "(" in row[2]]
+        equal = [said == "none" or said.startswith("below") for said in compared]
+        assert says_none_rightly(difference, equal), section
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", TARGETS)
+def test_every_target_says_none_only_where_every_number_is_equal(name: str) -> None:
+    (target,) = targets_named([name])
+    for exhibit in target.make():
+        findings = exhibit.findings
+        equal = [
+            bool(m.equal) or abs(m.difference or 0.0) <= 0.01 * m.tolerance
+            for m in findings.compared
+        ]
+        assert says_none_rightly(findings.difference_told, equal), exhibit.label
+
+
+@pytest.mark.parametrize(
+    ("ours", "expected", "tolerance", "told", "in_words"),
+    [
+        (1.0, 1.0, 0.0, "None.", "none"),
+        (1.0 + 1e-15, 1.0, 0.0, "None.", "none"),
+        (83.7, 82.2, 2.0, "Within tolerance: time, s +1.5 (tolerance 2).", "+1.5"),
+        (83.7, 82.2, 1.0, "Beyond tolerance: time, s +1.5 (tolerance 1).", "+1.5"),
+        (
+            1.0 + 1e-9,
+            1.0,
+            1e-4,
+            "Within tolerance: time, s below 1e-06 (tolerance 0.0001).",
+            "below 1e-06",
+        ),
+        (4.0, None, 0.0, "Not measured: nobody gives a number for it.", ""),
+    ],
+)
+def test_differences_are_computed_against_their_tolerance(
+    ours: float, expected: float | None, tolerance: float, told: str, in_words: str
+) -> None:
+    measure = Measure("time, s", ours, expected, "reference", tolerance)
+    assert Findings("claimed", "found", "", (measure,)).difference_told == told
+    assert difference_words(measure) == in_words
 
 
 def test_prediction_ball_holds_for_any_seed() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
@@ -77,7 +76,7 @@ FAMILIES = {"wires": wires, "poles": poles, "nets": nets}
 
 
 class Capsules:
-    """Lines with a radius as a world that is quick to look into; for tests only."""
+    """Lines with a radius as a world; who scans it goes through its axes."""
 
     def __init__(self, world: ObstacleMap) -> None:
         self.world = world
@@ -89,47 +88,13 @@ class Capsules:
     def distance_m(self, points_m: np.ndarray) -> np.ndarray:
         return self.world.distance_m(points_m)
 
-    def cast(self, origin_m: np.ndarray, directions: np.ndarray, max_range_m: float) -> np.ndarray:
-        ranges = np.full(len(directions), np.inf)
-        _cast(origin_m, directions, self.start, self.end, self.radius, max_range_m, ranges)
-        return ranges
+    def distance_to_axes_m(self, place_m: np.ndarray) -> np.ndarray:
+        """[n] from a place [3] to each line."""
+        along, to = self.end - self.start, place_m - self.start
+        share = np.clip(np.sum(to * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(to - share[:, None] * along, axis=1))
 
 
 def _ends(line: Obstacle) -> tuple[np.ndarray, np.ndarray, float]:
     along = world_from_body(line.orientation_rad)[:, 0] * 0.5 * line.size_m[0]
     return line.position_m - along, line.position_m + along, line.radius_m
-
-
-@njit(cache=True)
-def _cast(origin, directions, start, end, radius, farthest, ranges):  # type: ignore[no-untyped-def]
-    """Range of the first cylinder on each ray: where its axis is nearest, less half the chord."""
-    for s in range(len(radius)):
-        axis = end[s] - start[s]
-        length = np.sqrt(np.sum(axis * axis))
-        axis /= length
-        to = start[s] - origin
-        along = min(max(-np.sum(to * axis), 0.0), length)
-        if np.sqrt(np.sum((to + along * axis) ** 2)) - radius[s] > farthest:
-            continue
-        wx, wy, wz = to[0], to[1], to[2]
-        ax, ay, az = axis[0], axis[1], axis[2]
-        w_a = wx * ax + wy * ay + wz * az
-        for n in range(len(directions)):
-            dx, dy, dz = directions[n, 0], directions[n, 1], directions[n, 2]
-            cosine = dx * ax + dy * ay + dz * az
-            sine2 = 1.0 - cosine * cosine
-            if sine2 < 1e-9:
-                continue
-            w_d = wx * dx + wy * dy + wz * dz
-            at = (w_d - cosine * w_a) / sine2
-            if at <= 0.0 or at - radius[s] > min(farthest, ranges[n]):
-                continue
-            on = at * cosine - w_a
-            if on < 0.0 or on > length:
-                continue
-            gx, gy, gz = at * dx - wx - on * ax, at * dy - wy - on * ay, at * dz - wz - on * az
-            gap2 = gx * gx + gy * gy + gz * gz
-            if gap2 < radius[s] * radius[s]:
-                hit = at - np.sqrt((radius[s] * radius[s] - gap2) / sine2)
-                if 0.0 < hit <= farthest:
-                    ranges[n] = min(ranges[n], hit)

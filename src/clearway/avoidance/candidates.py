@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from clearway.avoidance.closing import closing_m
 from clearway.avoidance.costs import Arrival, Goal, Prices
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
@@ -44,6 +45,8 @@ class Commitment:
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
+HERE = 1e-7
+"""Share of the range: a goal that is no farther lies in no direction."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
 
@@ -52,7 +55,7 @@ def sides_of(reach_set: ReachSet, nodes: IntArray, goal: Goal) -> IntArray:
     """[nodes] -1 right, 0 straight, 1 left of the way to the goal, by the end of the path."""
     target = goal.target_m
     length = float(np.hypot(target[0], target[1]))
-    if length < 1e-6:
+    if length < HERE * reach_set.grid.range_m:
         return np.zeros(len(nodes), dtype=np.int64)
     cos, sin = np.cos(reach_set.start_pitch_rad), np.sin(reach_set.start_pitch_rad)
     ends = reach_set.states[nodes]
@@ -94,7 +97,7 @@ def price_candidates(
     """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
 
     untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
-    of given nodes. moving: intruders that it may cost something to cross ahead of.
+    of given nodes. moving: intruders that it may cost something to cross ahead of, or to near.
     """
     reach_set, step_m = prepared.reach_set, prepared.step_m
     nodes = _complete_nodes(prepared, goal, arrived)
@@ -110,6 +113,8 @@ def price_candidates(
     _add_changes_of_mind(cost, prepared, nodes, sides, prices, commitment)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
+    if prices.closing > 0.0 and moving is not None and moving.manoeuvre_mps2.any():
+        cost += prices.closing * closing_m(reach_set, nodes, moving)
     if not np.all(np.isfinite(cost)):
         raise ClearwayError(
             f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "

@@ -13,7 +13,7 @@ from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import RuleNote
-from clearway.avoidance.verify import ROUNDING_M, Verification, farthest_m, path_clearance
+from clearway.avoidance.verify import KEPT, Verification, farthest_m, path_clearance
 from clearway.base.brief import brief
 from clearway.base.state import IntArray
 
@@ -112,7 +112,7 @@ class ChoiceReport:
         clearance = path_clearance(self.prepared.paths, node, self.hazards)
         # What was left out is at least so far from any place on the path.
         unseen_m = self.hazards.left_out_m - farthest_m(self.prepared.paths, node)
-        if unseen_m > margin_m - ROUNDING_M:
+        if unseen_m > KEPT * margin_m:
             unseen_m = max(unseen_m, margin_m)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))

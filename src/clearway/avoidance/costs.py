@@ -79,6 +79,9 @@ class Prices:
     entered without room to turn round may be a dead end."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+    closing: float = 0.5
+    """Per metre by which a way leads nearer to where an intruder is that turns or changes its
+    speed, beyond straight away from it: a pursuer is run away from."""
 
     def __post_init__(self) -> None:
         keys = self.__slots__
@@ -215,9 +218,11 @@ def _arrival(
         for q in range(count):
             bx, by, bz = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
             ux, uy, uz = bx - ax, by - ay, bz - az
-            length2 = max(ux * ux + uy * uy + uz * uz, 1e-18)
-            share = ((tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz) / length2
-            share = min(1.0, max(0.0, share))
+            length2 = ux * ux + uy * uy + uz * uz
+            share = 0.0
+            if length2 > 0.0:
+                share = ((tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz) / length2
+                share = min(1.0, max(0.0, share))
             dx, dy, dz = tx - ax - share * ux, ty - ay - share * uy, tz - az - share * uz
             nearest2 = min(nearest2, dx * dx + dy * dy + dz * dz)
             ax, ay, az = bx, by, bz
@@ -293,7 +298,7 @@ def _to_go(
             length = np.sqrt(level * level + dz * dz)
         else:
             length = abs(dz) / np.sin(steepest)
-        wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, max(level, 1e-9))))
+        wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))
         off = wanted_pitch - states[n, 4]
         result[at] = length + 0.5 * pitching * off * off
         if not reached[n]:

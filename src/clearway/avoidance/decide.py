@@ -313,6 +313,6 @@ def _decide_within(
         return one_movement
     reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + margin
     speed = prepared.step_m / one_movement
-    free = (planner.grid.range_m - reaction_m) / max(speed, 1e-9)
+    free = (planner.grid.range_m - reaction_m) / speed
     plan = float(reach_set.end_time_s[choice.node])
     return max(one_movement, min(plan, free))

@@ -130,7 +130,9 @@ def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
             high[axis] = max(high[axis], position[n, axis])
     if count == 0:
         low[:], high[:] = 0.0, 0.0
-    width = max(np.max(high - low) / BINS_ACROSS, 1e-6)
+    width = np.max(high - low) / BINS_ACROSS
+    if not width > 0.0:
+        width = 1.0
     counts = np.empty(3, dtype=np.int64)
     for axis in range(3):
         counts[axis] = int((high[axis] - low[axis]) / width) + 1

@@ -12,7 +12,7 @@ from clearway.avoidance.verify import Paths, paths_of
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.grid import BORDER_TOLERANCE
+from clearway.base.grid import RANGE_TOLERANCE
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
 from clearway.reach.tree import ReachSet
@@ -102,4 +102,4 @@ def reach_of(paths: Paths, range_m: float) -> float:
     samples = paths.samples_m
     farthest = np.sqrt(np.einsum("nsi,nsi->ns", samples, samples).max(axis=1))
     reach_m = float((farthest + paths.sagitta_m).max())
-    return reach_m if reach_m > range_m + BORDER_TOLERANCE else range_m
+    return reach_m if reach_m > (1.0 + RANGE_TOLERANCE) * range_m else range_m

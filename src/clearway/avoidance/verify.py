@@ -23,10 +23,11 @@ from clearway.base.state import IndexArray, IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import ReachSet
 
-ROUNDING_M = 1e-9
-"""What a clearance may lack of the margin."""
-NEAR_M = 5.0
-"""Clearances are looked for within it first, since most hazards can then be passed over."""
+KEPT = 1.0 - 1e-9
+"""Share of the margin that keeps it: a clearance may lack as much as rounding takes."""
+NEAR = 0.5
+"""Share of its own reach within which a path's clearance is looked for first, since most hazards
+can then be passed over."""
 
 
 class Paths(NamedTuple):
@@ -123,8 +124,9 @@ class Clearance:
 
 def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
     """Clearance of the whole path from the start to the end of `node`; inf without evidence."""
+    near_m = NEAR * farthest_m(paths, node)
     distance, cause, index = _path_clearance(
-        paths, node, hazards.bins, hazards.shapes, hazards.moving, NEAR_M
+        paths, node, hazards.bins, hazards.shapes, hazards.moving, near_m
     )
     if cause == Cause.NOTHING:
         distance, cause, index = _path_clearance(
@@ -195,7 +197,7 @@ def _keeps(
             found = _node_clearance(paths, n, bins, shapes, moving, margin)
             known[n, 0], known[n, 1], known[n, 2] = found
         # What is not a number keeps no margin.
-        if not known[n, 0] >= margin - ROUNDING_M:
+        if not known[n, 0] >= KEPT * margin:
             return n, int(known[n, 1]), int(known[n, 2]), known[n, 0]
     return -1, 0, -1, margin
 
@@ -240,10 +242,10 @@ def _first_clear(
         if at < 0 and loiter.radius_m > 0.0:
             if loiter.needed[end]:
                 found, cause, index = room_to_circle(loiter, end, bins, shapes, margin)
-                at = end if found < margin - ROUNDING_M else -1
+                at = end if found < KEPT * margin else -1
             if at < 0 and price[c] > 0.0:
                 found, cause, index = early_room(loiter, path, bins, shapes, margin, room)
-                if found < margin - ROUNDING_M:
+                if found < KEPT * margin:
                     at = path[-1]
                     chosen = c if chosen < 0 else chosen
         if at < 0:

@@ -36,7 +36,7 @@ class InputError(ClearwayError):
     def __init__(self, source: str, problems: str | Sequence[str]) -> None:
         self.source = source
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
-        super().__init__(shortened(plain(source, ""), [plain(one) for one in self.problems]))
+        super().__init__(shortened(plain(source, ""), self.problems))
 
     def __repr__(self) -> str:
         """One line: the source, the first problem and how many more; `str` has all of them."""
@@ -48,6 +48,17 @@ class InputError(ClearwayError):
     def __reduce__(self) -> tuple[type[InputError], tuple[str, tuple[str, ...]]]:
         """As it was made, so that it comes back whole from another process."""
         return type(self), (self.source, self.problems)
+
+
+class SeveralErrors(ClearwayError):
+    """Errors of several files that were asked for at once, each with a message of its own."""
+
+    def __init__(self, errors: Sequence[ClearwayError]) -> None:
+        self.errors = tuple(errors)
+        super().__init__("\n".join(map(str, errors)))
+
+    def __reduce__(self) -> tuple[type[SeveralErrors], tuple[tuple[ClearwayError, ...]]]:
+        return type(self), (self.errors,)
 
 
 def refuse_special(path: str | Path) -> None:

@@ -22,7 +22,9 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 
 BORDER_TOLERANCE = 1e-9
-"""Within it a radius belongs to the nearer layer, an angle to the cell nearer the axis (m, rad)."""
+"""Within it an angle belongs to the cell nearer the axis (rad)."""
+RANGE_TOLERANCE = 1e-10
+"""Share of the range within which a radius belongs to the nearer layer: 1e-9 m of 10 m."""
 
 
 class GridEdges(NamedTuple):
@@ -131,6 +133,11 @@ class AvoidanceGrid:
         """Outer radius."""
         return float(self.range_edges_m[-1])
 
+    @property
+    def layer_m(self) -> float:
+        """Mean thickness of a layer: the length that tolerances in this grid count in."""
+        return self.range_m / self.layers
+
     @cached_property
     def edges(self) -> GridEdges:
         """The three edge arrays, as compiled loops take them."""
@@ -187,9 +194,10 @@ def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:
         raise ClearwayError(f"grid {name}: at least two edges are needed, got {edges.size}")
     if not np.all(np.isfinite(edges)):
         raise ClearwayError(f"grid {name}: edges must be finite numbers")
-    if not np.all(np.diff(edges) > 4.0 * BORDER_TOLERANCE):
+    tolerance = RANGE_TOLERANCE * edges[-1] if high == np.inf else BORDER_TOLERANCE
+    if not np.all(np.diff(edges) > 4.0 * tolerance):
         raise ClearwayError(f"grid {name}: edges must ascend, got {edges.tolist()}")
-    if edges[0] < low - BORDER_TOLERANCE or edges[-1] > high + BORDER_TOLERANCE:
+    if edges[0] < low - tolerance or edges[-1] > high + tolerance:
         raise ClearwayError(
             f"grid {name}: edges must lie within [{low:.6g}, {high:.6g}], "
             f"got {edges[0]:.6g} to {edges[-1]:.6g}"
@@ -199,10 +207,11 @@ def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:
 @compiled
 def layer_of(distance: float, edges: FloatArray) -> int:
     """Layer of a radius, nearer one within the tolerance; -1 outside. Both outer borders closed."""
-    if not (distance >= edges[0] - BORDER_TOLERANCE):
+    tolerance = RANGE_TOLERANCE * edges[len(edges) - 1]
+    if not (distance >= edges[0] - tolerance):
         return -1
     for i in range(1, len(edges)):
-        if distance <= edges[i] + BORDER_TOLERANCE:
+        if distance <= edges[i] + tolerance:
             return i - 1
     return -1
 
@@ -223,8 +232,8 @@ def interval_of(angle: float, edges: FloatArray) -> int:
 
 def range_borders(edges: FloatArray) -> FloatArray:
     """[layers + 1] radii at which `layer_of` changes, beyond the edges by the tolerance."""
-    shift = np.full(len(edges), BORDER_TOLERANCE)
-    shift[0] = -BORDER_TOLERANCE
+    shift = np.full(len(edges), RANGE_TOLERANCE * edges[-1])
+    shift[0] *= -1.0
     borders: FloatArray = edges + shift
     return borders
 

@@ -45,20 +45,23 @@ def some_lines(text: str, length: int) -> str:
 
 
 def shortened(source: str, problems: Sequence[str]) -> str:
-    """One line a problem, "source: problem", as many as fit; then how many more there are."""
+    """One line a problem, "source: problem", as many as fit; then how many more there are.
+
+    Of problems, which may be a million, only what fits is looked at; control characters of theirs
+    are escaped.
+    """
     if len(source) > LONGEST_SOURCE:
         source = "..." + source[3 - LONGEST_SOURCE :]
-    lines = [f"{source}: {problem}" for problem in problems]
-    whole = "\n".join(lines)
-    if len(whole) <= LONGEST:
+    lines = [f"{source}: {plain(problem)}" for problem in problems[:LONGEST]]
+    if len(problems) <= LONGEST and len(whole := "\n".join(lines)) <= LONGEST:
         return whole
-    room = LONGEST - len(f"\n{source}: and {len(lines)} more")
+    room = LONGEST - len(f"\n{source}: and {len(problems)} more")
     told: list[str] = []
     for line in lines:
         if told and sum(map(len, told)) + len(told) + len(line) > room:
             break
         told.append(line)
-    left = len(lines) - len(told)
+    left = len(problems) - len(told)
     if left:
         return "\n".join([cut(told[0], room), *told[1:], f"{source}: and {left} more"])
     return cut(told[0], LONGEST)

@@ -71,7 +71,7 @@ def _recordings() -> str:
 def _poses() -> str:
     from clearway.io.poses.pose_file import FORMATS
 
-    return ", ".join(FORMATS)
+    return ", ".join(one.name for one in FORMATS)
 
 
 def _traffic() -> str:

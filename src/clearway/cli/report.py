@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
-from clearway.base.errors import ClearwayError, InputError, refuse_special
+from clearway.base.errors import ClearwayError, InputError, SeveralErrors, refuse_special
 from clearway.base.plain_text import LONGEST, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 
@@ -43,7 +43,8 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
                 _check_name(name)
             return command(*args, **options)
         except ClearwayError as error:
-            say(some_lines(_with_file(str(error), given), LONGEST))
+            for one in error.errors if isinstance(error, SeveralErrors) else (error,):
+                say(some_lines(_with_file(str(one), given), LONGEST))
             leave(BAD_INPUT)
         except (MemoryError, RecursionError) as error:
             what = "memory" if isinstance(error, MemoryError) else "depth"
@@ -96,8 +97,11 @@ def _names(given: Iterable[object]) -> Iterator[str | Path]:
 
 def _with_file(message: str, given: Iterable[object]) -> str:
     """The message, after the first file that was given where it names none of them."""
-    files = [str(name) for name in _names(given) if Path(name).is_file()]
+    names = [str(name) for name in _names(given)]
+    files = [name for name in names if Path(name).is_file()]
     if not files or message.startswith("-") or any(Path(one).stem in message for one in files):
+        return message
+    if any(message.startswith(f"{name}: ") for name in names):  # of one that is not there
         return message
     return f"{plain(files[0], '')}: {message}"
 

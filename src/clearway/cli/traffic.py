@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.base.errors import ClearwayError, InputError
+from clearway.base.errors import ClearwayError, InputError, SeveralErrors
 from clearway.base.units import FOOT_M
 from clearway.cli.report import print_json, say, show
 
@@ -99,7 +99,7 @@ def traffic(
 
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
-    """Air pictures of all files; raises ClearwayError telling of every file that is of no use."""
+    """Air pictures of all files; raises SeveralErrors, one for each file that is of no use."""
     from clearway.io.traffic.traffic import read_traffic
     from clearway.traffic.recorded.picture import air_picture
 
@@ -108,9 +108,9 @@ def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
         try:
             pictures.append(air_picture(read_traffic(file), own))
         except ClearwayError as error:
-            problems.append(str(error))
+            problems.append(error)
     if problems:
-        raise ClearwayError("\n".join(problems))
+        raise SeveralErrors(problems)
     return pictures
 
 

@@ -8,6 +8,7 @@ import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence, Sized
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -18,6 +19,12 @@ from clearway.base.errors import InputError, naming
 
 SMALLEST, LARGEST = 1e-30, 1e30
 """Of numbers in files of our own, in any unit."""
+MOST_VALUES = 500_000
+"""Of a file of our own, tables and lists too: what is larger is a map or a point cloud."""
+TOLD = 50
+"""Problems of one file that are told; of more, how many there are."""
+SHORT_LIST, SHORT_TABLE = 20, 200
+"""Entries that are looked at again where nearly all are wrong."""
 
 
 class Section(BaseModel):
@@ -52,14 +59,93 @@ def parse_model(
     folder: where modules that they name are looked for before the current one.
     """
     if issubclass(model, Section):
-        strange = list(_out_of_reason(data))
+        refuse_many(source, data, "so many obstacles as a map or a point cloud of its own")
+        strange = list(islice(_out_of_reason(data), TOLD))
         if strange:
             raise InputError(source, strange)
+    context = {"folder": folder}
     try:
-        return model.model_validate(data, context={"folder": folder})
+        return model.model_validate(data, context=context)
     except ValidationError as error:
-        problems = _problems(error, data, model)
+        count = error.error_count()
+        problems = _problems(error, data, model) if count <= TOLD else []
+    if count > TOLD:  # each of millions would be put into words
+        problems = _first_problems(data, model, context)[:TOLD]
+        problems.append(f"{count} problems in all")
     raise InputError(source, problems)
+
+
+def each_parsed(
+    source: str, place: str, values: object, model: type[Model]
+) -> Iterator[tuple[Any, Model]]:
+    """Entries of a list or table as `model` one by one, with numbers or keys: no long one is held
+    twice.
+
+    What is wrong is told as by `parse_model` after the last one, or once there is much of it.
+    """
+    if not isinstance(values, (list, Mapping)):
+        raise InputError(source, f"{place}: should be a list, got {_shown(values)}")
+    problems: list[str] = []
+    for key, value in values.items() if isinstance(values, Mapping) else enumerate(values):
+        try:
+            found = model.model_validate(value)
+        except ValidationError as error:
+            problems += _problems_of_entry(_place([key], place), error, value, model)
+            if len(problems) >= TOLD:
+                raise InputError(source, [*problems[:TOLD], "and perhaps more"]) from None
+        else:
+            yield key, found
+    if problems:
+        raise InputError(source, problems)
+
+
+def _problems_of_entry(
+    place: str, error: ValidationError, value: object, model: type[BaseModel]
+) -> list[str]:
+    if error.error_count() <= TOLD:
+        return _problems(error, value, model, place)
+    return _first_problems(value, model, None, place)
+
+
+def _first_problems(
+    data: object, model: type[BaseModel], context: Any, root: str = ""
+) -> list[str]:
+    """Problems of the data with every long list and table cut short."""
+    short = _shortened(data)
+    if isinstance(data, Mapping) and isinstance(short, dict):
+        short |= {key: _shortened(data[key]) for key in model.model_fields if key in data}
+    try:
+        model.model_validate(short, context=context)
+    except ValidationError as error:
+        return _problems(error, short, model, root)
+    return []
+
+
+def _shortened(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {key: _shortened(inner) for key, inner in islice(value.items(), SHORT_TABLE)}
+    if isinstance(value, (list, tuple)):
+        return [_shortened(inner) for inner in value[:SHORT_LIST]]
+    return value
+
+
+def refuse_many(source: str, data: object, valid: str) -> None:
+    """Raise InputError for a file of more values than any of its kind can need; valid: instead."""
+    if _values_in(data) > MOST_VALUES:
+        raise InputError(source, f"more than {MOST_VALUES:,} values in it; valid: {valid}")
+
+
+def _values_in(data: object) -> int:
+    """How many tables, lists and values there are, as far as that is allowed."""
+    count, waiting = 0, [data]
+    while waiting and count + len(waiting) <= MOST_VALUES:
+        value = waiting.pop()
+        count += 1
+        if isinstance(value, Mapping):
+            waiting.extend(value.values())
+        elif isinstance(value, (list, tuple)):
+            waiting.extend(value)
+    return count + len(waiting)
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -97,15 +183,20 @@ def _out_of_reason(value: object, parts: tuple[int | str, ...] = ()) -> Iterator
             yield from _out_of_reason(inner, (*parts, number))
 
 
-def _problems(error: ValidationError, data: object, model: type[BaseModel]) -> list[str]:
-    """One line a place; the alternatives of a union, which pydantic lists apart, are joined."""
+def _problems(
+    error: ValidationError, data: object, model: type[BaseModel], root: str = ""
+) -> list[str]:
+    """One line a place; the alternatives of a union, which pydantic lists apart, are joined.
+
+    root: where in the file the data stand.
+    """
     by_place: dict[str, list[str]] = {}
     given: dict[str, str] = {}
     for item in error.errors(include_url=False):
         if _follows_from_others(item):
             continue
         parts = _path_in_file(item, data)
-        place = _place(parts)
+        place = _place(parts, root)
         message = _message(item, model)
         if message not in by_place.setdefault(place, []):
             by_place[place].append(message)
@@ -141,8 +232,8 @@ def _path_in_file(item: Any, data: Any) -> list[int | str]:
     return parts
 
 
-def _place(parts: Sequence[int | str]) -> str:
-    text = ""
+def _place(parts: Sequence[int | str], root: str = "") -> str:
+    text = root
     for part in parts:
         text += f"[{part}]" if isinstance(part, int) else f".{_key(part)}" if text else _key(part)
     return text

@@ -10,7 +10,7 @@ from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import reach_of
 from clearway.avoidance.situation import Situation, margin_slope
-from clearway.avoidance.verify import ROUNDING_M, Paths, path_clearance, sloping
+from clearway.avoidance.verify import KEPT, Paths, path_clearance, sloping
 from clearway.base.frames import FloatArray
 from clearway.live.plan import Plan
 from clearway.live.readings import TIME_TOLERANCE_S
@@ -34,7 +34,7 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     hazards = near.hazards.keeping_clear_of(share)
     found = path_clearance(sloped, len(paths.parent) - 1, hazards)
     # The vehicle is on the path, not on its chords.
-    if found.distance_m >= margin - 2.0 * float(paths.sagitta_m[0]) - ROUNDING_M:
+    if found.distance_m >= KEPT * margin - 2.0 * float(paths.sagitta_m[0]):
         return None
     return f"the plan comes within {found.distance_m:.2f} m of {NEWS[found.cause]}"
 

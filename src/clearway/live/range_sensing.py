@@ -251,10 +251,8 @@ class RangeSensing:
 
     @property
     def remembered(self) -> PointHazards:
-        """All points of this and earlier scans."""
-        return _together(
-            [(memory.position_m, memory.radius_m) for _, memory in self._believed_memories()]
-        )
+        """What is told of this and earlier scans."""
+        return _together([memory.told for _, memory in self._believed_memories()])
 
     def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))

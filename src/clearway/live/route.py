@@ -204,7 +204,7 @@ def _shortest_path(
         others = np.concatenate([others, reach])
         gaps = np.linalg.norm(field.centers_m(reach) - point, axis=1)
         # A voxel on the very point still needs a step that is not nothing.
-        lengths = np.concatenate([lengths, np.maximum(gaps, 1e-9)])
+        lengths = np.concatenate([lengths, np.maximum(gaps, 1e-9 * margin_m)])
     graph = csr_matrix((lengths, (ones, others)), shape=(last + 1, last + 1))
     cost, previous = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
     if not np.isfinite(cost[last]):

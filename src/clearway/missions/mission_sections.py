@@ -186,6 +186,9 @@ class PricesSection(Section):
     entered without room to turn round may be a dead end."""
     ahead: NotNegative = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
+    closing: NotNegative = 0.5
+    """Per metre by which a way leads nearer to where an intruder is that turns or changes its
+    speed, beyond straight away from it: a pursuer is run away from."""
 
 
 class SimulationSection(Section):

@@ -33,12 +33,12 @@ class RulesSection(Section):
     """Lowest height, world frame."""
     ceiling_m: float | None = None
     """Highest height, world frame."""
+    right_of_way: bool = False
+    """Head on turn right, pass behind who comes from the right, overtake on the right."""
     separation: Literal["any", "horizontal", "vertical"] = "any"
     """How to keep clear of traffic: by turns only, by height only, or by both."""
     separation_within_m: Annotated[float, Field(gt=0.0)] | None = None
     """How near traffic has to be for that; default: wherever it is known."""
-    right_of_way: bool = False
-    """Head on turn right, pass behind who comes from the right, overtake on the right."""
     route_m: Annotated[float, Field(gt=0.0)] | None = None
     """Half the width of a corridor along the legs."""
     own: Annotated[tuple[Annotated[str, OneOf(OWN_RULES)], ...], Field(strict=False)] = ()

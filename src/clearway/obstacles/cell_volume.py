@@ -28,7 +28,8 @@ THIN_PARTS = 2048.0
 """A wire is followed until parts are small for its radius, or this share of the cell."""
 CURVE_PARTS = 12.0
 """A surface curved like the cell's third is cut by parts of this share of its radius or less."""
-SAME_SURFACE_M = 1e-9
+SAME_SURFACE = 1e-9
+"""Surfaces no farther apart, in radii of a part, are one; normals so nearly opposite are."""
 STACK = 256
 
 
@@ -135,9 +136,9 @@ def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
     dx, dy, dz = a.nx - b.nx, a.ny - b.ny, a.nz - b.nz
     apart = math.sqrt(dx * dx + dy * dy + dz * dz)
     deeper = b.distance - a.distance
-    if apart >= 1.0 or deeper < radius * apart - SAME_SURFACE_M:
+    if apart >= 1.0 or deeper < radius * (apart - SAME_SURFACE):
         return False
-    return a.slab >= 2.0 * radius or a.slab - b.slab >= deeper + radius * apart - SAME_SURFACE_M
+    return a.slab >= 2.0 * radius or a.slab - b.slab >= deeper + radius * (apart - SAME_SURFACE)
 
 
 @compiled
@@ -167,7 +168,7 @@ def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: I
             first = cut
             continue
         dot = first.nx * cut.nx + first.ny * cut.ny + first.nz * cut.nz
-        if dot > SAME_SURFACE_M - 1.0:
+        if dot > SAME_SURFACE - 1.0:
             return -1.0
         opposite = max(opposite, plane_share(part, cut))
     return min(plane_share(part, first) + opposite, 1.0)

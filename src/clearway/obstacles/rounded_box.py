@@ -12,7 +12,8 @@ import numpy as np
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 
-RAY_TOLERANCE_M = 1e-10
+RAY_TOLERANCE = 1e-11
+"""Of the entry of a ray, as a share of the distance to it and the obstacle's own size."""
 MAX_RAY_STEPS = 100
 """Rays that graze a surface converge by halves only; this many bring them within the tolerance."""
 
@@ -124,6 +125,7 @@ def ray_rounded_box(
     px, py, pz = local_point(x, y, z, center, rotation)
     ex, ey, ez = local_vector(ux, uy, uz, rotation)
     t = _bounding_sphere_entry(px, py, pz, ex, ey, ez, half, radius)
+    extent = half[0] + half[1] + half[2] + radius
     for _ in range(MAX_RAY_STEPS):
         if t == np.inf:
             break
@@ -140,7 +142,7 @@ def ray_rounded_box(
             return math.inf
         step = (radius - distance) / rate
         t += step
-        if step <= RAY_TOLERANCE_M:
+        if step <= RAY_TOLERANCE * (t + extent):
             break
     return t
 

@@ -14,8 +14,8 @@ from clearway.base.state import BoolArray, IntArray
 from clearway.reach.keep import in_mirrored_order
 from clearway.reach.wavefront import Front, KeepRule
 
-SAME_STATE_M = 1e-6
-"""Nodes nearer than that are one and the same state."""
+SAME_STATE = 1e-6
+"""Nodes nearer than that, in thicknesses of a layer, are one and the same state."""
 
 
 def farthest_of_cell(count: int, look_ahead_m: float) -> KeepRule:
@@ -38,13 +38,15 @@ def farthest_of_cell(count: int, look_ahead_m: float) -> KeepRule:
 
 
 def _features(front: Front, look_ahead_m: float) -> FloatArray:
-    """[n, 6] position and look-ahead vector."""
-    return np.concatenate([front.position_m, look_ahead_m * front.heading], axis=1)
+    """[n, 6] position and look-ahead vector, in thicknesses of a layer."""
+    features = np.concatenate([front.position_m, look_ahead_m * front.heading], axis=1)
+    scaled: FloatArray = features / front.grid.layer_m
+    return scaled
 
 
 def _alignment(front: Front) -> FloatArray:
     """[n] cosine between the heading and the line of sight from the start."""
-    distance = np.maximum(np.linalg.norm(front.position_m, axis=1), 1e-9)
+    distance = np.maximum(np.linalg.norm(front.position_m, axis=1), 1e-9 * front.grid.layer_m)
     alignment: FloatArray = np.sum(front.heading * front.position_m, axis=1) / distance
     return alignment
 
@@ -101,13 +103,13 @@ def _next_choice(
         far = apart[n - start]
         if paired:
             far = min(far, apart[n + 1 - start])
-        if paired and _distance(features[n], features[n + 1]) < SAME_STATE_M:
+        if paired and _distance(features[n], features[n + 1]) < SAME_STATE:
             far = 0.0
         if (
             not taken[n]
-            and far > SAME_STATE_M
+            and far > SAME_STATE
             and (2 if paired else 1) <= left
-            and (best < 0 or far > apart[best - start] + SAME_STATE_M)
+            and (best < 0 or far > apart[best - start] + SAME_STATE)
         ):
             best, size = n, 2 if paired else 1
         n += 2 if paired else 1

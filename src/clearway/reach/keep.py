@@ -59,12 +59,12 @@ def in_mirrored_order(front: Front, score: FloatArray) -> tuple[IntArray, BoolAr
 
 def chaotic(front: Front) -> FloatArray:
     """(4.30): far from the cell's centre, where a movement may reach a new cell; not smooth."""
-    return _from_center(front) / _smoothness(front)
+    return _from_center(front) / front.grid.layer_m / _smoothness(front)
 
 
 def harmonic(front: Front) -> FloatArray:
     """(4.31): close to the cell's centre, and smooth."""
-    return _smoothness(front) / np.maximum(_from_center(front), 1e-9)
+    return _smoothness(front) / np.maximum(_from_center(front) / front.grid.layer_m, 1e-9)
 
 
 def _smoothness(front: Front) -> FloatArray:

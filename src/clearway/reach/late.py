@@ -48,7 +48,8 @@ def _near_corner(front: Front, look_ahead_m: float) -> FloatArray:
         distance, azimuth, elevation = place.T
         across = distance * np.cos(elevation) * _from_inner_edge(azimuth, azimuths)
         total -= np.hypot(across, distance * _from_inner_edge(elevation, elevations))
-    return total
+    scaled: FloatArray = total / front.grid.layer_m
+    return scaled
 
 
 def _from_inner_edge(angle: FloatArray, edges: FloatArray) -> FloatArray:

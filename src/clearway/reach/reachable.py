@@ -30,8 +30,8 @@ HELD_STATES = 200_000
 """States of one depth up to which all are followed."""
 WIDTH = 200
 """States of a cell that are followed when there are more."""
-RESOLUTION_M = 1e-9
-"""States that differ by less, in metres and radians, are one and the same."""
+RESOLUTION = 1e-9
+"""States that differ by less, in thicknesses of a layer and radians, are one and the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +145,7 @@ class _ChainSearch:
         levels, steps = [level], [self.step(level)]
         held, frontier = self.deep, self.grid.layers
         for depth in range(1, self.deep):
-            level = _each_once(steps[-1].below)
+            level = _each_once(steps[-1].below, self.grid.layer_m)
             if len(level.cell) > self.held_states:
                 if held == self.deep:
                     nearest = int(level.cell.min()) // (self.grid.columns * self.grid.rows)
@@ -199,7 +199,7 @@ class _ChainSearch:
         states: list[_States] = []
         left_out = False
         for depth in range(self.deep):
-            level = _each_once(_joined([*states, *among[depth : depth + 1]]))
+            level = _each_once(_joined([*states, *among[depth : depth + 1]]), self.grid.layer_m)
             if len(level.cell) > most:
                 left_out = True
                 level = level.picked(self.farthest(level))
@@ -217,11 +217,11 @@ def _joined(states: list[_States]) -> _States:
     return _States(*(np.concatenate([getattr(s, name) for s in states]) for name in names))
 
 
-def _each_once(states: _States) -> _States:
+def _each_once(states: _States, unit_m: float) -> _States:
     """Equal states once: what follows them is equal too."""
     key = np.empty((len(states.cell), 5), dtype=np.int64)
-    key[:, :3] = np.round(states.position_m / RESOLUTION_M)
-    key[:, 3] = np.round(states.yaw_rad / RESOLUTION_M)
+    key[:, :3] = np.round(states.position_m / (RESOLUTION * unit_m))
+    key[:, 3] = np.round(states.yaw_rad / RESOLUTION)
     key[:, 4] = states.attitude
     _, first = np.unique(key.view(f"V{key.shape[1] * key.itemsize}").ravel(), return_index=True)
     return states.picked(np.sort(first))

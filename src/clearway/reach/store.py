@@ -150,7 +150,8 @@ def content_key(
     """Hash of all that a library follows from.
 
     The automaton counts by what its movements do, so that any vehicle is covered; rounded, so
-    that machines whose sine differs in the last digit share a file.
+    that machines whose sine differs in the last digit share a file, and lengths in thicknesses of
+    a layer, since a file holds no lengths.
     """
     digest = hashlib.sha256(repr((method, sorted(tuning.items()))).encode())
     movements = [(m.name, m.smooth, m.duration_s) for m in lattice.automaton.movements]
@@ -158,7 +159,14 @@ def content_key(
     pieces = lattice.pieces
     digest.update(repr(pieces.path.shape).encode())
     digest.update(np.ascontiguousarray(pieces.following).tobytes())
-    for array in (pieces.path, pieces.turn_rad, pieces.attitude_rad, *grid.edges):
+    lengths = (pieces.path, grid.range_edges_m)
+    angles = (
+        pieces.turn_rad,
+        pieces.attitude_rad,
+        grid.azimuth_edges_rad,
+        grid.elevation_edges_rad,
+    )
+    for array in (*(each / grid.layer_m for each in lengths), *angles):
         digest.update((np.round(array, 9) + 0.0).tobytes())
     digest.update(np.round(sorted(lattice.start), 9).tobytes())
     return digest.digest()

@@ -15,7 +15,7 @@ from clearway.reach.lattice import Lattice
 from clearway.reach.replay import level_states
 
 SAME = 1e-6
-"""States that differ by less in every part (m, rad) are one."""
+"""States that differ by less in every part are one, in lengths of a movement and radians."""
 
 
 def without_duplicate_states(
@@ -50,7 +50,8 @@ def _one_way(
     """The prefix [n, depth] to take instead of each, and whether there is one."""
     states, attitudes = level_states(prefixes, lattice.start[start_pitch_rad], lattice.pieces)
     # Adding zero turns -0 into 0, which would else be another key.
-    keys = np.column_stack([np.round(states / SAME) + 0.0, attitudes])
+    unit = np.array([lattice.automaton.step_m] * 3 + [1.0])
+    keys = np.column_stack([np.round(states / unit / SAME) + 0.0, attitudes])
     _, group = np.unique(keys, axis=0, return_inverse=True)
     group = group.reshape(-1)
     own = keys_of(prefixes)

@@ -141,7 +141,9 @@ def _measure(
     for axis in range(3):
         mean[axis] = np.mean(points[:, axis])
     away[:] = mean - origin
-    away /= max(np.sqrt(np.sum(away * away)), 1e-12)
+    distance = np.sqrt(np.sum(away * away))
+    if distance > 0.0:
+        away /= distance
     level = np.hypot(away[0], away[1])
     ax, ay = (-away[1] / level, away[0] / level) if level > 1e-9 else (0.0, 1.0)
     bx, by, bz = -away[2] * ay, away[2] * ax, away[0] * ay - away[1] * ax

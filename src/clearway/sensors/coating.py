@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
-from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges
+from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
@@ -51,9 +51,10 @@ def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArra
     cos_azimuth, sin_azimuth = np.cos(azimuth), np.sin(azimuth)
     cos_elevation, sin_elevation = np.cos(elevation), np.sin(elevation)
     nearest, farthest = ranges[0], ranges[layers]
+    tolerance = RANGE_TOLERANCE * farthest
     coated = np.zeros(layers * columns * rows, dtype=np.bool_)
     for n in range(len(points)):
-        x, y, z, radius = points[n, 0], points[n, 1], points[n, 2], radii[n] + BORDER_TOLERANCE
+        x, y, z, radius = points[n, 0], points[n, 1], points[n, 2], radii[n] + tolerance
         horizontal = np.sqrt(x * x + y * y)
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared)

@@ -172,7 +172,7 @@ def detection_of_cells(
     grid frame and the balls [n] that they stand for. Cells beyond `max_range_m` are not seen.
     """
     blocked = np.ascontiguousarray(np.clip(probability, 0.0, 1.0), dtype=np.float64)
-    layers = int(np.searchsorted(grid.range_edges_m[:-1], max_range_m - 1e-9))
+    layers = int(np.searchsorted(grid.range_edges_m[:-1], max_range_m * (1.0 - 1e-10)))
     return Detection(
         grid,
         sensor,
@@ -239,7 +239,7 @@ def _filters(
 
 def _layers_in_range(grid: AvoidanceGrid, lidar: Lidar) -> int:
     """Layers that begin within the sensor's range."""
-    return int(np.searchsorted(grid.range_edges_m[:-1], lidar.pattern.max_range_m - 1e-9))
+    return int(np.searchsorted(grid.range_edges_m[:-1], lidar.pattern.max_range_m * (1.0 - 1e-10)))
 
 
 def _ratio(

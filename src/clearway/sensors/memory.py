@@ -40,7 +40,10 @@ from clearway.sensors.wires import join_lines
 OFF_LINE = 0.5
 """Of a voxel, by which returns may lie off a wire, beside noise."""
 RATE_KEPT = 0.8
-"""Of the average of returns that nothing bears out, from sweep to sweep."""
+"""Of the averages of returns that nothing bears out, from sweep to sweep."""
+POURS, BORNE_OUT = 1.0, 0.5
+"""Lone returns proven false a sweep, and how many for each of them may be seen again, from where on
+a lone return is more likely a drop than a thing: then a second sweep has to see it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +68,10 @@ class PointMemory:
     """Distance from which on balls are merged for want of room."""
     alone_a_sweep: float = 0.0
     """New returns that nothing bears out, on average over the latest sweeps."""
+    refuted_a_sweep: float = 0.0
+    """Of these, those that beams have proven false since; on average."""
+    borne_out_a_sweep: float = 0.0
+    """And those that a second sweep has seen again; on average."""
     seen_from: Sensor | None = None
     """At the latest sweep."""
     dropped: int = 0
@@ -124,8 +131,23 @@ class PointMemory:
         return self.boxes.last_seen_s
 
     def near(self, position_m: FloatArray, radius_m: float) -> tuple[FloatArray, FloatArray]:
-        """Positions [k, 3] and radii [k] of remembered balls within a distance of a position."""
-        return _near(self.position_m, self.radius_m, read_only(position_m), float(radius_m))
+        """Positions [k, 3] and radii [k] of told balls within a distance of a position."""
+        return _near(*self.told, read_only(position_m), float(radius_m))
+
+    @property
+    def pours(self) -> bool:
+        """Whether lone returns mostly turn out to be nothing, and are many."""
+        refuted = self.refuted_a_sweep
+        return refuted >= POURS and self.borne_out_a_sweep <= BORNE_OUT * refuted
+
+    @property
+    def told(self) -> Balls:
+        """What to keep clear of: all that is remembered; but where it pours, a lone return only
+        from a second sweep on that sees it."""
+        if not self.pours:
+            return self.balls
+        waits = (self.boxes.sweeps == 1) & (self.boxes.kind == ALONE) & (self.boxes.size_m == 0.0)
+        return Balls(self.position_m[~waits], self.radius_m[~waits])
 
     @property
     def rule(self) -> DoubtRule:
@@ -196,6 +218,7 @@ def remember(
     seen: its returns. doubt: [n] of what is remembered, this sweep included; it is written into.
     noise_m: by which returns may be off.
     """
+    refuted = _count_refuted(memory.boxes, doubt)
     _expire(memory.boxes, doubt, origin_m, memory.reach_m, time_s - memory.horizon_s)
     boxes, kept = together(memory.boxes, doubt, seen, memory.voxel_m)
     deviation = OFF_LINE * memory.voxel_m + noise_m
@@ -209,7 +232,9 @@ def remember(
         boxes=room.boxes,
         balls=balls_of(room.boxes),
         fine_m=room.fine_m,
-        alone_a_sweep=RATE_KEPT * memory.alone_a_sweep + (1.0 - RATE_KEPT) * alone,
+        alone_a_sweep=_averaged(memory.alone_a_sweep, alone),
+        refuted_a_sweep=_averaged(memory.refuted_a_sweep, refuted),
+        borne_out_a_sweep=_averaged(memory.borne_out_a_sweep, _count_borne_out(boxes, kept)),
         dropped=room.dropped,
         merged=room.merged,
     )
@@ -253,6 +278,30 @@ def _expire(
             squared += max(max(below, above), 0.0) ** 2
         if squared > reach * reach:
             doubt[n] = 1.0
+
+
+def _averaged(before: float, now: int) -> float:
+    return RATE_KEPT * before + (1.0 - RATE_KEPT) * now
+
+
+@compiled
+def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
+    """Boxes that nothing bore out and that are cleared now."""
+    count = 0
+    for n in range(len(doubt)):
+        lone = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE
+        count += lone and doubt[n] >= 1.0
+    return count
+
+
+@compiled
+def _count_borne_out(boxes: Boxes, first_new: int) -> int:
+    """Boxes of the latest sweep that no line and no width bears out, but the sweep before."""
+    count = 0
+    for n in range(first_new, len(boxes.doubt)):
+        again = boxes.sweeps[n] == 2 and boxes.size_m[n] == 0.0
+        count += again and boxes.kind[n] == ALONE
+    return count
 
 
 @compiled

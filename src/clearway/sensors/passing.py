@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, State
+from clearway.base.state import BoolArray, IntArray, State
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar
@@ -59,18 +59,28 @@ def sensor_at(lidar: Lidar, state: State, tolerance_m: float) -> Sensor:
     )
 
 
+class Placed(NamedTuple):
+    """The returns of a sweep that obstacles can have given."""
+
+    points_m: FloatArray
+    """[m, 3] world frame."""
+    distance_m: FloatArray
+    """[m] from the sensor."""
+    source: IntArray
+    """[m] which of the sweep's returns."""
+
+
 @compiled
-def returns_in_world(
-    points: FloatArray, sensor: Sensor, reach: float, ground: float
-) -> tuple[FloatArray, FloatArray]:
-    """Returns of obstacles [m, 3] in the world frame, and half the beam spacing there."""
+def place_returns(points: FloatArray, sensor: Sensor, reach: float, ground: float) -> Placed:
+    """Those within the limits and `reach`, above `ground`, that are not of the airframe."""
     r, o, e = sensor.rotation, sensor.origin, sensor.body
     r00, r01, r02, ox, ex = r[0, 0], r[0, 1], r[0, 2], o[0], e[0]
     r10, r11, r12, oy, ey = r[1, 0], r[1, 1], r[1, 2], o[1], e[1]
     r20, r21, r22, oz, ez = r[2, 0], r[2, 1], r[2, 2], o[2], e[2]
     low, high = sensor.min_range**2, min(sensor.max_range, reach) ** 2
-    own, half_spacing = sensor.airframe_radius**2, sensor.half_spacing
-    placed, radii = np.empty((len(points), 3)), np.empty(len(points))
+    own = sensor.airframe_radius**2
+    placed, distances = np.empty((len(points), 3)), np.empty(len(points))
+    source = np.empty(len(points), dtype=np.int64)
     m = 0
     for n in range(len(points)):
         a, b, c = points[n, 0], points[n, 1], points[n, 2]
@@ -83,9 +93,17 @@ def returns_in_world(
         if z <= ground or (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < own:
             continue
         placed[m, 0], placed[m, 1], placed[m, 2] = x, y, z
-        radii[m] = half_spacing * np.sqrt(squared)
+        distances[m], source[m] = np.sqrt(squared), n
         m += 1
-    return placed[:m], radii[:m]
+    return Placed(placed[:m], distances[:m], source[:m])
+
+
+def returns_in_world(
+    points: FloatArray, sensor: Sensor, reach: float, ground: float
+) -> tuple[FloatArray, FloatArray]:
+    """Returns of obstacles [m, 3] in the world frame, and half the beam spacing there."""
+    placed = place_returns(points, sensor, reach, ground)
+    return placed.points_m, sensor.half_spacing * placed.distance_m
 
 
 class BeamRaster(NamedTuple):

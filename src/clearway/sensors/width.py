@@ -12,7 +12,7 @@ import numpy.typing as npt
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.sensors.binning import TINY
-from clearway.sensors.passing import BeamRaster, Sensor, bin_of
+from clearway.sensors.passing import BeamRaster, Sensor, bin_of, place_returns
 
 BEAMS_ACROSS = 3.0
 """Beams across a thing from which on no lone return can come from it."""
@@ -110,36 +110,23 @@ def returns_with_size(
     raster: BeamRaster,
     smallest: float,
 ) -> Seen:
-    """`passing.returns_in_world`, and how thick what they hit is at least.
+    """`passing.place_returns`, and how thick what they hit is at least.
 
     smallest: thickness of the smallest thing sought, 0 where unknown. Where it spans several
     beams, a return with no other about it is none of such a thing.
     """
-    r, o, e = sensor.rotation, sensor.origin, sensor.body
-    r00, r01, r02, ox, ex = r[0, 0], r[0, 1], r[0, 2], o[0], e[0]
-    r10, r11, r12, oy, ey = r[1, 0], r[1, 1], r[1, 2], o[1], e[1]
-    r20, r21, r22, oz, ez = r[2, 0], r[2, 1], r[2, 2], o[2], e[2]
-    low, high = sensor.min_range**2, min(sensor.max_range, reach) ** 2
-    own, half_spacing = sensor.airframe_radius**2, sensor.half_spacing
+    half_spacing = sensor.half_spacing
     # Out to here a thing of the smallest size stops several beams, some of which may get lost.
     fine = smallest / (2.0 * BEAMS_ACROSS * half_spacing) if half_spacing > 0.0 else 0.0
     known = np.zeros(nearest.shape, dtype=np.uint8)
     per_bin = count_returns(points, raster) if fine > 0.0 else np.zeros((0, 0), dtype=np.int32)
     per_column, per_row, bottom = raster.per_column, raster.per_row, raster.bottom
-    placed = np.empty((len(points), 3))
-    radii, sizes = np.empty(len(points)), np.empty(len(points))
+    placed, distances, source = place_returns(points, sensor, reach, ground)
+    radii, sizes = np.empty(len(placed)), np.empty(len(placed))
     m, too_small = 0, 0
-    for n in range(len(points)):
-        a, b, c = points[n, 0], points[n, 1], points[n, 2]
-        squared = a * a + b * b + c * c
-        if not (squared >= low and squared <= high):
-            continue
-        x = r00 * a + r01 * b + r02 * c + ox
-        y = r10 * a + r11 * b + r12 * c + oy
-        z = r20 * a + r21 * b + r22 * c + oz
-        if z <= ground or (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2 < own:
-            continue
-        distance = np.sqrt(squared)
+    for n in range(len(placed)):
+        a, b, c = points[source[n], 0], points[source[n], 1], points[source[n], 2]
+        distance = distances[n]
         column, row = bin_of(a, b, c / (distance + TINY), nearest, per_column, per_row, bottom)
         size = 0.0
         if row >= 0:
@@ -150,7 +137,7 @@ def returns_with_size(
             elif _is_lone(distance, fine, per_bin, nearest, column, row):
                 too_small += 1
                 continue
-        placed[m, 0], placed[m, 1], placed[m, 2] = x, y, z
+        placed[m] = placed[n]
         radii[m], sizes[m] = half_spacing * distance, size
         m += 1
     return Seen(placed[:m], radii[:m], sizes[:m], too_small)

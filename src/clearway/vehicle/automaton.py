@@ -204,9 +204,11 @@ class MovementAutomaton:
         level = np.zeros(6)
         ends = np.array([self.predict(level, movement) for movement in self.movements])
         durations = np.array([movement.duration_s for movement in self.movements])
+        farthest = float(np.abs(ends[:, :3]).max()) or 1.0
+        near = 1e-9 * np.array([farthest] * 3 + [1.0] * 3)
         images = []
         for end, duration in zip(ends, durations, strict=True):
-            same = np.all(np.abs(ends - end * _MIRROR) < 1e-9, axis=1) & (durations == duration)
+            same = np.all(np.abs(ends - end * _MIRROR) < near, axis=1) & (durations == duration)
             if not np.any(same):
                 return None
             images.append(int(np.argmax(same)))

@@ -21,7 +21,8 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 
 Depth = Callable[[FloatArray], FloatArray]
 """Places [n, 3], world frame -> metres [n] on the wrong side; 0 or less where all is well."""
-TOLERANCE_M = 1e-6
+TOLERANCE = 1e-6
+"""Share of the margin by which a limit may be missed."""
 PRICE_OF_DEPTH = 4.0
 """Metres of flight that a metre on the wrong side costs where a trajectory ends."""
 
@@ -120,10 +121,10 @@ def keep_out(
             return None
         inside = max(0.0, -float(charted.distance_m(here[None])[0]))
         hazards = Hazards(shapes=shapes)
-        found = clearances(paths_of(view.reach_set), hazards, TOLERANCE_M)
+        found = clearances(paths_of(view.reach_set), hazards, TOLERANCE * view.margin_m)
         deepest = -found[:, 0]
         ends = -charted.distance_m(np.ascontiguousarray(view.samples_m[:, -1]))
-        return _beyond(deepest, ends, inside, f"{len(shapes.radius_m)} in reach")
+        return _beyond(view, deepest, ends, inside, f"{len(shapes.radius_m)} in reach")
 
     return Rule(f"keep out of {name}" if name else "keep-out volumes", verdict, tuple(volumes))
 
@@ -138,21 +139,25 @@ def _held(depth: Depth, limit: str) -> Callable[[RuleView], Verdict | None]:
             return None
         here = max(0.0, float(depth(view.state.position_m[None])[0]))
         deepest = view.worst_on_way(found.max(axis=1))
-        return _beyond(deepest, found[:, -1], here, f"limit {limit}")
+        return _beyond(view, deepest, found[:, -1], here, f"limit {limit}")
 
     return verdict
 
 
-def _beyond(deepest: FloatArray, ends: FloatArray, here: float, limit: str) -> Verdict:
+def _beyond(
+    view: RuleView, deepest: FloatArray, ends: FloatArray, here: float, limit: str
+) -> Verdict:
     reason = f"{limit}; the vehicle is {here:.1f} m beyond it" if here > 0.0 else limit
     price = PRICE_OF_DEPTH * np.maximum(ends, 0.0)
-    return Verdict(reason, deepest > here + TOLERANCE_M, price)
+    return Verdict(reason, deepest > here + TOLERANCE * view.margin_m, price)
 
 
 def _from_leg(places: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """[n] level distance of places [n, 3] from the line between two waypoints."""
     along = (end - start)[:2]
-    length2 = max(float(along @ along), 1e-18)
-    share = np.clip((places[:, :2] - start[:2]) @ along / length2, 0.0, 1.0)
+    length2 = float(along @ along)
+    share = np.zeros(len(places))
+    if length2 > 0.0:
+        share = np.clip((places[:, :2] - start[:2]) @ along / length2, 0.0, 1.0)
     offset = places[:, :2] - start[:2] - share[:, None] * along
     return np.asarray(np.hypot(offset[:, 0], offset[:, 1]))

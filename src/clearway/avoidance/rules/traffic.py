@@ -123,7 +123,7 @@ def _encounter_kind(
     if between > np.pi - HEAD_ON_RAD and place @ ahead > 0.0:
         return EncounterKind.HEAD_ON
     apart = place - (place @ up) * up
-    distance = max(float(np.linalg.norm(apart)), 1e-9)
+    distance = float(np.linalg.norm(apart)) or 1.0  # Right above or below: neither side.
     from_tail = np.arccos(np.clip(apart @ level / (distance * speed), -1.0, 1.0))
     if from_tail < OVERTAKING_RAD and between < OVERTAKING_RAD:
         return EncounterKind.OVERTAKING

@@ -7,6 +7,7 @@ are taken in steps of height: a sloping roof becomes a stair that holds it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,7 +21,7 @@ from clearway.io.foreign import Foreign
 from clearway.io.maps.coordinates import Projection, projection
 from clearway.io.maps.map_features import Height, MapFeature, ParsedMap, Polygon
 from clearway.io.maps.rectangles import polygons_in, shapely_or_refuse, union_of
-from clearway.io.toml import parse_model
+from clearway.io.toml import each_parsed, parse_model
 
 GROUND_TYPES = (
     "CityObjectGroup",
@@ -46,6 +47,8 @@ FINEST_LOD = 2.9
 GAP_M = 2.0
 """Gaps between parts of one object that are narrower are closed."""
 NO_AREA_M2 = 1e-4
+MOST_SURFACES = 20_000
+"""Of one object; those of a cathedral in every detail are fewer."""
 
 
 class Transform(Foreign):
@@ -73,8 +76,10 @@ class Metadata(Foreign):
 class CityFile(Foreign):
     transform: Transform = Transform(scale=(1.0, 1.0, 1.0), translate=(0.0, 0.0, 0.0))
     """Version 1.0 need not have it."""
-    CityObjects: dict[str, CityObject]
-    vertices: list[tuple[float, float, float]]
+    CityObjects: dict[str, Any]
+    """Each a CityObject: parsed one by one, since there may be millions."""
+    vertices: list[Any]
+    """Each three numbers."""
     metadata: Metadata = Metadata()
 
 
@@ -96,14 +101,14 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
             f"coordinates are in {place.unit}s of no plane (CRS {place.name}); valid: a projected "
             "reference system, in metres or feet",
         )
-    vertices = np.array(city.vertices, dtype=np.float64).reshape(-1, 3)
+    vertices = _numbers_of(path, city.vertices)
     with np.errstate(over="ignore", invalid="ignore"):
         vertices = vertices * city.transform.scale + city.transform.translate
     vertices *= [place.across_m, place.across_m, place.up_m or place.across_m]
     _check_vertices(path, vertices)
     features: list[MapFeature] = []
     counts: dict[str, int] = {}
-    for name, part in city.CityObjects.items():
+    for name, part in each_parsed(str(path), "CityObjects", city.CityObjects, CityObject):
         if part.type in GROUND_TYPES:
             reason = f"{part.type}: ground"
         else:
@@ -121,6 +126,29 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
         counts=counts,
         notes=_notes(place),
     )
+
+
+def _numbers_of(path: Path, vertices: list[Any]) -> FloatArray:
+    """[n, 3] as they are stored; InputError naming the first that is not three numbers."""
+    try:
+        numbers = np.array(vertices, dtype=np.float64)
+    except (ValueError, TypeError, OverflowError):
+        numbers = np.zeros(0)
+    if numbers.shape == (len(vertices), 3) or not vertices:
+        return numbers.reshape(-1, 3)
+    number = next((n for n, one in enumerate(vertices) if not _is_vertex(one)), 0)
+    raise InputError(
+        str(path),
+        f"vertices[{number}]: three numbers are needed, got {str(vertices[number])[:60]}",
+    )
+
+
+def _is_vertex(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _notes(place: Projection) -> tuple[str, ...]:
@@ -162,7 +190,10 @@ def _features(
     fine = [geometry for geometry in geometries if geometry.lod <= FINEST_LOD]
     chosen = max(fine, key=lambda one: one.lod) if fine else geometries[0]
     try:
-        faces = [vertices[face] for face in _faces(chosen.boundaries, len(vertices))]
+        rings = list(islice(_faces(chosen.boundaries, len(vertices)), MOST_SURFACES + 1))
+        if len(rings) > MOST_SURFACES:
+            raise ValueError(f"more than {MOST_SURFACES:,} surfaces; valid: several objects")
+        faces = [vertices[face] for face in rings]
     except ValueError as cause:
         raise InputError(str(path), f"CityObjects.{name}: {cause}") from cause
     if not faces:

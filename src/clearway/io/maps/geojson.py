@@ -11,7 +11,7 @@ from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.io.foreign import Foreign, position_of, rings_of
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap, Polygon
-from clearway.io.toml import parse_model
+from clearway.io.toml import TOLD, each_parsed, parse_model
 
 HEIGHT = ("height_m", "height", "measuredHeight", "building:height")
 BASE = ("min_height_m", "min_height", "base_m")
@@ -48,7 +48,8 @@ class NamedCrs(Foreign):
 
 
 class Collection(Foreign):
-    features: tuple[Feature, ...]
+    features: list[Any]
+    """Each a Feature: parsed one by one, since there may be millions."""
     crs: NamedCrs | None = None
     """Of files older than RFC 7946; since then all are in WGS 84."""
 
@@ -67,13 +68,15 @@ def read_geojson(path: Path, data: Mapping[str, Any], radius_m: float) -> Parsed
     features: list[MapFeature] = []
     counts: dict[str, int] = {}
     problems: list[str] = []
-    for number, part in enumerate(collection.features):
+    for number, part in each_parsed(str(path), "features", collection.features, Feature):
         properties = part.properties or {}
         try:
             span = _span(properties)
             outlines, skipped = _outlines(part.geometry, properties, radius_m)
         except ValueError as cause:
             problems.append(f"features[{number}]: {cause}")
+            if len(problems) == TOLD:
+                break
             continue
         reason = skipped if isinstance(span, tuple) else span
         if reason:

@@ -22,7 +22,7 @@ from clearway.io.maps.map_features import (
     Polygon,
     ZoneFeature,
 )
-from clearway.io.toml import parse_model
+from clearway.io.toml import TOLD, each_parsed
 
 UNLIMITED = 99_999.0
 """Written for no upper limit, in either unit."""
@@ -92,10 +92,6 @@ class Ed318Feature(Foreign):
     properties: Properties
 
 
-class Ed318(Foreign):
-    features: tuple[Ed318Feature, ...]
-
-
 def is_ed318(data: Mapping[str, Any]) -> bool:
     """Whether a GeoJSON object has features with a layer of heights."""
     features = data.get("features")
@@ -114,13 +110,15 @@ def _has_layer(geometry: object) -> bool:
 def read_ed318(path: Path, data: Mapping[str, Any]) -> ParsedMap:
     """Zones of an ED-318 file with limits and times; InputError with every zone that has none."""
     zones, problems = [], []
-    for number, part in enumerate(parse_model(str(path), data, Ed318).features):
+    for number, part in each_parsed(str(path), "features", data.get("features"), Ed318Feature):
         properties = part.properties
         try:
             features = _layers(part.geometry, _name(properties))
             periods = periods_of(properties.limitedApplicability)
         except ValueError as cause:
             problems.append(f"features[{number}] ({properties.identifier}): {cause}")
+            if len(problems) == TOLD:
+                break
             continue
         zones.append(
             ZoneFeature(

@@ -16,7 +16,7 @@ from clearway.io.maps.geozones import (
     radius_of,
 )
 from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap, Polygon, ZoneFeature
-from clearway.io.toml import parse_model
+from clearway.io.toml import TOLD, each_parsed
 
 
 class Ed269Projection(Foreign):
@@ -45,10 +45,6 @@ class OldZone(Foreign):
     geometry: tuple[Volume, ...]
 
 
-class Ed269(Foreign):
-    UASZoneList: tuple[OldZone, ...]
-
-
 def is_ed269(data: Mapping[str, Any]) -> bool:
     """Whether an object has zones of ED-269: a list of them, or features that are no GeoJSON."""
     features = data.get("features")
@@ -60,20 +56,22 @@ def is_ed269(data: Mapping[str, Any]) -> bool:
 
 def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
     """Zones of an ED-269 file with limits and times; InputError with every zone that has none."""
-    zones, problems = [], []
+    zones, problems, round_in_feet = [], [], False
     key = "UASZoneList" if "UASZoneList" in data else "features"
-    listed = parse_model(str(path), {"UASZoneList": data[key]}, Ed269).UASZoneList
-    for number, part in enumerate(listed):
+    for number, part in each_parsed(str(path), key, data[key], OldZone):
         name = part.name or part.identifier
+        round_in_feet = round_in_feet or any(map(_is_round_in_feet, part.geometry))
         try:
             features = tuple(_volume(volume, name) for volume in part.geometry)
             periods = periods_of(part.applicability)
         except ValueError as cause:
             problems.append(f"{key}[{number}] ({part.identifier}): {cause}")
+            if len(problems) == TOLD:
+                break
             continue
         zones.append(ZoneFeature(part.identifier, name, part.restriction, periods, features))
     notes: tuple[str, ...] = ()
-    if any(_is_round_in_feet(volume) for part in listed for volume in part.geometry):
+    if round_in_feet:
         notes = ("radii are taken in metres, also of zones whose limits are in feet",)
     return parsed_zones(path, "ED-269 zones", zones, problems, notes)
 

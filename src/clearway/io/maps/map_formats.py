@@ -30,20 +30,48 @@ class JsonFormat(NamedTuple):
     recognises: Callable[[Mapping[str, Any]], bool]
     read: Callable[[Path, dict[str, Any], float], ParsedMap]
     """Path, the object in it, and the radius of mere points."""
+    file: str
+    """For tables; so the next two."""
+    holds: str
+    stands: str
 
 
+ZONES = (
+    "zones of the airspace, their limits of height, their times",
+    "keep-out volumes: on the map, but not there to be seen",
+)
 JSON_FORMATS = (
     JsonFormat(
         "CityJSON",
         lambda data: data.get("type") == "CityJSON",
         lambda path, data, _radius_m: read_cityjson(path, data),
+        "`.json` CityJSON 1.0 to 2.0, `.jsonl` sequences",
+        "whatever stands more than 1 m above its lowest point; roads, water and land are left out, "
+        "and so are points, lines and instances of templates",
+        "solid from the lowest point to its surfaces, in steps of at most 2 m of height",
     ),
-    JsonFormat("ED-269 zones", is_ed269, lambda path, data, _radius_m: read_ed269(path, data)),
-    JsonFormat("ED-318 zones", is_ed318, lambda path, data, _radius_m: read_ed318(path, data)),
+    JsonFormat(
+        "ED-269 zones",
+        is_ed269,
+        lambda path, data, _radius_m: read_ed269(path, data),
+        "`.json` ED-269",
+        *ZONES,
+    ),
+    JsonFormat(
+        "ED-318 zones",
+        is_ed318,
+        lambda path, data, _radius_m: read_ed318(path, data),
+        "`.json` ED-318",
+        *ZONES,
+    ),
     JsonFormat(
         "GeoJSON features",
         lambda data: data.get("type") in ("FeatureCollection", "Feature"),
         read_geojson,
+        "GeoJSON (`.json`, `.geojson`), features one a line in `.geojsonl`, `.ndjson`",
+        "polygons and points with `height` (from `min_height` up, above ground) or `top_m` (above "
+        "sea level, from `ground_m` up), in metres or with a unit (`40 ft`, `40'6\"`)",
+        "as solids; lines and what has no height are left out",
     ),
 )
 """In the order in which they are tried."""
@@ -73,19 +101,50 @@ class MapFormat(NamedTuple):
     name: str
     suffixes: tuple[str, ...]
     read: Callable[[Path, float], ParsedMap]
+    file: str = ""
+    """For tables; so the next two. Empty where a row tells more than one kind."""
+    holds: str = ""
+    stands: str = ""
 
 
 FORMATS = (
-    MapFormat("tables of obstacles, of the FAA too", (".csv", ".tsv"), read_obstacle_table),
-    MapFormat("digital obstacle file of the FAA", (".dat",), read_faa_obstacles),
+    MapFormat(
+        "tables of obstacles, of the FAA too",
+        (".csv", ".tsv"),
+        read_obstacle_table,
+        "`.csv`, `.tsv`",
+        "columns `lat`, `lon`, and `h` or `height` (above ground) or `z` or `top` (above sea "
+        "level); `gnd_elev`, `radius`, `name` if there; metres, or feet where a column's name says "
+        "so (`agl_ft`, `Height (ft)`); between semicolons or tabs commas may be decimal signs",
+        "a square pillar around every point, 20 m to each side where no radius is given "
+        "(`--radius`, `point_radius_m`)",
+    ),
+    MapFormat(
+        "digital obstacle file of the FAA",
+        (".dat",),
+        read_faa_obstacles,
+        "`.dat`, `.csv`",
+        "digital obstacle file of the FAA, 128 columns a record, or its table with `LATDEC` and "
+        "`AMSL`",
+        "likewise, grown by the horizontal and vertical accuracy that the record states; "
+        "dismantled obstacles are left out",
+    ),
     MapFormat(
         in_words([one.name for one in JSON_FORMATS]),
         (".json", ".geojson", *SEQUENCES),
         _read_json,
     ),
-    MapFormat("terrain (GeoTIFF)", (".tif", ".tiff"), _read_terrain),
+    MapFormat(
+        "terrain (GeoTIFF)",
+        (".tif", ".tiff"),
+        _read_terrain,
+        "`.tif`, `.tiff`",
+        "a terrain raster of one band with a reference system; heights in the unit that the band "
+        "or the vertical system states; what lies outside -500 to 9000 m is no data",
+        "a floor of at most 4,000 blocks that is never below the terrain",
+    ),
 )
-"""Add a format here; docs/maps.md tells more of each."""
+"""Add a format here: help, messages and the table of docs/maps.md are made from it."""
 READERS: Mapping[str, Callable[[Path, float], ParsedMap]] = {
     suffix: one.read for one in FORMATS for suffix in one.suffixes
 }

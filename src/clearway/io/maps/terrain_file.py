@@ -17,6 +17,10 @@ from clearway.io.maps.plausible import HIGHEST_M, LOWEST_M
 from clearway.io.maps.terrain import Terrain
 
 MOST_SAMPLES = 50_000_000
+MOST_BLOCK_BYTES = 100_000_000
+"""Of a strip or tile, which is unpacked as a whole."""
+CACHE_MB = 64
+"""Of the library, which else takes a share of the machine."""
 METRES = {
     "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01,
     "ft": FOOT_M, "foot": FOOT_M, "feet": FOOT_M, "international foot": FOOT_M,
@@ -75,7 +79,11 @@ def _read(path: Path) -> Raster:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)  # refused by its transform
-            with rasterio.open(path) as raster:
+            # No other driver: some of them read what lies elsewhere.
+            with (
+                rasterio.Env(GDAL_CACHEMAX=CACHE_MB),
+                rasterio.open(path, driver="GTiff") as raster,
+            ):
                 return _raster(path, raster)
     except (RasterioError, ValueError, IndexError, MemoryError) as cause:
         if isinstance(cause, InputError):
@@ -88,9 +96,12 @@ def _read(path: Path) -> Raster:
 
 def _raster(path: Path, raster: Any) -> Raster:
     _check_size(path, raster)
-    heights = raster.read(1, masked=True).astype(np.float64).filled(np.nan)
+    # Large: each step works on the one array.
+    heights: FloatArray = raster.read(1, out_dtype=np.float64)
+    heights[raster.read_masks(1) == 0] = np.nan
     with np.errstate(over="ignore", invalid="ignore"):
-        heights = heights * raster.scales[0] + raster.offsets[0]
+        heights *= raster.scales[0]
+        heights += raster.offsets[0]
     return Raster(raster.transform, raster.crs, heights, (raster.units[0] or "").strip())
 
 
@@ -106,6 +117,16 @@ def _check_size(path: Path, raster: Any) -> None:
             str(path),
             f"{raster.width} x {raster.height} samples; at most {MOST_SAMPLES:,} are taken: cut "
             "the area out that is flown in (`gdal_translate -projwin`)",
+        )
+    kind = np.dtype(raster.dtypes[0])
+    if kind.kind not in "iuf":
+        raise InputError(str(path), f"samples of type {kind}; valid: whole or real numbers")
+    block_bytes = int(np.prod(raster.block_shapes[0])) * kind.itemsize
+    if block_bytes > MOST_BLOCK_BYTES:
+        raise InputError(
+            str(path),
+            f"stored in pieces of {block_bytes:,} bytes; at most {MOST_BLOCK_BYTES:,} are taken: "
+            "store it in tiles (`gdal_translate -co TILED=YES`)",
         )
 
 
@@ -129,7 +150,7 @@ def _unit(path: Path, stated: str, place: Projection) -> tuple[float, tuple[str,
 def _ground(path: Path, heights: FloatArray, metres: float) -> tuple[FloatArray, dict[str, int]]:
     """Heights in metres, NaN where there is no ground; and how many of these there are, by why."""
     with np.errstate(over="ignore", invalid="ignore"):
-        heights = heights * metres
+        heights *= metres
     empty = ~np.isfinite(heights)
     with np.errstate(invalid="ignore"):
         beyond = ~empty & ~((heights >= LOWEST_M) & (heights <= HIGHEST_M))
@@ -150,12 +171,22 @@ def _terrain(path: Path, raster: Raster, place: Projection, heights: FloatArray)
     affine = raster.affine
     x = affine.c + affine.a * (np.arange(heights.shape[1]) + 0.5)
     y = affine.f + affine.e * (np.arange(heights.shape[0]) + 0.5)
-    flip = np.s_[:: (1 if affine.e > 0 else -1), :: (1 if affine.a > 0 else -1)]
+    if affine.e < 0:
+        _turned_over(heights)
+    if affine.a < 0:
+        _turned_over(heights.T)
     return Terrain(
-        np.ascontiguousarray(heights[flip]),
+        heights,
         np.sort(x),
         np.sort(y),
         place,
         Transformer.from_crs("EPSG:4326", raster.crs.to_wkt(), always_xy=True),
         path.name,
     )
+
+
+def _turned_over(rows: FloatArray) -> None:
+    """The last row first, in place: a copy would be as large again."""
+    last = len(rows) - 1
+    for n in range(len(rows) // 2):
+        rows[[n, last - n]] = rows[[last - n, n]]

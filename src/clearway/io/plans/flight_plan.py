@@ -30,6 +30,8 @@ TURN_RAD = np.radians(15.0)
 REACH_SHARE = 0.4
 """The reach radius as a share of the turning radius."""
 FENCE_DEPTH_M, FENCE_HEIGHT_M, WALL_M = 500.0, 5_000.0, 1.0
+MOST_ITEMS = 20_000
+"""Of a plan; autopilots hold a few thousand."""
 
 
 class Fence(NamedTuple):
@@ -90,6 +92,11 @@ def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
     start, goals, landing = _points(plan)
     if not goals:
         raise InputError(plan.source, "no waypoint in it")
+    if len(plan.items) > MOST_ITEMS:
+        raise InputError(
+            plan.source,
+            f"{len(plan.items)} items; at most {MOST_ITEMS:,} are taken: fly it in parts",
+        )
     radius = tables["mission"]["reach_radius_m"]
     _check_distance(plan, goals)
     waypoints = _apart(goals, radius, counts)

@@ -12,7 +12,7 @@ from clearway.io.foreign import Foreign, read_json, rings_of
 from clearway.io.maps.map_features import Disc, Geodetic, Polygon
 from clearway.io.plans.flight_plan import Fence, FlightPlan
 from clearway.io.plans.plan_items import CHANGE_SPEED, FRAMES, ItemsRead, Position, geodetic_of
-from clearway.io.toml import parse_model
+from clearway.io.toml import parse_model, refuse_many
 
 FIXED_WING = 1
 LAND = 21
@@ -78,7 +78,9 @@ class QgcPlan(Foreign):
 
 def read_plan(path: Path) -> FlightPlan:
     """The plan in a file; InputError with everything in it that cannot be used."""
-    plan = parse_model(str(path), read_json(path), QgcPlan)
+    data = read_json(path)
+    refuse_many(str(path), data, "what a ground station saves")
+    plan = parse_model(str(path), data, QgcPlan)
     mission, items = plan.mission, ItemsRead()
     speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
     for place, entry in _simple("mission.items", mission.items, items.left_out):

@@ -22,6 +22,26 @@ from clearway.sensors import Mounting
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+
+
+class PoseSource(NamedTuple):
+    """Where a recording says the vehicle's place, for tables."""
+
+    holds: str
+    option: str
+
+
+SOURCES = (
+    PoseSource(
+        "a bag's `nav_msgs/Odometry`, `PoseStamped` or `PoseWithCovarianceStamped`",
+        "the first one found, or `--poses /topic`",
+    ),
+    PoseSource(
+        "a bag's transforms (`/tf`, `/tf_static`), from `base_link`, else the sensor, up to the "
+        "root",
+        "without any of these topics",
+    ),
+)
 BODIES = ("base_link", "base_footprint")
 """Frames of the vehicle by ROS's custom."""
 UNMEASURED = 1e4

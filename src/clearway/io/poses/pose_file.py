@@ -30,8 +30,37 @@ class Poses(NamedTuple):
     notes: tuple[str, ...]
 
 
-FORMATS = ("table", "TUM", "KITTI", "ULog")
-"""Told by suffix, header, or the number of values a line; see `read_poses`."""
+class PoseFormat(NamedTuple):
+    """A kind of files of poses, told by suffix, header, or the number of values a line."""
+
+    name: str
+    holds: str
+    """For tables; so the next two."""
+    example: str
+    needs: str = ""
+
+
+FORMATS = (
+    PoseFormat(
+        "table",
+        "table: time, x, y, z, roll, pitch, yaw in seconds, metres, degrees, pitch nose down",
+        "way.csv",
+    ),
+    PoseFormat("TUM", "TUM: time, x, y, z, qx, qy, qz, qw", "way.txt"),
+    PoseFormat(
+        "KITTI",
+        "KITTI: 12 numbers a scan, of a camera; `Tr` of a `calib.txt` beside it says where the "
+        "LiDAR is",
+        "poses.txt",
+    ),
+    PoseFormat(
+        "ULog",
+        "ULog of PX4: local position and attitude, in UTC where GPS told it",
+        "log.ulg",
+        "`[ulog]`",
+    ),
+)
+"""Add a kind here: help and the table of docs/scans.md are made from it."""
 KITTI = 12
 """Values a line."""
 SHAPE_OF = {KITTI: None, 8: TUM, 7: TABLE}

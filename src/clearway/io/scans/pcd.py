@@ -15,6 +15,9 @@ from clearway.io.scans.pointcloud import PointCloud
 LEVEL_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 LARGEST_RATIO = 100
 """LZF packs no more than 264 bytes into 3."""
+MOST_BYTES, MOST_OF_PACKED = 64_000_000, 6
+"""Unpacked, of a small file and for each byte of a larger one: real returns pack to a half or so,
+and points take several times as much memory."""
 TOLD_LINES = 5
 
 
@@ -112,6 +115,11 @@ def _compressed(source: str, header: PcdHeader, content: bytes) -> Read:
             source,
             f"damaged: {header.points} points of {header.point_bytes} bytes need {needed} bytes, "
             f"the data are to unpack {packed} to {unpacked}",
+        )
+    most = max(MOST_BYTES, MOST_OF_PACKED * packed)
+    if unpacked > most:
+        raise InputError(
+            source, f"{packed} bytes are to unpack to {unpacked}; at most {most:,} are taken"
         )
     try:
         planes = lzf.decompress(content[8 : 8 + packed], unpacked)

@@ -7,8 +7,9 @@ can list the formats at no cost.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from clearway.base.errors import InputError, naming
 from clearway.io.what_file import reader_of
@@ -41,46 +42,16 @@ class ScanFormat(NamedTuple):
     """Beside the suffix."""
 
 
-def _pcd(path: Path) -> PointCloud:
-    from clearway.io.scans.pcd import read_pcd
+def _reader(module: str, name: str) -> Callable[..., Any]:
+    """A function of a module beside this one, imported when it is called."""
 
-    return read_pcd(path)
+    def read(*given: Any) -> Any:
+        return getattr(import_module(f"clearway.io.scans.{module}"), name)(*given)
 
-
-def _ply(path: Path) -> PointCloud:
-    from clearway.io.scans.ply import read_ply
-
-    return read_ply(path)
+    return read
 
 
-def _las(path: Path) -> PointCloud:
-    from clearway.io.scans.las import read_las
-
-    return read_las(path)
-
-
-def _table(path: Path) -> PointCloud:
-    from clearway.io.scans.point_table import read_point_table
-
-    return read_point_table(path)
-
-
-def _npy(path: Path) -> PointCloud:
-    from clearway.io.scans.point_table import read_npy
-
-    return read_npy(path)
-
-
-def _bin(path: Path) -> PointCloud:
-    from clearway.io.scans.kitti import read_bin
-
-    return read_bin(path)
-
-
-def _bag(path: Path, topic: str | None, poses: str | None) -> ScanSequence:
-    from clearway.io.scans.bag_scans import bag_scans
-
-    return bag_scans(path, topic, poses)
+_BAG = _reader("bag_scans", "bag_scans")
 
 
 def _packets(path: Path, _topic: str | None, _poses: str | None) -> ScanSequence:
@@ -94,19 +65,34 @@ FORMATS = (
         "PCD 0.5 to 0.7: ascii, binary, compressed",
         (".pcd",),
         (b"# .PCD", b"VERSION"),
-        _pcd,
+        _reader("pcd", "read_pcd"),
         needs="compressed: `[lidar]`",
     ),
-    ScanFormat("PLY: ascii, binary of either byte order", (".ply",), (b"ply\n", b"ply\r"), _ply),
-    ScanFormat("LAS, LAZ", (".las", ".laz"), (b"LASF",), _las, needs="`[lidar]`"),
-    ScanFormat("tables of points", (".csv", ".xyz", ".txt"), cloud=_table),
-    ScanFormat("NumPy arrays", (".npy",), (b"\x93NUMPY",), _npy),
-    ScanFormat("KITTI (x, y, z, intensity as float32), nuScenes", (".bin",), cloud=_bin),
+    ScanFormat(
+        "PLY: ascii, binary of either byte order",
+        (".ply",),
+        (b"ply\n", b"ply\r"),
+        _reader("ply", "read_ply"),
+    ),
+    ScanFormat(
+        "LAS, LAZ", (".las", ".laz"), (b"LASF",), _reader("las", "read_las"), needs="`[lidar]`"
+    ),
+    ScanFormat(
+        "tables of points",
+        (".csv", ".xyz", ".txt"),
+        cloud=_reader("point_table", "read_point_table"),
+    ),
+    ScanFormat("NumPy arrays", (".npy",), (b"\x93NUMPY",), _reader("point_table", "read_npy")),
+    ScanFormat(
+        "KITTI (x, y, z, intensity as float32), nuScenes",
+        (".bin",),
+        cloud=_reader("kitti", "read_bin"),
+    ),
     ScanFormat(
         "ROS 1 bag",
         (".bag",),
         (b"#ROSBAG",),
-        scans=_bag,
+        scans=_BAG,
         topics=True,
         beams="as of its topic",
         time="header stamp, else time of recording",
@@ -116,7 +102,7 @@ FORMATS = (
         "ROS 2 bag, its `metadata.yaml` of any version or lost",
         (".db3",),
         (b"SQLite format 3",),
-        scans=_bag,
+        scans=_BAG,
         topics=True,
         beams="as of its topic",
         time="header stamp, else time of recording",
@@ -127,7 +113,7 @@ FORMATS = (
         "MCAP of ROS 1 or ROS 2 messages",
         (".mcap",),
         (b"\x89MCAP",),
-        scans=_bag,
+        scans=_BAG,
         topics=True,
         beams="as of its topic",
         time="header stamp, else time of recording",

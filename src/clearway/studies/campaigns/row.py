@@ -1,9 +1,20 @@
-"""What is kept of a flight: one row, with all that is needed to fly it again."""
+"""What is kept of a flight: one row, with all that is needed to fly it again.
+
+A measure of campaigns is a field of `FlightRow` that says what it is of a run; whatever is written
+follows.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_type_hints
+
+import numpy as np
+
+from clearway.io.json_values import finite
+from clearway.sim import Run
 
 Outcome = Literal["safe", "margin lost", "crashed", "not reached", "refused", "failed"]
 """safe: reached, never nearer than the margin; not reached: in time, but with the margin kept;
@@ -11,6 +22,11 @@ refused: the mission cannot be flown; failed: the planner raised an error."""
 
 TIMINGS = ("decision_ms_p50", "decision_ms_p99", "wall_s", "cpu_s")
 """What differs from run to run."""
+
+
+def measured(of: Callable[[Run[Any]], Any], default: Any = None) -> Any:
+    """A field of a row that is computed of a run; default: where there was no flight."""
+    return field(default=default, metadata={"of": of})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,34 +53,36 @@ class FlightRow:
     outcome: Outcome
     why: str
     """Of a refusal or failure."""
-    reached: bool = False
-    crashed: bool = False
-    margin_kept: bool = False
-    margin_m: float | None = None
-    margin_violations: int = 0
+    reached: bool = measured(lambda run: run.reached, default=False)
+    crashed: bool = measured(lambda run: run.crashed_s is not None, default=False)
+    margin_kept: bool = measured(lambda run: run.metrics.margin_violations == 0, default=False)
+    margin_m: float | None = measured(lambda run: run.safety_margin_m)
+    margin_violations: int = measured(lambda run: run.metrics.margin_violations, 0)
     """Episodes below the margin."""
-    nearest_m: float | None = None
+    nearest_m: float | None = measured(lambda run: finite(float(run.nearest_surface_m.min())))
     """Smallest distance to any surface, of obstacles or of intruders."""
-    nearest_obstacle_m: float | None = None
-    nearest_intruder_m: float | None = None
+    nearest_obstacle_m: float | None = measured(
+        lambda run: finite(run.metrics.min_obstacle_distance_m)
+    )
+    nearest_intruder_m: float | None = measured(lambda run: _nearest_intruder_m(run))
     """Between centres."""
-    emergencies: int = 0
+    emergencies: int = measured(lambda run: run.emergencies, 0)
     """Decisions in which nothing kept the margin."""
-    waypoints_reached: int = 0
-    time_s: float | None = None
-    crashed_s: float | None = None
-    straight_m: float | None = None
+    waypoints_reached: int = measured(lambda run: run.progress.waypoints_reached(run.mission), 0)
+    time_s: float | None = measured(lambda run: run.metrics.time_s)
+    crashed_s: float | None = measured(lambda run: run.crashed_s)
+    straight_m: float | None = measured(lambda run: run.mission.straight_length_m)
     """Length of straight flight."""
-    path_m: float | None = None
-    climb_m: float | None = None
-    effort_m2ps3: float | None = None
-    tracking_mean_m: float | None = None
-    corrections: int = 0
-    decisions: int = 0
-    track_id: str = ""
+    path_m: float | None = measured(lambda run: run.metrics.path_length_m)
+    climb_m: float | None = measured(lambda run: run.metrics.climb_m)
+    effort_m2ps3: float | None = measured(lambda run: run.metrics.effort_m2ps3)
+    tracking_mean_m: float | None = measured(lambda run: float(run.metrics.tracking_m.mean()))
+    corrections: int = measured(lambda run: run.corrections, 0)
+    decisions: int = measured(lambda run: len(run.decisions), 0)
+    track_id: str = measured(lambda run: _track_id(run), "")
     """The same for the same track to the last bit."""
-    decision_ms_p50: float | None = None
-    decision_ms_p99: float | None = None
+    decision_ms_p50: float | None = measured(lambda run: _decision_ms(run, 50))
+    decision_ms_p99: float | None = measured(lambda run: _decision_ms(run, 99))
     wall_s: float = 0.0
     """Time that the flight took to compute."""
     cpu_s: float = 0.0
@@ -83,8 +101,41 @@ class FlightRow:
 
 COLUMNS: dict[str, Any] = get_type_hints(FlightRow)
 """Name and type of each, in order."""
+IDENTITY = tuple(f.name for f in fields(FlightRow) if "of" not in f.metadata)
+"""What a row says beside measures: which flight it is, how it ended, and what it cost."""
 
 
 def without_timings(row: FlightRow) -> dict[str, Any]:
     """What is equal for equal flights."""
     return {f.name: getattr(row, f.name) for f in fields(row) if f.name not in TIMINGS}
+
+
+def measures(run: Run[Any], row: type[FlightRow] = FlightRow) -> dict[str, Any]:
+    """The fields of a row that are computed of a run."""
+    return {f.name: f.metadata["of"](run) for f in fields(row) if "of" in f.metadata}
+
+
+def outcome_of(run: Run[Any]) -> Outcome:
+    """What came of a flight, in a word."""
+    if run.crashed_s is not None:
+        return "crashed"
+    if run.metrics.margin_violations:
+        return "margin lost"
+    return "safe" if run.reached else "not reached"
+
+
+def _nearest_intruder_m(run: Run[Any]) -> float | None:
+    traffic = run.metrics.intruders
+    return finite(traffic.min_distance_m) if traffic else None
+
+
+def _decision_ms(run: Run[Any], percentile: float) -> float | None:
+    elapsed_ms = 1e3 * np.array([entry.elapsed_s for entry in run.decisions])
+    return float(np.percentile(elapsed_ms, percentile)) if len(elapsed_ms) else None
+
+
+def _track_id(run: Run[Any]) -> str:
+    """The same for the same track to the last bit."""
+    digest = hashlib.sha256(np.ascontiguousarray(run.time_s).tobytes())
+    digest.update(np.ascontiguousarray(run.states).tobytes())
+    return digest.hexdigest()[:16]

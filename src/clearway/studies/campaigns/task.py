@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from dataclasses import dataclass
@@ -10,17 +9,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from clearway.base.errors import FlightRefusedError
 from clearway.base.version import __version__
-from clearway.io.json_values import finite
 from clearway.sim import Run
 from clearway.sim.baselines import PLANNERS, known_planner
 from clearway.sim.pilot import Steering
 from clearway.studies.campaigns.families import Case, make_case
 from clearway.studies.campaigns.file import Campaign
-from clearway.studies.campaigns.row import FlightRow, Outcome
+from clearway.studies.campaigns.row import FlightRow, Outcome, measures, outcome_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,45 +131,9 @@ def _case(family: str, seed: int, parameters: str, changes: str, folder: str) ->
 
 def row_of(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
     """What came of a flight; equal for equal flights, but for how long they took to compute."""
-    metrics, traffic = run.metrics, run.metrics.intruders
-    crashed = run.crashed_s is not None
-    elapsed_ms = 1e3 * np.array([entry.elapsed_s for entry in run.decisions])
     return FlightRow(
-        **_known(task),
-        outcome=_outcome(run),
-        why="",
-        reached=run.reached,
-        crashed=crashed,
-        margin_kept=metrics.margin_violations == 0,
-        margin_m=run.safety_margin_m,
-        margin_violations=metrics.margin_violations,
-        nearest_m=finite(float(run.nearest_surface_m.min())),
-        nearest_obstacle_m=finite(metrics.min_obstacle_distance_m),
-        nearest_intruder_m=finite(traffic.min_distance_m) if traffic else None,
-        emergencies=run.emergencies,
-        waypoints_reached=run.progress.waypoints_reached(run.mission),
-        time_s=metrics.time_s,
-        crashed_s=run.crashed_s,
-        straight_m=run.mission.straight_length_m,
-        path_m=metrics.path_length_m,
-        climb_m=metrics.climb_m,
-        effort_m2ps3=metrics.effort_m2ps3,
-        tracking_mean_m=float(metrics.tracking_m.mean()),
-        corrections=run.corrections,
-        decisions=len(run.decisions),
-        track_id=_track_id(run),
-        decision_ms_p50=float(np.percentile(elapsed_ms, 50)) if len(elapsed_ms) else None,
-        decision_ms_p99=float(np.percentile(elapsed_ms, 99)) if len(elapsed_ms) else None,
-        **spent._asdict(),
+        **_known(task), outcome=outcome_of(run), why="", **measures(run), **spent._asdict()
     )
-
-
-def _outcome(run: Run[Steering]) -> Outcome:
-    if run.crashed_s is not None:
-        return "crashed"
-    if run.metrics.margin_violations:
-        return "margin lost"
-    return "safe" if run.reached else "not reached"
 
 
 def _not_flown(task: Task, outcome: Outcome, why: str, spent: Spent) -> FlightRow:
@@ -195,10 +155,3 @@ def _known(task: Task) -> dict[str, Any]:
         "version": __version__,
         "replay": task.replay,
     }
-
-
-def _track_id(run: Run[Steering]) -> str:
-    """The same for the same track to the last bit."""
-    digest = hashlib.sha256(np.ascontiguousarray(run.time_s).tobytes())
-    digest.update(np.ascontiguousarray(run.states).tobytes())
-    return digest.hexdigest()[:16]

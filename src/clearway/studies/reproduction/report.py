@@ -6,20 +6,24 @@ from collections.abc import Mapping, Sequence
 from textwrap import fill
 from typing import Any
 
-from clearway.studies.reproduction.target import Exhibit, Measure, Target
+from clearway.studies.reproduction.target import (
+    NO_DIFFERENCE,
+    Exhibit,
+    Measure,
+    Target,
+    difference_words,
+)
 
 Made = Mapping[Target, Sequence[Exhibit]]
 """The exhibits of each target."""
 
-AS_CLAIMED = "None."
-ROUNDING = 1e-12
 
 HEAD = """\
 # What the paper shows, and what it shows here
 
 `{command} --docs FILE` wrote this page, and draws each figure into `clearway-out/reproduce`.
-*Reference* is an independent implementation, *paper* the printed value,
-and numbers agree within the tolerance of the computation. What the paper draws by hand is computed
+*Reference* is an independent implementation, *paper* the printed value, and each number has a
+tolerance of its own: what differs by more is set in bold. What the paper draws by hand is computed
 from a scene like it. The flights of 6.4 and 6.5 are the missions that ship with the package, with
 noise and drop-outs of the sensor. For figs. 6.2 to 6.13 the paper calls the
 five rows of cells layers, from 1 at the top to 5 at the bottom, and so do we; the top of its panels
@@ -50,7 +54,9 @@ def _exhibit_values(exhibit: Exhibit) -> dict[str, Any]:
         "title": exhibit.title,
         "claim": findings.claim,
         "ours": findings.ours,
-        "difference": findings.difference or None,
+        "difference": None
+        if findings.difference_told == NO_DIFFERENCE
+        else findings.difference_told,
         "picture": exhibit.picture,
         "measures": [
             {
@@ -58,6 +64,7 @@ def _exhibit_values(exhibit: Exhibit) -> dict[str, Any]:
                 "ours": measure.ours,
                 "expected": measure.expected,
                 "source": None if measure.expected is None else measure.source,
+                "tolerance": None if measure.expected is None else measure.tolerance,
                 "difference": measure.difference,
                 "agrees": measure.agrees,
             }
@@ -73,7 +80,7 @@ def as_text(made: Made) -> str:
         for exhibit in exhibits:
             lines = [f"{exhibit.label}: {exhibit.title}"]
             lines += [f"  {_columns(measure)}".rstrip() for measure in exhibit.findings.measures]
-            said = f"difference: {exhibit.findings.difference or AS_CLAIMED}"
+            said = f"difference: {exhibit.findings.difference_told}"
             lines.append(fill(said, 100, initial_indent="  ", subsequent_indent="    "))
             blocks.append("\n".join(lines))
     return "\n\n".join(blocks)
@@ -81,10 +88,10 @@ def as_text(made: Made) -> str:
 
 def _columns(measure: Measure) -> str:
     known = ""
-    if measure.expected is not None and measure.difference is not None:
-        close = abs(measure.difference) <= ROUNDING
-        difference = "0" if close else f"{measure.difference:+.{1 if measure.agrees else 4}g}"
-        known = f"{measure.source:<10}{measure.expected:<10.6g}{difference}"
+    if measure.expected is not None:
+        within = f"{'within' if measure.agrees else 'beyond'} {measure.tolerance:g}"
+        said = difference_words(measure) + ("" if measure.equal else f", {within}")
+        known = f"{measure.source:<10}{measure.expected:<10.6g}{said}"
     return f"{measure.name:<54}{measure.ours:>10.6g}   {known}"
 
 
@@ -104,21 +111,25 @@ def _section(exhibit: Exhibit) -> str:
         "",
         f"- Paper: {findings.claim}",
         f"- Here: {findings.ours}",
-        f"- Difference: {findings.difference or AS_CLAIMED}",
+        f"- Difference: {findings.difference_told}",
         "",
     ]
     if findings.measures:
-        lines += ["| | here | expected | difference |", "|---|---|---|---|"]
+        lines += ["| | here | expected | tolerance | difference |", "|---|---|---|---|---|"]
         lines += [_table_row(measure) for measure in findings.measures]
         lines.append("")
     return "\n".join(lines)
 
 
 def _table_row(measure: Measure) -> str:
-    """Differences within the tolerance are left out: their last digits vary between machines."""
-    expected = difference = ""
-    if measure.expected is not None and measure.difference is not None:
+    expected = tolerance = ""
+    if measure.expected is not None:
         expected = f"{measure.expected:.6g} ({measure.source})"
-        difference = "none" if measure.agrees else f"{measure.difference:+.4g}"
+        tolerance = f"{measure.tolerance:g}"
+    difference = difference_words(measure)
+    if measure.agrees is False:
+        difference = f"**{difference}**"
     digits = 4 if measure.expected is None and measure.ours % 1.0 else 6
-    return f"| {measure.name} | {measure.ours:.{digits}g} | {expected} | {difference} |"
+    return (
+        f"| {measure.name} | {measure.ours:.{digits}g} | {expected} | {tolerance} | {difference} |"
+    )

@@ -38,7 +38,8 @@ PRINTED: Mapping[str, Mapping[str, tuple[float, ...]]] = {
 TRUNCATED = 0.01
 """The tables cut off after two decimals."""
 WRONG = {
-    "4.1": "Only the pitch of Down: 15 degrees are 0.26 rad, not 0.2.",
+    "4.1": "The pitch of Down: 15 degrees are 0.26 rad, not 0.2. All else lies within the two "
+    "decimals after which the table is cut off; x of the turns is 0.9886, not 0.98.",
     "4.2": "All x: an arc of 1 m that turns by 15 degrees twice ends 0.977 m ahead; 0.76 cannot "
     "be. The y of Down-Left and Down-Right is swapped, and the sign of all four pitches, for "
     "which table 4.1 has down as positive.",
@@ -173,7 +174,7 @@ def intruder_table() -> tuple[Exhibit, ...]:
                 "vehicle and fly across its course.",
                 ours=f"They are flown as printed, from the nominal straight flight; it passes all "
                 f"of them at {float(nearest.min()):.2f} to {float(nearest.max()):.2f} m.",
-                difference="None of them is a collision course, whose margin is 1.2 m. The table "
+                difference="Not one is a collision course, whose margin is 1.2 m. The table "
                 "places them in the vehicle's own frame, so that every planner would meet others; "
                 "here they appear ahead of the straight flight.",
                 measures=tuple(measures),

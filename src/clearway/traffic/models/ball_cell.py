@@ -28,6 +28,9 @@ from clearway.traffic.models.borders import (
 RADIUS, RADIAL_WEIGHT = range(2)
 COSINE, SINE, WEIGHT = range(3)
 HALF_RANGE, HALF_AZIMUTH, HALF_ELEVATION, BOUND_M = range(4)
+TINY = 1e-300
+LEAST_SLIM = 1e-18
+"""Square of the least width of a box across, as a share of its greatest: none is flat."""
 
 
 class CellParts(NamedTuple):
@@ -173,7 +176,7 @@ def filled_share(
             forward = cos_e * (cos_a * ux + sin_a * uy) + sin_e * uz
             for b in range(count_r):
                 r = parts.radial[RADIUS, count_r, i, b]
-                distance = np.sqrt(max(1e-30, square + r * (r - 2.0 * along)))
+                distance = np.sqrt(max(TINY, square + r * (r - 2.0 * along)))
                 depth = reach - distance
                 if depth <= -half:
                     continue
@@ -203,7 +206,7 @@ def _cut_box(depth: float, a: float, b: float, c: float) -> tuple[float, float]:
     two are taken for one of the same spread.
     """
     wide = max(a, b, c)
-    slim = np.sqrt(max(1e-18, a * a + b * b + c * c - wide * wide))
+    slim = np.sqrt(max(LEAST_SLIM * wide * wide, a * a + b * b + c * c - wide * wide))
     if slim > wide:
         wide, slim = slim, wide
     beyond = wide + slim - abs(depth)

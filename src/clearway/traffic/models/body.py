@@ -32,8 +32,8 @@ PARTS = {"fast": 24, "fine": 400, "reference": 20_000}
 FAST_PARTS_IN_ALL = 8_000
 """Grids of few, large cells cut each into more parts."""
 
-POINT_M = 1e-6
-"""A body smaller than this is a point: its contact is its line's."""
+POINT = 1e-7
+"""A body smaller than this, in ranges of the grid, is a point: its contact is its line's."""
 
 GRAZED = 0.1
 """Cells filled less than this are looked at more than once along the way."""
@@ -69,7 +69,7 @@ def body_cells(
     of a body without radius is 0.
     """
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders)
+    position, velocity = motions(intruders, grid.range_m)
     parts = max(PARTS[accuracy], min(10 * PARTS["fast"], FAST_PARTS_IN_ALL // grid.cells))
     _bodies(
         position,
@@ -98,8 +98,9 @@ def _bodies(
     arrays: ModelArrays,
 ) -> None:
     pieces = scratch(borders)
+    point = POINT * edges.range_m[-1]
     for n in range(len(position)):
-        if radius[n] < POINT_M:
+        if radius[n] < point:
             follow_line(n, position[n], velocity[n], borders, edges, pieces, arrays)
             arrays.probability[n] = 0.0
             continue

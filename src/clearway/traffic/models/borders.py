@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid
+from clearway.base.grid import BORDER_TOLERANCE, RANGE_TOLERANCE, AvoidanceGrid
 from clearway.base.state import IntArray
 
 # Rows of `Borders.table` and of `times` and `places` of the pieces: compiled functions pass a few
@@ -29,6 +29,8 @@ class Borders(NamedTuple):
     rows: int
     full_circle: bool
     """The first and the last azimuth edge are the same half-plane."""
+    tolerance_m: float
+    """Pieces shorter and touches shallower than this do not count."""
 
 
 class TraversalPieces(NamedTuple):
@@ -53,7 +55,8 @@ def borders_of(grid: AvoidanceGrid) -> Borders:
     table[ELEVATION_COS] = np.maximum(0.0, np.cos(table[ELEVATION]))
     table[ELEVATION_SIN] = np.sin(table[ELEVATION])
     span = grid.azimuth_edges_rad[-1] - grid.azimuth_edges_rad[0]
-    return Borders(table, *grid.shape, bool(span > 2.0 * np.pi - BORDER_TOLERANCE))
+    full_circle = bool(span > 2.0 * np.pi - BORDER_TOLERANCE)
+    return Borders(table, *grid.shape, full_circle, RANGE_TOLERANCE * grid.range_m)
 
 
 @compiled

@@ -15,7 +15,8 @@ from clearway.traffic.intruder import Intruder
 Accuracy = Literal["fast", "fine", "reference"]
 """Fast in flight, fine where a moment is looked at, or a slow reference that both are held to."""
 
-STANDING_MPS = 1e-9
+STANDING = 1e-10
+"""Ranges of the grid a second; what is slower stands still."""
 
 
 class ModelArrays(NamedTuple):
@@ -74,15 +75,15 @@ def empty_arrays(intruders: int, cells: int) -> ModelArrays:
     )
 
 
-def motions(intruders: Sequence[Intruder]) -> tuple[FloatArray, FloatArray]:
+def motions(intruders: Sequence[Intruder], range_m: float) -> tuple[FloatArray, FloatArray]:
     """Positions [n, 3] and velocities [n, 3] of intruders, as compiled loops take them.
 
-    One that is slower than a nanometre a second stands still.
+    One that takes ages to pass a grid of such a range stands still.
     """
     position = np.empty((len(intruders), 3))
     velocity = np.empty((len(intruders), 3))
     for n, intruder in enumerate(intruders):
         position[n] = intruder.position_m
         velocity[n] = intruder.velocity_mps
-    velocity[np.linalg.norm(velocity, axis=1) < STANDING_MPS] = 0.0
+    velocity[np.linalg.norm(velocity, axis=1) < STANDING * range_m] = 0.0
     return position, velocity

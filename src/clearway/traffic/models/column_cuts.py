@@ -33,7 +33,7 @@ def column_cuts(
     cx, cy, _ = closest
     ux, uy, _ = direction
     moment = cx * uy - cy * ux
-    if moment * moment <= BORDER_TOLERANCE**2 * (ux * ux + uy * uy):
+    if moment * moment <= borders.tolerance_m**2 * (ux * ux + uy * uy):
         return _cuts_through_axis(closest, direction, start, end, borders, out)
     columns = borders.columns
     left = moment > 0.0

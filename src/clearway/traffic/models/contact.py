@@ -8,15 +8,11 @@ import numpy as np
 
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.grid import BORDER_TOLERANCE
 from clearway.traffic.models.ball_cell import cell_distance
 from clearway.traffic.models.borders import Borders
 
 SAMPLES = 8
 """Steps in which a ball passes near a cell."""
-
-ROOT_M = 1e-9
-"""Accuracy of the lengths of entry and leave."""
 
 STEPS_BETWEEN = 64
 """Contacts shorter than one of so many parts of a sample's step may be missed."""
@@ -56,7 +52,7 @@ def _gap(ball: Ball, s: float, place: tuple[int, int, int], borders: Borders) ->
     """
     x, y, z = ball.x + s * ball.ux, ball.y + s * ball.uy, ball.z + s * ball.uz
     i, j, k = place
-    return cell_distance(x, y, z, i, j, k, borders) - ball.radius + BORDER_TOLERANCE
+    return cell_distance(x, y, z, i, j, k, borders) - ball.radius + borders.tolerance_m
 
 
 @compiled
@@ -113,7 +109,7 @@ def _root(
             a, gap_a = b, gap_b
         else:
             gap_a *= 0.5
-        if abs(c - b) <= ROOT_M:
+        if abs(c - b) <= borders.tolerance_m:
             return c
         b, gap_b = c, gap_c
     return b

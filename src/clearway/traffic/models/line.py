@@ -31,7 +31,7 @@ def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells
     position from 0 to infinity.
     """
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders)
+    position, velocity = motions(intruders, grid.range_m)
     _lines(position, velocity, borders_of(grid), grid.edges, arrays)
     return ModelCells(*arrays)
 

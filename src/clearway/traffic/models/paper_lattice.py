@@ -36,7 +36,7 @@ def lattice_cells(
     if points_per_m < 1:
         raise ClearwayError(f"points_per_m: at least 1 is needed, got {points_per_m!r}")
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders)
+    position, velocity = motions(intruders, grid.range_m)
     if vehicle_times is None:
         entry, leave = np.full(grid.cells, np.inf), np.full(grid.cells, -np.inf)
     else:

@@ -38,7 +38,7 @@ def row_cuts(
     uz = direction[2]
     out.times[ROW_CUT, 0] = start
     distance = np.sqrt(distance2)
-    if distance <= BORDER_TOLERANCE:
+    if distance <= borders.tolerance_m:
         return _cuts_through_origin(uz, start, end, borders, out)
     cz = closest[2] / distance
     top = np.sqrt(cz * cz + uz * uz)

@@ -96,7 +96,7 @@ def spread_cells(
     """
     arrays = empty_arrays(len(intruders), grid.cells)
     meeting = np.zeros((len(intruders), grid.cells))
-    position, velocity = motions(intruders)
+    position, velocity = motions(intruders, grid.range_m)
     _spreads(
         position,
         velocity,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.compiled import compiled
-from clearway.base.grid import BORDER_TOLERANCE
 from clearway.traffic.models.borders import (
     CELL,
     COLUMN,
@@ -57,12 +56,12 @@ def traverse(
     distance2 = closest[0] ** 2 + closest[1] ** 2 + closest[2] ** 2
     outer = borders.table[RANGE, borders.layers]
     inside2 = outer * outer - distance2
-    if inside2 <= 2.0 * outer * BORDER_TOLERANCE:
+    if inside2 <= 2.0 * outer * borders.tolerance_m:
         return 0
     half_chord = np.sqrt(inside2)
     start = max(-passed, -half_chord)
     end = min(end_s * speed - passed, half_chord)
-    if end - start <= BORDER_TOLERANCE:
+    if end - start <= borders.tolerance_m:
         return 0
     columns = column_cuts(closest, direction, start, end, borders, out)
     rows = row_cuts(closest, direction, distance2, start, end, borders, out)
@@ -111,7 +110,7 @@ def _layer_cuts(
     i = last - 1
     while i >= 0:
         depth2 = table[RANGE, i] * table[RANGE, i] - distance2
-        if depth2 <= 2.0 * table[RANGE, i] * BORDER_TOLERANCE:
+        if depth2 <= 2.0 * table[RANGE, i] * borders.tolerance_m:
             break
         cut = -np.sqrt(depth2)
         if cut <= start:
@@ -149,7 +148,7 @@ def _merge(
     Which list has the next cut cannot be foretold, so no branch asks: what is not to be written is
     written over.
     """
-    times, places = out.times, out.places
+    times, places, least = out.times, out.places, borders.tolerance_m
     times[LAYER_CUT, layers] = times[COLUMN_CUT, columns] = times[ROW_CUT, rows] = end
     i = j = k = count = 0
     while times[COLUMN_CUT, j + 1] <= start:
@@ -167,7 +166,7 @@ def _merge(
         places[CELL, count] = (layer * borders.columns + column) * borders.rows + row
         times[ENTRY, count] = here_s
         times[LEAVE, count] = following_s
-        count += (following - here > BORDER_TOLERANCE) & (layer >= 0) & (column >= 0) & (row >= 0)
+        count += (following - here > least) & (layer >= 0) & (column >= 0) & (row >= 0)
         here, here_s = following, following_s
         i += next_i <= following
         j += next_j <= following

@@ -46,7 +46,7 @@ def tube_cells(
     Without a radius or a speed it is the line.
     """
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders)
+    position, velocity = motions(intruders, grid.range_m)
     _tubes(
         position,
         velocity,

@@ -1,0 +1,80 @@
+"""Tables of formats, rules and methods in the pages of docs, made from their registries."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from clearway.io.maps.map_formats import FORMATS as MAPS
+from clearway.io.maps.map_formats import JSON_FORMATS
+from clearway.io.poses.bag_poses import SOURCES
+from clearway.io.poses.pose_file import FORMATS as POSES
+from clearway.io.scans.scan_formats import FORMATS as SCANS
+from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
+from clearway.missions.rule_sections import KeepOutSection, RulesSection
+from clearway.reach.sets import METHODS, tuning_of
+from tools.models import meanings_of, purpose_of
+
+
+def _table(head: str, rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, re.sub(r"[^|]+", "---", head), *(f"| {' | '.join(row)} |" for row in rows)]
+    return re.sub(r" +\|", " |", "\n".join(lines))
+
+
+def _scan_formats() -> str:
+    rows = []
+    for one in SCANS:
+        suffixes = ", ".join(f"`{suffix}`" for suffix in one.suffixes)
+        known = f"{suffixes}, {one.known_by}" if one.known_by else suffixes
+        rows.append((one.name, known, one.beams, one.time, one.needs))
+    return _table("| format | recognised by | beams | time | needs |", rows)
+
+
+def _traffic_formats() -> str:
+    rows = [(one.name, one.known_by, one.time, one.needs) for one in TRAFFIC]
+    return _table("| format | recognised by | time | needs |", rows)
+
+
+def _map_formats() -> str:
+    rows = []
+    for one in MAPS:
+        kinds = [one] if one.file else JSON_FORMATS
+        rows += [(kind.file, kind.holds, kind.stands) for kind in kinds]
+    return _table("| file | what is read | how it stands in the map |", rows)
+
+
+def _poses() -> str:
+    rows = [(one.holds, one.option) for one in SOURCES]
+    for kind in POSES:
+        needs = f", needs {kind.needs}" if kind.needs else ""
+        rows.append((kind.holds, f"`--poses {kind.example}`{needs}"))
+    return _table("| source | option |", rows)
+
+
+def _rules() -> str:
+    meanings = meanings_of(RulesSection)
+    rows = [(f"`[rules] {key}`", meanings[key]) for key in RulesSection.model_fields]
+    rows.insert(1, ("`[[keep_out]]`", purpose_of(KeepOutSection)))
+    return _table("| key | rule |", rows)
+
+
+def _methods() -> str:
+    rows = []
+    for name in METHODS:
+        tuning = (f"`{key}` {value:g}" for key, value in tuning_of(name).items())
+        kept = METHODS.about(name).rstrip(".")
+        rows.append(
+            (f"`{name}`", kept, ", ".join(one for one in tuning if "side_exits" not in one))
+        )
+    return _table("| method | keeps | tuning |", rows)
+
+
+PARTS: Mapping[tuple[str, str], Callable[[], str]] = {
+    ("scans.md", "scan-formats"): _scan_formats,
+    ("traffic.md", "traffic-formats"): _traffic_formats,
+    ("reach-sets.md", "methods"): _methods,
+    ("maps.md", "map-formats"): _map_formats,
+    ("scans.md", "poses"): _poses,
+    ("rules.md", "rules"): _rules,
+}
+"""(page, what stands between marks in it)"""
