@@ -14,6 +14,7 @@ import sys
 import tokenize
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from tools.paper_tags import WITHOUT_COUNTERPART, titles
@@ -34,6 +35,7 @@ Where the code reads an equation otherwise than it is printed, the docstring the
 """
 
 
+@cache
 def places() -> dict[str, list[tuple[str, str]]]:
     """By tag: file below src/clearway and qualified name, empty for the module itself, in order."""
     found: dict[str, list[tuple[str, str]]] = defaultdict(list)
