@@ -169,7 +169,7 @@ def decide(
 
     ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
     held = None if commitment is None else commitment.way_out
-    leaving = Leaving(prepared, known.reach, candidates, choose_among, ways, held)
+    leaving = Leaving(prepared, known.reach, candidates, choose_among, goal, ways, held)
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
         taken = leaving.fall_back(taken, near.hazards)
