@@ -23,11 +23,9 @@ from typer.testing import CliRunner
 
 from clearway.base.errors import InputError
 from clearway.cli.app import app
+from clearway.live.link.session import TickOutcome
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import Address, open_link
-from clearway.mavlink.loop import Loop
-from clearway.mavlink.outbox import Outbox, Packer
-from clearway.mavlink.session import TickOutcome
 from mavlink_for_tests import (
     KEY,
     OTHER_KEY,
@@ -42,6 +40,7 @@ from mavlink_for_tests import (
 )
 from own_process import run_clearway
 from repository import REPOSITORY
+from simulated_flight import looped
 
 EXAMPLE = REPOSITORY / "examples/missions/mavlink.toml"
 MARGIN_M = 0.6
@@ -250,7 +249,7 @@ def test_without_pymavlink_the_extra_is_named() -> None:
 def test_ticks_that_come_late_are_counted_and_left_out() -> None:
     counts: Counter[str] = Counter()
     bench, link = Bench(), open_link("udpin:127.0.0.1:0", counts)
-    loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.01)
+    loop = looped(link, bench, 0.01)
     outcomes: list[TickOutcome] = []
 
     def slow(outcome: TickOutcome) -> None:
@@ -294,11 +293,11 @@ def test_in_lock_step_a_tick_waits_for_the_own_position_of_its_time() -> None:
         (heartbeat(), origin(), attitude(10.0), distances(10.0), position(10.0)),
         (attitude(10.2), distances(10.2), position(10.2, (0.0, 0.2, 0.0))),
     )
-    loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.2)
+    loop = looped(link, bench, 0.2)
     ticks: list[tuple[float, float | None]] = []
     loop.run(
         lambda _elapsed, _outcome: len(ticks) == 2,
-        lambda outcome: ticks.append((outcome.time_s, bench.session.own_s)),
+        lambda outcome: ticks.append((outcome.time_s, bench.session.core.own_s)),
     )
     assert ticks == [(10.0, 10.0), (10.2, 10.2)]
 
@@ -309,7 +308,7 @@ def test_the_loop_ends_when_the_autopilot_restarts() -> None:
     now = time.monotonic()
     for n in range(5):
         bench.tell(now, position(0.1 * n))
-    loop = Loop(link, bench.inbox, bench.session, Outbox(Packer(1), link.send), 0.01)
+    loop = looped(link, bench, 0.01)
     report = loop.run(lambda _elapsed, _outcome: False, lambda _outcome: None)
     link.close()
     assert report.ticks == 1

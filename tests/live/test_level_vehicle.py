@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections import Counter
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,9 +16,6 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission, Progress, advanced
-from clearway.mavlink.inbox import Inbox
-from clearway.mavlink.outbox import Packer
-from clearway.mavlink.session import Session, SessionSettings
 from clearway.mavlink.simulated import SimulatedAutopilot
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import prepare
@@ -31,6 +26,7 @@ from clearway.sim import simulate
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.table import MovementTable
 from repository import REPOSITORY
+from simulated_flight import SimulatedFlight
 
 GRID = AvoidanceGrid.uniform()
 LEVEL = Planner.of(ReachLibrary.build(MovementAutomaton.plane(pitch_limit_deg=0.0), GRID))
@@ -93,27 +89,6 @@ def test_what_can_climb_has_to() -> None:
     assert advanced(mission, Progress(), above, 1.0, stays_level=True).goal == 1
 
 
-class Wire:
-    """Both ends of a link in one process; nothing is lost."""
-
-    stream = False
-
-    def __init__(self) -> None:
-        self.to_autopilot: list[tuple[bytes, Any]] = []
-        self.told: list[bytes] = []
-
-    def receive(self) -> list[tuple[bytes, Any]]:
-        received, self.to_autopilot = self.to_autopilot, []
-        return received
-
-    def answer_to(self, peer: Any) -> None:
-        del peer
-
-    def send(self, data: bytes) -> bool:
-        self.told.append(data)
-        return True
-
-
 def flown_in_lock_step(waypoint_m: list[float], most_s: float) -> SimulatedAutopilot:
     """The example of docs/mavlink.md without anything in the way, flown to a waypoint."""
     told = tomllib.loads((REPOSITORY / "examples/missions/mavlink.toml").read_text())
@@ -122,23 +97,9 @@ def flown_in_lock_step(waypoint_m: list[float], most_s: float) -> SimulatedAutop
     told["lidar"] = []
     file = MissionFile.model_validate(told)
     setup = prepare(file)
-    counts: Counter[str] = Counter()
-    session = Session(
-        replace(setup, sensors=()).system(), None, SessionSettings(act=True, speedup=None), counts
-    )
-    wire, inbox, packer = Wire(), Inbox(1, 1, None, stream=False), Packer(255, 1, None)
-    autopilot = SimulatedAutopilot(file, setup, wire, None)  # type: ignore[arg-type]
-    while autopilot.time_s < most_s and not autopilot.has_arrived:
-        autopilot.tell()
-        wall_s = 1000.0 + autopilot.time_s
-        for arrival_ in inbox.take([(data, ("127.0.0.1", 1)) for data in wire.told]):
-            session.take(arrival_, wall_s)
-        wire.told.clear()
-        for message in session.tick(wall_s).messages:
-            wire.to_autopilot.append((packer.pack(message), ("127.0.0.1", 2)))
-        autopilot.listen()
-        autopilot.fly(autopilot.time_s + 0.2)
-    return autopilot
+    flight = SimulatedFlight(file, setup, rate_hz=5.0, speedup=None)
+    flight.run(most_s)
+    return flight.autopilot
 
 
 @pytest.mark.parametrize("height_m", [0.01, 4.1, -3.0])

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.mavlink.health import LinkState
+from clearway.live.link.link_state import LinkState
+from clearway.live.link.session import HOLDS
+from clearway.mavlink.set_points import FOLLOW
 from mavlink_for_tests import (
     SET_POINT,
     Bench,
@@ -59,10 +61,17 @@ def test_the_margin_grows_with_the_age_of_the_position_then_the_plan_then_nothin
     # With something in reach a plan holds for one movement, no longer.
     last = max(outcome.flight.time_s for outcome in silent if outcome.flight is not None)
     for outcome in stale:
-        assert (outcome.set_point is not None) == (outcome.time_s <= last + 1.0 + 1e-9)
-    lost = [outcome for outcome in silent if outcome.state is LinkState.POSITION_LOST]
-    assert lost
-    assert all(outcome.set_point is None and not sent(outcome, SET_POINT) for outcome in lost)
+        moving = outcome.set_point is not None and outcome.set_point.velocity_mps is not None
+        assert moving == (outcome.time_s <= last + 1.0 + 1e-9)
+    # Then it is told to hold where it was led to, three times, since one may get lost.
+    after = [outcome for outcome in silent if outcome.time_s > last + 1.0 + 1e-9]
+    held = [outcome.set_point for outcome in after[:HOLDS]]
+    led = next(o.set_point for o in reversed(silent) if o.time_s <= last + 1.0 + 1e-9)
+    assert all(point.velocity_mps is None for point in held)
+    assert all(point.position_m == pytest.approx(led.position_m) for point in held)
+    assert all(outcome.set_point is None for outcome in after[HOLDS:])
+    assert after[-1].state is LinkState.POSITION_LOST
+    assert not sent(after[-1], SET_POINT)
 
 
 def test_no_heartbeat_and_all_else_goes_on() -> None:
@@ -73,7 +82,8 @@ def test_no_heartbeat_and_all_else_goes_on() -> None:
         outcome = bench.tick(t, attitude(t), position(t, (0, 0.1 * n, 0)), distances(t))
         lost = t > 4.0 + 1e-6
         assert (outcome.state is LinkState.LINK_LOST) is lost
-        assert bool(sent(outcome, SET_POINT)) is not lost
+        led = [point for point in sent(outcome, SET_POINT) if point.type_mask == FOLLOW]
+        assert bool(led) is not lost
     again = bench.all_well(7.0, ned=(0, 6.0, 0))
     assert again.state is LinkState.FLYING
     assert sent(again, SET_POINT)
@@ -98,14 +108,15 @@ def test_without_distances_space_counts_as_unseen_and_then_it_ends() -> None:
         age = outcome.time_s - 1.0
         if age > 6.0 + 1e-6:
             assert outcome.state is LinkState.SENSOR_LOST
-            assert outcome.set_point is None
+            assert outcome.set_point is None or outcome.set_point.velocity_mps is None
         elif age > 3.0 + 1e-6:
             assert outcome.state is LinkState.BLIND
             if outcome.flight is not None:
                 assert not outcome.flight.decision.cells.evidence.seen.any()
                 assert len(outcome.flight.decision.hazards.points.radius_m)
         else:
-            assert outcome.state is LinkState.FLYING
+            # It does not move, which is noticed.
+            assert outcome.state in (LinkState.FLYING, LinkState.NOT_FOLLOWED)
     assert bench.system.counts["scan: none fresh of obstacle-distance"] > 0
 
 

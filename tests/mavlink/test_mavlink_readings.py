@@ -12,10 +12,13 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.frames import enu_from_geodetic
-from clearway.mavlink.clock import WRAP_S, Tick, VehicleClock
-from clearway.mavlink.mode import AutopilotMode
+from clearway.base.state import State
+from clearway.live.link.set_point import SetPoint
+from clearway.live.link.vehicle_clock import Tick, VehicleClock
+from clearway.mavlink.boot_time import WRAP_S, boot_ms, time_of
+from clearway.mavlink.mode import status_of
 from clearway.mavlink.own_state import OwnPlace
-from clearway.mavlink.setpoints import FOLLOW, HOLD, SetPoint
+from clearway.mavlink.set_points import FOLLOW, HOLD, set_point_message
 from mavlink_for_tests import ORIGIN, attitude, enu, origin, position
 
 # --- clock --------------------------------------------------------------------------------------
@@ -23,60 +26,61 @@ from mavlink_for_tests import ORIGIN, attitude, enu, origin, position
 
 def test_the_least_delay_ties_the_clocks() -> None:
     clock = VehicleClock()
-    for boot_ms, wall_s in ((10_000, 110.2), (11_000, 111.05), (12_000, 112.3)):
-        assert clock.take(boot_ms, wall_s) is Tick.GOOD
-    # The second message came soonest, 100.05 s after its time; clocks may drift by 1e-3.
-    assert clock.now(112.3) == pytest.approx(12.25, abs=2e-3)
+    for time_s, wall_s in ((10.0, 110.2), (11.0, 111.05), (12.0, 112.3)):
+        assert clock.take(time_s, wall_s) is Tick.GOOD
+    # The second message came soonest, 100.05 s after its time.
+    assert clock.now(112.3) == pytest.approx(12.25)
     assert clock.newest_s == 12.0
 
 
 def test_what_comes_late_is_old_and_time_never_runs_backwards() -> None:
     clock = VehicleClock()
-    clock.take(10_000, 100.0)
-    assert clock.take(10_100, 103.0) is Tick.GOOD
+    clock.take(10.0, 100.0)
+    assert clock.take(10.1, 103.0) is Tick.GOOD
     assert clock.now(103.0) == pytest.approx(13.0, abs=5e-3)
-    assert clock.take(9_500, 103.0) is Tick.GOOD
+    assert clock.take(9.5, 103.0) is Tick.GOOD
     assert clock.newest_s == 10.1
 
 
 def test_the_counter_of_milliseconds_may_wrap() -> None:
     clock = VehicleClock()
-    last = 2**32 - 500
-    assert clock.take(last, 0.0) is Tick.GOOD
-    assert clock.take(500, 1.0) is Tick.GOOD
+    last = (2**32 - 500) / 1000.0
+    assert clock.take(time_of(2**32 - 500, 0.0 + last), 0.0) is Tick.GOOD
+    assert clock.take(time_of(500, clock.newest_s), 1.0) is Tick.GOOD
     assert clock.newest_s == pytest.approx(WRAP_S + 0.5)
-    assert clock.boot_ms(clock.newest_s) == 500
+    assert boot_ms(clock.newest_s) == 500
 
 
 def test_one_stray_time_is_left_out_and_a_new_one_is_a_restart() -> None:
     clock = VehicleClock()
-    clock.take(100_000, 100.0)
-    assert clock.take(3_000, 100.1) is Tick.STRAY
-    assert clock.take(100_200, 100.2) is Tick.GOOD
-    ticks = [clock.take(1_000 + 100 * n, 100.3 + 0.1 * n) for n in range(5)]
+    clock.take(100.0, 100.0)
+    assert clock.take(3.0, 100.1) is Tick.STRAY
+    assert clock.take(100.2, 100.2) is Tick.GOOD
+    ticks = [clock.take(1.0 + 0.1 * n, 100.3 + 0.1 * n) for n in range(5)]
     assert ticks == [Tick.STRAY] * 4 + [Tick.RESTARTED]
     assert clock.newest_s == 100.2
 
 
 def test_a_restart_after_weeks_is_no_wrap() -> None:
     clock = VehicleClock()
-    clock.take(2**32 - 1_000_000, 0.0)
-    assert [clock.take(900_000 + n, 1.0) for n in range(5)][-1] is Tick.RESTARTED
+    clock.take(WRAP_S - 1000.0, 0.0)
+    told = [time_of(900_000 + n, clock.newest_s) for n in range(5)]
+    assert [clock.take(time_s, 1.0) for time_s in told][-1] is Tick.RESTARTED
 
 
 def test_a_leap_ahead_is_believed_when_it_lasts() -> None:
     clock = VehicleClock()
-    clock.take(10_000, 10.0)
-    ticks = [clock.take(30_000 + 100 * n, 10.1 + 0.1 * n) for n in range(6)]
+    clock.take(10.0, 10.0)
+    ticks = [clock.take(30.0 + 0.1 * n, 10.1 + 0.1 * n) for n in range(6)]
     assert ticks == [Tick.STRAY] * 4 + [Tick.LEAPT, Tick.GOOD]
     assert clock.now(10.6) == pytest.approx(30.5, abs=1e-2)
 
 
 def test_in_lock_step_time_stands_still_between_messages() -> None:
     clock = VehicleClock(None)
-    clock.take(10_000, 10.0)
+    clock.take(10.0, 10.0)
     assert clock.now(99.0) == 10.0
-    assert clock.take(10_100, 500.0) is Tick.GOOD
+    assert clock.take(10.1, 500.0) is Tick.GOOD
     assert clock.now(500.0) == 10.1
 
 
@@ -115,9 +119,8 @@ def test_the_attitude_is_that_of_the_flight_path(
     place.take_attitude(attitude(1.0, heading_deg=60.0), 1.0)
     motion = place.take_local(position(1.0, velocity_ned=velocity_ned), 1.0, 1.5)
     assert motion is not None
-    state = motion.state(0.3, 0.2)
+    state = motion.state(0.3)
     assert np.degrees(state.attitude_rad) == pytest.approx([0.0, pitch_deg, yaw_deg], abs=1e-4)
-    assert state.position_std_m == 0.2
 
 
 def test_positions_without_attitude_or_that_are_no_numbers_are_counted() -> None:
@@ -206,7 +209,7 @@ def test_modes_that_follow_set_points(
     autopilot: int, kind: int, base: int, custom: int, follows: bool
 ) -> None:
     told = mavlink.MAVLink_heartbeat_message(kind, autopilot, base, custom, 4, 3)
-    assert AutopilotMode.of(told).follows is follows
+    assert status_of(told).follows is follows
 
 
 # --- set-points ---------------------------------------------------------------------------------
@@ -214,7 +217,8 @@ def test_modes_that_follow_set_points(
 
 def test_a_set_point_follows_the_plan_in_the_autopilot_s_frame() -> None:
     state = enu(5.0, 2.0, 10.0, 0.0, math.radians(-30.0), math.radians(90.0))
-    message = SetPoint.following(state, 2.0, enu(1.0, -1.0, 4.0)).message(1234, 7, 1)
+    following = SetPoint.following(State(state[:3], state[3:]), 2.0)
+    message = set_point_message(following, enu(1.0, -1.0, 4.0), 1234, 7, 1)
     assert (message.x, message.y, message.z) == pytest.approx((3.0, 4.0, -6.0))
     climb = 2.0 * math.cos(math.radians(30.0))
     assert (message.vx, message.vy, message.vz) == pytest.approx((climb, 0.0, -1.0), abs=1e-9)
@@ -225,7 +229,7 @@ def test_a_set_point_follows_the_plan_in_the_autopilot_s_frame() -> None:
 
 
 def test_holding_leaves_the_velocity_out() -> None:
-    message = SetPoint.holding(enu(5.0, 2.0, 10.0), 0.0, np.zeros(3)).message(0, 1, 1)
+    message = set_point_message(SetPoint.holding(enu(5.0, 2.0, 10.0), 0.0), np.zeros(3), 0, 1, 1)
     assert message.type_mask == HOLD == 0b1001_1111_1000
     assert (message.x, message.y, message.z) == (2.0, 5.0, -10.0)
     assert message.yaw == pytest.approx(math.pi / 2)

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.live import AvoidanceSystem
+from clearway.live.link.link_state import LinkFacts, LinkLimits, LinkState, link_state
 from clearway.live.mission import Mode
-from clearway.mavlink.health import LinkFacts, LinkLimits, LinkState, link_state
 from clearway.mavlink.inbox import KEPT
-from clearway.mavlink.setpoints import HOLD
+from clearway.mavlink.set_points import HOLD
 from mavlink_for_tests import (
     BEAT,
     COLLISION,
@@ -66,6 +66,11 @@ GOOD: dict[str, Any] = {"heartbeat_age_s": 0.5, "position_age_s": 0.1, "distance
         ("arrived", {"arrived": True, "distances_age_s": 60.0, "position_age_s": 2.0}),
         ("position lost", {"arrived": True, "position_age_s": 3.1}),
         ("autopilot restarted", {"restarted": True, "heartbeat_age_s": math.inf}),
+        ("on the ground", {"airborne": False, "arrived": True, "mode_follows": False}),
+        ("refused", {"refused": True, "arrived": True, "position_age_s": 2.0}),
+        ("other mode", {"mode_follows": False, "followed": False}),
+        ("blind", {"mode_follows": False, "distances_age_s": 3.1}),
+        ("not followed", {"followed": False}),
     ],
 )
 def test_the_state_that_facts_make(state: str, facts: dict[str, Any]) -> None:
@@ -85,6 +90,10 @@ def test_the_state_that_facts_make(state: str, facts: dict[str, Any]) -> None:
         (LinkState.LINK_LOST, False, False),
         (LinkState.RESTARTED, False, False),
         (LinkState.ARRIVED, False, True),
+        (LinkState.ON_GROUND, False, False),
+        (LinkState.REFUSED, False, False),
+        (LinkState.OTHER_MODE, True, True),
+        (LinkState.NOT_FOLLOWED, True, True),
     ],
 )
 def test_what_a_state_allows(state: LinkState, decides: bool, steers: bool) -> None:
@@ -255,8 +264,8 @@ def test_traffic_while_nothing_is_decided_does_not_pile_up() -> None:
         t = 1.1 + 0.1 * n
         bench.tick(t, *(aircraft(number) for number in range(100)))
     assert isinstance(bench.system, AvoidanceSystem)
-    assert len(bench.session._reports) <= 64
-    assert len(bench.session._intruders) <= 64
+    assert len(bench.session.core._reports) <= 64
+    assert len(bench.session.core._intruders) <= 64
 
 
 def test_the_table_in_the_documentation_lists_every_state_in_the_order_that_counts() -> None:
@@ -266,13 +275,15 @@ def test_the_table_in_the_documentation_lists_every_state_in_the_order_that_coun
     assert sorted(names) == sorted(LinkState)
     worst = {
         "restarted": True, "heartbeat_age_s": math.inf, "position_age_s": 9.0,
-        "distances_age_s": 9.0, "arrived": True,
+        "distances_age_s": 9.0, "arrived": True, "airborne": False, "refused": True,
+        "mode_follows": False, "followed": False,
     }  # fmt: skip
     steps = [
         {}, {"restarted": False}, {"heartbeat_age_s": 9.0}, {"heartbeat_age_s": 0.0},
-        {"position_age_s": 2.0, "arrived": False}, {"arrived": True},
-        {"arrived": False, "distances_age_s": 4.0}, {"position_age_s": 1.0},
-        {"distances_age_s": 0.0}, {"position_age_s": 0.0},
+        {"position_age_s": 2.0}, {"airborne": True}, {"refused": False, "arrived": False},
+        {"arrived": True}, {"arrived": False, "distances_age_s": 4.0}, {"position_age_s": 1.0},
+        {"distances_age_s": 0.0}, {"position_age_s": 0.0}, {"mode_follows": True},
+        {"followed": True},
     ]  # fmt: skip
     found = []
     for step in steps:

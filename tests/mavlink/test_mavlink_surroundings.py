@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.base.state import State
-from clearway.mavlink.adsb import MOST_AIRCRAFT, AdsbPicture, AdsbSettings
+from clearway.live.link.aircraft import MOST_AIRCRAFT, AirPicture, TrafficTerms
+from clearway.live.link.own_motion import OwnMotion
+from clearway.mavlink.adsb import aircraft_of
 from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
-from clearway.mavlink.own_state import OwnMotion
 from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, enu
 
 # --- distances ----------------------------------------------------------------------------------
@@ -126,13 +127,15 @@ def test_messages_without_use_are_counted() -> None:
 OWN = OwnMotion(10.0, np.zeros(3), enu(1.0, 0.0, 0.0), 0.0)
 
 
-def picture(**settings: Any) -> tuple[AdsbPicture, Counter[str]]:
+def picture(**settings: Any) -> tuple[AirPicture, Counter[str]]:
     counts: Counter[str] = Counter()
-    return AdsbPicture(AdsbSettings(**settings), counts), counts
+    return AirPicture(TrafficTerms(**settings), counts), counts
 
 
-def taken(view: AdsbPicture, message: Any, now_s: float = 10.0) -> Any:
-    return view.take(message, now_s, OWN, np.array(ORIGIN))
+def taken(view: AirPicture, message: Any, now_s: float = 10.0) -> Any:
+    height = float(OWN.position_m[2])
+    report = aircraft_of(message, np.array(ORIGIN), height, view._counts)
+    return None if report is None else view.take(report, now_s, OWN)
 
 
 def test_a_report_becomes_an_intruder_of_the_world_frame() -> None:
@@ -186,8 +189,8 @@ def test_old_impossible_and_far_reports_are_left_out() -> None:
     assert taken(view, aircraft(tslc=11)) is None
     assert taken(view, aircraft(speed=60_000)) is None
     assert taken(view, aircraft(lat=521_000_000)) is None
-    assert view.take(aircraft(), 10.0, None, np.array(ORIGIN)) is None
-    assert view.take(aircraft(), 10.0, OWN, None) is None
+    assert aircraft_of(aircraft(), np.array(ORIGIN), None, counts) is None
+    assert aircraft_of(aircraft(), None, 0.0, counts) is None
     assert dict(counts) == {
         "traffic: stale": 1,
         "traffic: impossible": 1,

@@ -10,10 +10,13 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.live import AvoidanceSystem
+from clearway.live.link.floor import FloorRule
+from clearway.live.link.session import SessionTerms, TickOutcome
+from clearway.mavlink.dialect import EXTENDED_SYS_STATE
 from clearway.mavlink.distances import sector_lidar
-from clearway.mavlink.inbox import Inbox
+from clearway.mavlink.inbox import Inbox, ReceivedMessage
+from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
 from clearway.mavlink.outbox import Packer
-from clearway.mavlink.session import Session, SessionSettings, TickOutcome
 from clearway.mavlink.signing import SignatureCheck
 
 KEY = bytes(range(32))
@@ -96,6 +99,15 @@ def ms(time_s: float) -> int:
     return round(1000.0 * time_s) % 2**32
 
 
+def in_the_air(state: int = 2) -> Any:
+    """EXTENDED_SYS_STATE."""
+    return mavlink.MAVLink_extended_sys_state_message(0, state)
+
+
+OF_THE_LINK = ("system", "component", "position_std_m", "mission_origin", "asks")
+"""What a bench is told that is of the link, not of the session."""
+
+
 class Bench:
     """A session and an inbox, told everything by hand; our clock and the vehicle's run together."""
 
@@ -105,6 +117,7 @@ class Bench:
         act: bool = True,
         key: bytes | None = None,
         sensor: bool = True,
+        airborne: bool = True,
         waypoints: Any = ((30.0, 0.0, 0.0),),
         **settings: Any,
     ) -> None:
@@ -116,11 +129,14 @@ class Bench:
         self.system = AvoidanceSystem(
             planner(), mission(*waypoints), () if lidar is None else (lidar,)
         )
-        self.session = Session(
-            self.system, lidar, SessionSettings(act=act, **settings), self.counts
-        )
+        over = {key: settings.pop(key) for key in OF_THE_LINK if key in settings}
+        settings = {"floor": FloorRule(0.6, -100.0)} | settings
+        terms = MavlinkTerms(session=SessionTerms(act=act, **settings), **over)
+        self.session = MavlinkSession(self.system, lidar, terms, self.counts)
         check = None if key is None else SignatureCheck(key)
         self.inbox = Inbox(1, 1, check, stream=False)
+        if airborne:
+            self.session.take(ReceivedMessage(in_the_air(), EXTENDED_SYS_STATE, PEER), 0.0)
 
     def hear(self, wall_s: float, *pieces: bytes) -> None:
         for arrival in self.inbox.take([(piece, PEER) for piece in pieces]):

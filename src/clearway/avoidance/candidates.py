@@ -13,6 +13,7 @@ from clearway.avoidance.costs import Arrival, Goal, Prices
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import WayOut
@@ -40,6 +41,8 @@ class Commitment:
     side: Side = Side.STRAIGHT
     first_movement: str = ""
     """The movement that the last plan has next."""
+    passings: tuple[Passing, ...] = ()
+    """Intruders that are being passed, each on its side."""
     way_out: WayOut | None = None
     """What is flown from now on if nothing better is found."""
 

@@ -19,10 +19,18 @@ from clearway.avoidance.choice import choose, choose_by_rules
 from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
+from clearway.avoidance.floor import above_floor
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.leaving import Leaving, Taken
 from clearway.avoidance.loiter import NO_LOITER
+from clearway.avoidance.passing import (
+    Passing,
+    meetings,
+    noted,
+    passing_rules,
+    passings_after,
+)
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
@@ -72,6 +80,8 @@ class Decision:
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
     intruders: tuple[str, ...] = ()
     """Names of the moving in `hazards`."""
+    passings: tuple[Passing, ...] = ()
+    """Which of them are being passed, and on which side."""
     way_out: WayOut | None = None
     """What is flown from the end of the first movement on if no later decision finds better."""
     no_way_out: tuple[str, ...] = ()
@@ -129,6 +139,9 @@ def decide(
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
     prepared = with_slope(prepared, margin_slope(settings, situation))
+    if situation.floor_m > -np.inf:
+        above = above_floor(prepared, situation.frame, situation.floor_m)
+        prepared = replace(prepared, flyable=prepared.flyable & above)
     escapes = planner.escapes
     if escapes is not None:  # It finds room where it is needed, and in all that can be flown.
         prepared = replace(prepared, loiter=NO_LOITER)
@@ -162,10 +175,13 @@ def decide(
         return choose_by_rules(ruling, candidates, partial(choose_clear_of, hazards))  # fig. 7.1
 
     names = tuple(intruder.name for intruder in near.intruders)
+    begun = commitment.passings if commitment else ()
+    met = meetings(prepared.reach_set, near.hazards.moving, names)
+    rules = (*planner.rules, *passing_rules(begun, met)) if met else planner.rules
     ruling = None
-    if planner.rules:
+    if rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)
-        ruling = rule_on(planner.rules, view)
+        ruling = rule_on(rules, view)
 
     ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
     held = None if commitment is None else commitment.way_out
@@ -176,7 +192,7 @@ def decide(
     choice = taken.choice
     return Decision(
         state=situation.state,
-        choice=choice,
+        choice=replace(choice, rules=noted(choice.rules)),
         movements=prepared.reach_set.movements_to(choice.node),
         path_m=near.frame.world_points(_path(prepared, choice.node)),
         goal=goal,
@@ -194,6 +210,7 @@ def decide(
             strict=ways is not None and ways.strict,
         ),
         intruders=names,
+        passings=passings_after(begun, met, near.frame, choice.node, margin),
         way_out=taken.way_out,
         no_way_out=taken.banned,
     )

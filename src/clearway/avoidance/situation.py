@@ -73,6 +73,9 @@ class Situation:
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
+    floor_m: float = -math.inf
+    """Height of the world that no way leads below, in an emergency neither; one that is below it
+    already goes no lower."""
 
     seen: SeenSpace | None = None
     """Space that range sensors have seen to be free; None without any of them."""
@@ -92,6 +95,7 @@ class Situation:
             number_problem("state_age_s", self.state_age_s, 0.0, LATEST_S),
             number_problem("unsure_m", self.unsure_m, 0.0, LARGEST * LARGEST),
             number_problem("range_sigma_m", self.range_sigma_m),
+            number_problem("floor_m", max(self.floor_m, -LARGEST), -LARGEST),
             _kind_problem("detections", self.detections, Detection),
             _kind_problem("intruders", self.intruders, Intruder),
         )

@@ -17,6 +17,7 @@ from clearway.avoidance.escape_search import (
     pose_after,
 )
 from clearway.avoidance.evidence import InReach
+from clearway.avoidance.floor import with_ground
 from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, margin_slope
@@ -56,7 +57,7 @@ class WaysOut:
             yaw,
             np.ascontiguousarray(grid_from_level(pitch)),
             near.hazards.bins,
-            near.hazards.shapes,
+            with_ground(near.hazards.shapes, near.frame, situation.floor_m, near.margin_m),
             near.hazards.moving,
             nothing_moving(),
         )

@@ -18,27 +18,46 @@ import typer
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
-    from clearway.mavlink.loop import Loop, Stop
-    from clearway.mavlink.session import Session, TickOutcome
+    from clearway.live.link.loop import Loop, Stop
+    from clearway.live.link.session import Session, TickOutcome
+    from clearway.mavlink.mavlink_link import MavlinkLink
     from clearway.missions.mission_file import MissionFile
 
 
+ENDED_BY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""A terminal that closes is told as SIGHUP."""
+GOOD = ("flying", "other mode", "ageing", "arrived")
+"""States of the link in which a read-only session ends well."""
+
+
 def mavlink(
-    mission: Annotated[
-        str, typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan.")
-    ],
     connect: Annotated[
         str,
         typer.Option(
             help="udpin:HOST:PORT, udpout:HOST:PORT, serial:DEVICE[:BAUD]; port 0 takes a free one."
         ),
     ],
+    mission: Annotated[
+        str | None,
+        typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan."),
+    ] = None,
     rate: Annotated[
         float, typer.Option(min=1.0, max=100.0, help="Ticks a second, by the vehicle's clock.")
     ] = 10.0,
     act: Annotated[
         bool,
         typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
+    ] = False,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Listen for 10 s, tell what would keep it from flying, end."),
+    ] = False,
+    download: Annotated[
+        Path | None,
+        typer.Option(help="Write the autopilot's mission, fence and rally points as a plan; end."),
+    ] = None,
+    ask: Annotated[
+        bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
     ] = False,
     signing_key: Annotated[
         Path | None,
@@ -82,6 +101,11 @@ def mavlink(
     from clearway.mavlink.dialect import dialect
 
     dialect()
+    if download is not None:
+        _download(connect, download, signing_key, system, component)
+        return
+    if mission is None:
+        raise typer.BadParameter("a mission is needed, but for --download")
     from clearway.mavlink.setup import SessionOptions, set_up
     from clearway.missions.mission_file import read_mission_file
 
@@ -89,7 +113,7 @@ def mavlink(
     options = SessionOptions(
         connect=connect,
         rate_hz=rate,
-        act=act,
+        act=act and not check,
         signing_key=signing_key,
         system=system,
         component=component,
@@ -98,18 +122,67 @@ def mavlink(
         fan_deg=fan_deg,
         heartbeat_s=heartbeat_s,
         speedup=None if lock_step else speedup,
+        ask=ask or check,
     )
-    loop = set_up(file, options, say)
+    loop, link = set_up(file, options, say)
+    if check:
+        _check(loop, link, duration, as_json=as_json)
+        return
     with ExitStack() as stack:
-        stack.callback(loop.link.close)
+        stack.callback(link.close)
         stop = stack.enter_context(_stop_rule(duration, end_on_arrival))
-        result = _run(loop, stop, file, rate, out, stack)
+        result = _run(loop, link, stop, file, rate, out, stack)
     if as_json:
         print_json(result)
     else:
         print(_in_words(result))
     if not _is_good(result):
         leave(NOT_REACHED)
+
+
+def _check(loop: Loop, link: MavlinkLink, duration: float | None, *, as_json: bool) -> None:
+    """Listen and ask for a while, and tell what is wrong; exit status 1 where anything is."""
+    from clearway.mavlink.check import CHECKED_S, problems
+
+    lasts = CHECKED_S if duration is None else duration
+    with ExitStack() as stack:
+        stack.callback(link.close)
+        loop.run(lambda elapsed_s, _outcome: elapsed_s >= lasts, lambda _outcome: None)
+        found = problems(link, time.monotonic())
+        received = dict(link.inbox.received)
+    if as_json:
+        print_json(sourced({"problems": found, "received": received}))
+    else:
+        told = ", ".join(f"{number} {name}" for name, number in sorted(received.items()))
+        print("\n".join([f"received   {told or 'nothing'}", *found]))
+        print("all is there" if not found else f"{len(found)} to be mended before --act")
+    if found:
+        leave(NOT_REACHED)
+
+
+def _download(
+    connect: str, path: Path, signing_key: Path | None, system: int, component: int
+) -> None:
+    """Mission, fence and rally points as a flight plan."""
+    from clearway.mavlink.download import download, write_plan
+    from clearway.mavlink.setup import frames_only
+
+    link, inbox, outbox = frames_only(connect, signing_key, system, component)
+    try:
+
+        def receive() -> list[Any]:
+            found = inbox.take(link.receive())
+            for arrival in found:
+                link.answer_to(arrival.peer)
+            return found
+
+        say(f"listening on {link.name}")
+        lists = download(receive, outbox.send, system, component, link.wait)
+        write_plan(lists, path)
+    finally:
+        link.close()
+    counted = ", ".join(f"{len(items)} {name}" for name, items in lists.items())
+    print(f"{path}: {counted} items")
 
 
 @contextmanager
@@ -124,7 +197,7 @@ def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
         arrived = end_on_arrival and outcome is not None and outcome.state == "arrived"
         return bool(told) or arrived or (duration is not None and elapsed_s >= duration)
 
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, note) for number in ENDED_BY}
     try:
         yield stop
     finally:
@@ -133,7 +206,13 @@ def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
 
 
 def _run(
-    loop: Loop, stop: Stop, file: MissionFile, rate: float, out: Path | None, stack: ExitStack
+    loop: Loop,
+    link: MavlinkLink,
+    stop: Stop,
+    file: MissionFile,
+    rate: float,
+    out: Path | None,
+    stack: ExitStack,
 ) -> dict[str, Any]:
     """Run to the end, with a log in `out` if it is given; all of it or nothing."""
     from clearway.io.staging import staged
@@ -145,7 +224,7 @@ def _run(
     if folder is not None:
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
-    record = SessionRecord(loop.session, log)
+    record = SessionRecord(link.session, log)
     commentary = _Commentary(loop.session)
 
     def take(outcome: TickOutcome) -> None:
@@ -155,8 +234,7 @@ def _run(
     report = loop.run(stop, take)
     if sys.stderr.isatty():
         say("")
-    loop.end()
-    result = sourced(record.summary(report, loop.inbox, loop.outbox, rate))
+    result = sourced(record.summary(report, link.inbox, link.outbox, rate))
     if folder is not None:
         (folder / "summary.json").write_text(json.dumps(result, indent=2) + "\n")
     return result
@@ -174,6 +252,8 @@ class _Commentary:
 
     def show(self, outcome: TickOutcome) -> None:
         """A line where the state of the link changed, or the mode has, once a second at most."""
+        for note in outcome.notes:
+            print(f"{outcome.time_s:.1f} s  {note}", file=sys.stderr, flush=True)
         if outcome.flight is not None:
             self._mode, self._doing = outcome.flight.mode, outcome.flight.explanation
         now = time.monotonic()
@@ -187,9 +267,10 @@ class _Commentary:
             self._print(outcome, "")
 
     def _print(self, outcome: TickOutcome, end: str) -> None:
-        autopilot = self._session.mode or "no autopilot heard"
+        autopilot = self._session.status or "no autopilot heard"
+        why = f" ({outcome.why_state})" if outcome.why_state else ""
         doing = f"; {self._doing}" if self._doing else ""
-        text = f"{outcome.time_s:.1f} s  {outcome.state}; {autopilot}{doing}"
+        text = f"{outcome.time_s:.1f} s  {outcome.state}{why}; {autopilot}{doing}"
         if self._terminal:
             text = "\r\x1b[K" + text[: shutil.get_terminal_size().columns - 1]
         print(text, end=end, file=sys.stderr, flush=True)
@@ -199,7 +280,7 @@ def _is_good(result: dict[str, Any]) -> bool:
     """Acting: arrived. Read-only: decisions were taken, and the link was good to the end."""
     if result["acting"]:
         return bool(result["reached"])
-    return result["decisions"] > 0 and result["state"] in ("flying", "ageing", "arrived")
+    return result["decisions"] > 0 and result["state"] in GOOD
 
 
 def _in_words(result: dict[str, Any]) -> str:

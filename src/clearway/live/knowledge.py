@@ -53,6 +53,8 @@ class Knowledge:
         self.planner, self.mission, self.obstacle_map = planner, mission, obstacle_map
         self.limits = limits
         self.progress = Progress()
+        self.floor_m = -np.inf
+        """Height of the world that no decision leads below."""
         self.counts: Counter[str] = Counter()
         self.news = ""
         """What has come since a plan last took account of all."""
@@ -186,6 +188,7 @@ class Knowledge:
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
             unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s),
+            floor_m=self.floor_m,
         )
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:

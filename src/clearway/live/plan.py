@@ -121,7 +121,8 @@ class Plan:
     def commitment(self, now_s: float) -> Commitment:
         """What the next decision should stay with."""
         held = self.intended.at(now_s + TIME_TOLERANCE_S)
-        return Commitment(self.side, held.name if held else "", self._way_out_at(now_s))
+        passings = () if self.decision is None else self.decision.passings
+        return Commitment(self.side, held.name if held else "", passings, self._way_out_at(now_s))
 
     def _way_out_at(self, now_s: float) -> WayOut | None:
         """What of the way out is left at a time between two movements; else None."""

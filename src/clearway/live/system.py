@@ -18,6 +18,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.danger import endangered
@@ -88,7 +89,6 @@ class AvoidanceSystem:
             settings = replace(planner.settings, escape=self.escape.flown)
             planner = replace(planner, settings=settings)
         self.planner = planner
-        self.mission = mission
         self.obstacle_map = obstacle_map
         self.limits = limits or DataLimits()
         self._known = Knowledge(
@@ -128,6 +128,20 @@ class AvoidanceSystem:
     @progress.setter
     def progress(self, progress: Progress) -> None:
         self._known.progress = progress
+
+    @property
+    def mission(self) -> Mission:
+        """What is flown; `fly_to` puts another in its place."""
+        return self._known.mission
+
+    @property
+    def floor_m(self) -> float:
+        """Height of the world that no decision leads below; whoever flies may set it."""
+        return self._known.floor_m
+
+    @floor_m.setter
+    def floor_m(self, height_m: float) -> None:
+        self._known.floor_m = height_m
 
     # --- readings -------------------------------------------------------------------------
 
@@ -253,6 +267,18 @@ class AvoidanceSystem:
         if self._known.clock.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
         return FlightDecision(told_s, mode, goal, decision, words, scan_age, dict(fresh))
+
+    def leave_plan(self) -> None:
+        """Nobody flies the plan any more: the next question asks for a decision."""
+        self._plan = Plan(self.planner.automaton)
+
+    def fly_to(self, place_m: FloatArray, now_s: float) -> None:
+        """A goal [3] in place of the mission, from here; a decision is due then."""
+        known = self._known
+        radius = self.mission.reach_radius_m
+        known.mission = Mission("a new goal", known.own_states.latest, place_m[None], radius)
+        known.progress = Progress(nearest_s=known.clock.own(now_s))
+        self.leave_plan()
 
     # --- what to fly ----------------------------------------------------------------------
 

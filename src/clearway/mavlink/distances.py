@@ -126,3 +126,8 @@ def scan_of(
     back = np.isfinite(ended)
     points = np.ascontiguousarray(ended[back, None] * pattern.directions[back])
     return Scan(points, state.time_s, lidar.name)
+
+
+def nothing_known(reach_m: float) -> Sectors:
+    """A circle of which no sector is known."""
+    return Sectors(np.full(8, np.nan), math.radians(45.0), 0.0, False, reach_m)

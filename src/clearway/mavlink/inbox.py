@@ -7,7 +7,7 @@ newest few are decoded, so that a flood of one kind shuts out no other.
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from clearway.mavlink import dialect as known
@@ -29,10 +29,30 @@ KEPT = {
     known.HOME_POSITION: 4,
     known.ADSB_VEHICLE: 128,
     known.OBSTACLE_DISTANCE: 16,
+    known.DISTANCE_SENSOR: 64,
+    known.OBSTACLE_DISTANCE_3D: 512,
+    known.EXTENDED_SYS_STATE: 4,
+    known.POSITION_TARGET_LOCAL_NED: 8,
+    known.PARAM_VALUE: 16,
+    known.COMMAND_ACK: 16,
+    known.COMMAND_INT: 4,
+    known.COMMAND_LONG: 8,
+    known.SET_POSITION_TARGET_GLOBAL_INT: 4,
+    known.TIMESYNC: 8,
+    known.MISSION_COUNT: 4,
+    known.MISSION_ITEM_INT: 64,
+    known.MISSION_ACK: 4,
 }
 """Messages that we need, and how many of each are decoded at a tick, the newest."""
-FROM_ANY_COMPONENT = (known.ADSB_VEHICLE, known.OBSTACLE_DISTANCE)
+FROM_ANY_COMPONENT = (
+    known.ADSB_VEHICLE,
+    known.OBSTACLE_DISTANCE,
+    known.DISTANCE_SENSOR,
+    known.OBSTACLE_DISTANCE_3D,
+)
 """Sensors may be components of their own; all else comes from the autopilot alone."""
+FROM_ANY_SYSTEM = (known.COMMAND_INT, known.COMMAND_LONG, known.SET_POSITION_TARGET_GLOBAL_INT)
+"""Ground stations ask too; what is not addressed to us is left aside later."""
 MOST_BYTES = 1 << 18
 """Cut into frames at a tick; older bytes beyond are dropped."""
 
@@ -41,6 +61,16 @@ OTHER_COMPONENT = "another component"
 OWN_FRAME = "our own frame"
 FLOOD = "flood: more than can be used"
 UNREADABLE = "cannot be decoded"
+ANOTHER_OF_US = "another program with our component id"
+MOST_SYSTEMS = 8
+DOUBLE = (
+    f"another program uses component {known.OBSTACLE_AVOIDANCE} of this system: set-points of two "
+    "mix; end one of them"
+)
+SIGNED = (
+    "frames are signed and there is no --signing-key: what they say is not checked, and the "
+    "autopilot will refuse our set-points if it asks for signatures"
+)
 
 
 class ReceivedMessage(NamedTuple):
@@ -49,6 +79,8 @@ class ReceivedMessage(NamedTuple):
     message: Message
     number: int
     peer: Peer
+    sender: tuple[int, int] = (1, 1)
+    """System and component."""
 
 
 class Inbox:
@@ -61,7 +93,12 @@ class Inbox:
         signatures: SignatureCheck | None,
         *,
         stream: bool,
+        is_ours: Callable[[bytes], bool] = lambda _: True,
     ) -> None:
+        self.warnings: list[str] = []
+        """What is wrong with who sends."""
+        self._is_ours = is_ours
+        self._systems: set[int] = set()
         self.received: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
         self._system, self._component = system, component
@@ -104,14 +141,36 @@ class Inbox:
             self._rest = b""
         return pieces[first:]
 
+    def strangers(self) -> list[str]:
+        """In words, who sends instead of the autopilot, if anybody does."""
+        if not self._systems and not self.refused[OTHER_COMPONENT]:
+            return []
+        told = [f"system {number}" for number in sorted(self._systems)]
+        told += ["other components"] if self.refused[OTHER_COMPONENT] else []
+        wanted = f"waits for system {self._system}, component {self._component}"
+        return [f"hears {', '.join(told)}; {wanted}: --system, --component"]
+
     def _stranger(self, frame: MavlinkFrame) -> str | None:
+        if frame.system == self._system and frame.component == known.OBSTACLE_AVOIDANCE:
+            if self._is_ours(frame.data):
+                return OWN_FRAME
+            self._warn(DOUBLE)
+            return ANOTHER_OF_US
+        if frame.message in FROM_ANY_SYSTEM:
+            return None
         if frame.system != self._system:
+            if len(self._systems) < MOST_SYSTEMS:
+                self._systems.add(frame.system)
             return OTHER_SYSTEM
-        if frame.component == known.OBSTACLE_AVOIDANCE:
-            return OWN_FRAME
+        if frame.signed and self._signatures is None:
+            self._warn(SIGNED)
         if frame.component != self._component and frame.message not in FROM_ANY_COMPONENT:
             return OTHER_COMPONENT
         return None
+
+    def _warn(self, words: str) -> None:
+        if words not in self.warnings:
+            self.warnings.append(words)
 
     def _opened(self, frame: MavlinkFrame, peer: Peer) -> ReceivedMessage | None:
         """The message in a frame, if its signature is right and it can be decoded."""
@@ -125,4 +184,4 @@ class Inbox:
             self.refused[UNREADABLE] += 1
             return None
         self.received[message.get_type()] += 1
-        return ReceivedMessage(message, frame.message, peer)
+        return ReceivedMessage(message, frame.message, peer, (frame.system, frame.component))

@@ -23,7 +23,7 @@ LINE_BYTES = 1 << 16
 BAUD = 57_600
 
 
-class Link(Protocol):
+class FrameLink(Protocol):
     """A way to the autopilot."""
 
     stream: bool
@@ -78,7 +78,7 @@ def _line(text: str) -> tuple[str, str, str]:
     return device, colon, baud if colon else str(BAUD)
 
 
-def open_link(text: str, counts: Counter[str]) -> Link:
+def open_link(text: str, counts: Counter[str]) -> FrameLink:
     """The link that --connect asks for; InputError where it cannot be opened.
 
     counts grows by what fails later, by reason.

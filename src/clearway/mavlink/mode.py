@@ -1,9 +1,9 @@
-"""What the autopilot's heartbeat says of its mode: whether it flies by set-points from outside."""
+"""What the autopilot says of itself: whether its mode flies by set-points from outside, and whether
+it is in the air."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from clearway.live.link.status import VehicleStatus
 from clearway.mavlink.dialect import Message
 
 ARDUPILOT, PX4 = 3, 12
@@ -17,27 +17,22 @@ COPTERS = (2, 3, 4, 13, 14, 15, 29, 35)
 and its rovers leave out the velocity in them."""
 COPTER_GUIDED = 4
 """Custom mode of ArduCopter."""
+UNDEFINED, IN_AIR = 0, 2
+"""MAV_LANDED_STATE: on the ground, taking off and landing are others."""
 
 
-@dataclass(frozen=True, slots=True)
-class AutopilotMode:
-    """The mode as far as it concerns us."""
+def status_of(heartbeat: Message, airborne: bool | None = None) -> VehicleStatus:
+    """By its heartbeat: followed are GUIDED of ArduCopter and OFFBOARD of PX4."""
+    base, custom = int(heartbeat.base_mode), int(heartbeat.custom_mode)
+    if heartbeat.autopilot == PX4:
+        follows = (custom >> 16) & 0xFF == PX4_OFFBOARD
+    elif heartbeat.autopilot == ARDUPILOT:
+        follows = heartbeat.type in COPTERS and custom == COPTER_GUIDED
+    else:
+        follows = bool(base & GUIDED_ENABLED)
+    return VehicleStatus(bool(base & ARMED), follows, airborne)
 
-    armed: bool
-    follows: bool
-    """Whether set-points are followed: GUIDED of ArduCopter, OFFBOARD of PX4."""
 
-    @classmethod
-    def of(cls, heartbeat: Message) -> AutopilotMode:
-        base, custom = int(heartbeat.base_mode), int(heartbeat.custom_mode)
-        if heartbeat.autopilot == PX4:
-            follows = (custom >> 16) & 0xFF == PX4_OFFBOARD
-        elif heartbeat.autopilot == ARDUPILOT:
-            follows = heartbeat.type in COPTERS and custom == COPTER_GUIDED
-        else:
-            follows = bool(base & GUIDED_ENABLED)
-        return cls(bool(base & ARMED), follows)
-
-    def __str__(self) -> str:
-        armed = "armed" if self.armed else "disarmed"
-        return f"{armed}, {'follows' if self.follows else 'does not follow'} set-points"
+def airborne_by(extended: Message) -> bool | None:
+    """By EXTENDED_SYS_STATE; None where it does not know."""
+    return None if extended.landed_state == UNDEFINED else bool(extended.landed_state == IN_AIR)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable
 
 from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
@@ -12,6 +12,8 @@ ONBOARD_CONTROLLER, NO_AUTOPILOT = 18, 8
 """MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID."""
 STANDBY, ACTIVE, CRITICAL = 3, 4, 5
 """MAV_STATE."""
+REMEMBERED = 256
+"""Frames sent."""
 
 
 class Packer:
@@ -52,10 +54,17 @@ class Outbox:
     def __init__(self, packer: Packer, send: Callable[[bytes], bool]) -> None:
         self.sent: Counter[str] = Counter()
         self._packer, self._send = packer, send
+        self._lately: deque[bytes] = deque(maxlen=REMEMBERED)
+
+    def is_ours(self, frame: bytes) -> bool:
+        """Whether a frame is one of the last that were sent: routers may bring them back."""
+        return frame in self._lately
 
     def send(self, messages: Iterable[Message]) -> None:
         for message in messages:
-            if self._send(self._packer.pack(message)):
+            frame = self._packer.pack(message)
+            self._lately.append(frame)
+            if self._send(frame):
                 self.sent[message.get_type()] += 1
 
 

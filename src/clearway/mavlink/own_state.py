@@ -1,15 +1,14 @@
-"""Position and attitude messages into own states: z-up world frame, attitude of the flight path.
+"""Position and attitude messages into own motion: z-up world frame.
 
-Sets and trajectories are those of a vehicle that flies where its nose points, (4.4). A multirotor
-tilts to go forward, and wind sets a plane off its heading, so the attitude that decisions start
-from is the direction of motion over ground; below a least speed it is the heading, level.
+The world is the mission's place on Earth, or the autopilot's local frame. Autopilots scale degrees
+to metres more simply than geodesy does (0.3 % apart), so where both frames are told at once the one
+is tied to the other there, whatever was told of the local frame's origin.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from clearway.base.frames import (
     enu_from_ned,
     geodetic_from_enu,
 )
-from clearway.base.state import State
+from clearway.live.link.own_motion import OwnMotion
 from clearway.mavlink.dialect import Message
 
 LARGEST_M = 1e6
@@ -38,38 +37,8 @@ NOT_FINITE = "position: not finite"
 NO_ORIGIN = "position: no origin of the local frame yet"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnMotion:
-    """Own place and motion as told, world frame."""
-
-    time_s: float
-    position_m: FloatArray
-    """[3]"""
-    velocity_mps: FloatArray
-    """[3]"""
-    heading_rad: float
-    """Yaw of the nose, left positive from x."""
-
-    def direction(self, least_mps: float) -> tuple[float, float]:
-        """Pitch (nose down positive) and yaw of the flight path; of the nose when slower."""
-        x, y, z = self.velocity_mps.tolist()
-        level = math.hypot(x, y)
-        if math.hypot(level, z) < least_mps:
-            return 0.0, self.heading_rad
-        yaw = math.atan2(y, x) if level >= 0.5 * least_mps else self.heading_rad
-        return math.atan2(-z, level), yaw
-
-    def state(
-        self, least_mps: float, position_std_m: float, attitude_std_rad: float = 0.0
-    ) -> State:
-        """The own state that decisions start from."""
-        pitch, yaw = self.direction(least_mps)
-        attitude = np.array([0.0, pitch, yaw])
-        return State(self.position_m, attitude, self.time_s, position_std_m, attitude_std_rad)
-
-
 class OwnPlace:
-    """Latest of every message that tells where we are; makes a Motion of them.
+    """Latest of every message that tells where we are; makes motions of them.
 
     mission_origin: latitude, longitude in degrees and height above sea level of the world's origin;
     None takes the autopilot's local frame as the world, x east and y north.
@@ -81,10 +50,12 @@ class OwnPlace:
         self._counts = counts
         self._mission_origin = mission_origin
         self._local_origin: FloatArray | None = None
-        self._told_outright = False
+        self._pair: tuple[FloatArray, FloatArray] | None = None  # Geodetic, local.
         self._heading_rad: float | None = None
         self._heading_s = -math.inf
-        self._local: tuple[float, FloatArray] | None = None
+        self._local: tuple[float, FloatArray, FloatArray] | None = None
+        self._home: FloatArray | None = None
+        self._relative_ground_m: float | None = None  # Below the local frame's zero, up positive.
 
     @property
     def origin_geodetic(self) -> FloatArray | None:
@@ -98,9 +69,35 @@ class OwnPlace:
         """[3] the autopilot's origin in the world frame; None until it is known."""
         if self._mission_origin is None:
             return np.zeros(3)
+        if self._pair is not None:
+            # Where the vehicle is the two frames agree; farther off they need not.
+            return enu_from_geodetic(self._pair[0], self._mission_origin) - self._pair[1]
         if self._local_origin is None:
             return None
-        return enu_from_geodetic(self._local_origin, self._mission_origin)
+        if self._local is None:
+            return enu_from_geodetic(self._local_origin, self._mission_origin)
+        here = geodetic_from_enu(self._local[1], self._local_origin)
+        return enu_from_geodetic(here, self._mission_origin) - self._local[1]
+
+    @property
+    def ground_m(self) -> float | None:
+        """Height of the home in the world frame; None until it is known."""
+        offset, origin = self.world_from_local_m, self.origin_geodetic
+        if self._relative_ground_m is not None and offset is not None:
+            return float(offset[2]) + self._relative_ground_m
+        if self._home is None or origin is None:
+            return None
+        return float(self._home[2] - origin[2])
+
+    def place_of(self, geodetic: FloatArray, *, above_home: bool) -> FloatArray | None:
+        """[3] a place on Earth in the world frame; its height above sea level, or the home."""
+        origin, ground = self.origin_geodetic, self.ground_m
+        if origin is None or (above_home and ground is None):
+            return None
+        place = enu_from_geodetic(geodetic, origin)
+        if above_home and ground is not None:
+            place[2] = ground + geodetic[2]
+        return place
 
     def heading_at(self, time_s: float, oldest_s: float) -> float | None:
         """Yaw of the nose, if it was told within a time."""
@@ -125,24 +122,26 @@ class OwnPlace:
         if not (np.all(np.abs(place) <= LARGEST_M) and np.all(np.abs(velocity) <= LARGEST_M)):
             self._counts[NOT_FINITE] += 1
             return None
-        local = enu_from_ned(place)
-        self._local = (time_s, local)
+        local, velocity = enu_from_ned(place), enu_from_ned(velocity)
+        self._local = (time_s, local, velocity)
         offset = self.world_from_local_m
         if offset is None:
             self._counts[NO_ORIGIN] += 1
             return None
-        return self._motion(time_s, local + offset, enu_from_ned(velocity), oldest_s)
+        return self._motion(time_s, local + offset, velocity, oldest_s)
 
     def take_global(self, message: Message, time_s: float, oldest_s: float) -> OwnMotion | None:
-        """GLOBAL_POSITION_INT: tells the origin beside local positions, or stands in for them."""
+        """GLOBAL_POSITION_INT: ties the frames beside local positions, or stands in for them."""
         geodetic = geodetic_of(message.lat, message.lon, message.alt)
         if geodetic is None:
             self._counts["position: no such latitude or longitude"] += 1
             return None
         local = self._local
         if local is not None and time_s - local[0] <= LOCAL_WAIT_S:
-            if not self._told_outright and abs(time_s - local[0]) <= PAIR_S:
-                self._local_origin = _origin_of(geodetic, local[1])
+            if abs(time_s - local[0]) <= PAIR_S:
+                there = local[1] + (time_s - local[0]) * local[2]
+                self._local_origin, self._pair = _origin_of(geodetic, there), (geodetic, there)
+                self._relative_ground_m = float(there[2]) - MILLIMETRE * message.relative_alt
             return None
         origin = self.origin_geodetic
         if origin is None or self._local_origin is None:
@@ -153,18 +152,20 @@ class OwnPlace:
         return self._motion(time_s, place, enu_from_ned(velocity), oldest_s)
 
     def take_origin(self, message: Message) -> None:
-        """GPS_GLOBAL_ORIGIN: where the local frame's zero is."""
+        """GPS_GLOBAL_ORIGIN: where the local frame's zero is, unless pairs tell it better."""
         told = geodetic_of(message.latitude, message.longitude, message.altitude)
-        if told is not None:
-            self._local_origin, self._told_outright = told, True
+        if told is not None and self._pair is None:
+            self._local_origin = told
 
     def take_home(self, message: Message) -> None:
-        """HOME_POSITION: the home's place in both frames; used while nothing else is known."""
+        """HOME_POSITION: where the ground is; its place in both frames, while nothing else is."""
         told = geodetic_of(message.latitude, message.longitude, message.altitude)
         local = np.array([message.x, message.y, message.z])
-        if told is None or self._local_origin is not None or not np.all(np.isfinite(local)):
+        if told is None:
             return
-        self._local_origin = _origin_of(told, enu_from_ned(local))
+        self._home = told
+        if self._local_origin is None and np.all(np.isfinite(local)):
+            self._local_origin = _origin_of(told, enu_from_ned(local))
 
     def _motion(
         self, time_s: float, position_m: FloatArray, velocity: FloatArray, oldest_s: float

@@ -8,18 +8,20 @@ from typing import Any, TextIO
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.live.link.link_state import LinkState
+from clearway.live.link.loop import LoopReport
+from clearway.live.link.session import TickOutcome
 from clearway.live.mission import Mode
-from clearway.mavlink.health import LinkState
 from clearway.mavlink.inbox import Inbox
-from clearway.mavlink.loop import LoopReport
+from clearway.mavlink.mavlink_session import MavlinkSession
 from clearway.mavlink.outbox import Outbox
-from clearway.mavlink.session import Session, TickOutcome
+from clearway.mavlink.set_points import set_point_row
 
 
 class SessionRecord:
     """Takes outcomes as they come; `log` gets a JSON line for each that says something new."""
 
-    def __init__(self, session: Session, log: TextIO | None) -> None:
+    def __init__(self, session: MavlinkSession, log: TextIO | None) -> None:
         self.last: TickOutcome | None = None
         self.decisions = 0
         self.emergencies = 0
@@ -45,12 +47,12 @@ class SessionRecord:
         self, loop: LoopReport, inbox: Inbox, outbox: Outbox, rate_hz: float
     ) -> dict[str, Any]:
         """What the session came to; every message is counted in one place."""
-        system = self._session.system
+        system = self._session.core.system
         progress, mission = system.progress, system.mission
         state = LinkState.WAITING if self.last is None else self.last.state
         return {
             "mission": mission.name,
-            "acting": self._session.settings.act,
+            "acting": self._session.terms.session.act,
             "reached": progress.done(mission),
             "waypoints_reached": progress.waypoints_reached(mission),
             "state": str(state),
@@ -70,15 +72,20 @@ class SessionRecord:
         }
 
 
-def row_of(outcome: TickOutcome, session: Session) -> dict[str, Any]:
+def row_of(outcome: TickOutcome, session: MavlinkSession) -> dict[str, Any]:
     """One line of the log."""
     row: dict[str, Any] = {
         "time_s": round(outcome.time_s, 3),
         "state": str(outcome.state),
-        "autopilot": str(session.mode) if session.mode is not None else "unknown",
-        "sent": session.settings.act and outcome.set_point is not None,
-        "set_point": None if outcome.set_point is None else outcome.set_point.row(),
+        "autopilot": str(session.core.status or "unknown"),
+        "sent": session.terms.session.act and outcome.set_point is not None,
+        "set_point": None,
     }
+    offset = session.place.world_from_local_m
+    if outcome.set_point is not None and offset is not None:
+        row["set_point"] = set_point_row(outcome.set_point, offset)
+    if outcome.why_state:
+        row["why_state"] = outcome.why_state
     flight = outcome.flight
     if flight is not None:
         row |= {

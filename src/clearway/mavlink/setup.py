@@ -13,14 +13,17 @@ from clearway.avoidance.hazards import PointHazards
 from clearway.base.errors import InputError
 from clearway.base.frames import enu_from_geodetic
 from clearway.live.detour import known_way
-from clearway.mavlink.adsb import AdsbSettings
+from clearway.live.link.aircraft import TrafficTerms
+from clearway.live.link.floor import FloorRule
+from clearway.live.link.link_state import LinkLimits
+from clearway.live.link.loop import Loop
+from clearway.live.link.session import SessionTerms
 from clearway.mavlink.distances import sector_lidar
-from clearway.mavlink.health import LinkLimits
 from clearway.mavlink.inbox import Inbox
-from clearway.mavlink.links import Link, open_link
-from clearway.mavlink.loop import Loop
+from clearway.mavlink.links import FrameLink, open_link
+from clearway.mavlink.mavlink_link import MavlinkLink
+from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
 from clearway.mavlink.outbox import Outbox, Packer
-from clearway.mavlink.session import Session, SessionSettings
 from clearway.mavlink.signing import SignatureCheck, is_open, read_key
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup, Notice, prepare
@@ -42,15 +45,18 @@ class SessionOptions:
     fan_deg: float = 0.0
     heartbeat_s: float = 3.0
     speedup: float | None = 1.0
+    ask: bool = False
+    """Ask for streams and parameters though read-only."""
 
 
-def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
+def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> tuple[Loop, MavlinkLink]:
     """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
     key = None if options.signing_key is None else read_key(options.signing_key)
     address = _address(options.icao)
     counts: Counter[str] = Counter()
     link = open_link(options.connect, counts)
-    what = "acting" if options.act else "read-only: only our heartbeat is sent, --act sends more"
+    silent = "only our heartbeat is sent" if not options.ask else "our heartbeat and questions"
+    what = "acting" if options.act else f"read-only: {silent}, --act sends more"
     notice(f"listening on {link.name}, {what}")
     _warn(options, key, notice)
     try:
@@ -64,28 +70,63 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> Loop:
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
         _warm_up_more(setup)
-        settings = SessionSettings(
-            act=options.act,
-            system=options.system,
-            component=options.component,
-            lead_s=0.5 / options.rate_hz,
-            position_std_m=file.simulation.position_sigma_m,
-            limits=LinkLimits(
-                options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
-            ),
-            speedup=options.speedup,
-            mission_origin=file.mission.origin_geodetic,
-            traffic=_traffic(file, setup, options, address),
-        )
-        session = Session(system, sensor, settings, counts)
+        session = MavlinkSession(system, sensor, _terms(file, setup, options, address), counts)
         check = None if key is None else SignatureCheck(key)
-        inbox = Inbox(options.system, options.component, check, stream=link.stream)
         outbox = Outbox(Packer(options.system, key=key, check=check), link.send)
+        inbox = Inbox(
+            options.system,
+            options.component,
+            check,
+            stream=link.stream,
+            is_ours=outbox.is_ours,
+        )
         _clear(link, counts)
-        return Loop(link, inbox, session, outbox, 1.0 / options.rate_hz)
+        over = MavlinkLink(link, inbox, session, outbox)
+        return Loop(over, session.core, 1.0 / options.rate_hz), over
     except BaseException:
         link.close()
         raise
+
+
+def frames_only(
+    connect: str, signing_key: Path | None, system: int, component: int
+) -> tuple[FrameLink, Inbox, Outbox]:
+    """A link without a session."""
+    key = None if signing_key is None else read_key(signing_key)
+    link = open_link(connect, Counter())
+    check = None if key is None else SignatureCheck(key)
+    outbox = Outbox(Packer(system, key=key, check=check), link.send)
+    inbox = Inbox(system, component, check, stream=link.stream, is_ours=outbox.is_ours)
+    return link, inbox, outbox
+
+
+def _terms(
+    file: MissionFile, setup: FlightSetup, options: SessionOptions, address: int | None
+) -> MavlinkTerms:
+    floor = FloorRule(
+        file.safety.margin_m,
+        file.rules.floor_m,
+        terrain=file.rules.terrain_m is not None,
+        stays_level=setup.planner.automaton.stays_level,
+    )
+    terms = SessionTerms(
+        act=options.act,
+        lead_s=0.5 / options.rate_hz,
+        limits=LinkLimits(
+            options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
+        ),
+        speedup=options.speedup,
+        traffic=_traffic(file, setup, options, address),
+        floor=floor,
+    )
+    return MavlinkTerms(
+        system=options.system,
+        component=options.component,
+        position_std_m=file.simulation.position_sigma_m,
+        mission_origin=file.mission.origin_geodetic,
+        asks=options.act or options.ask,
+        session=terms,
+    )
 
 
 def _warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
@@ -106,7 +147,7 @@ def _warm_up_more(setup: FlightSetup) -> None:
     known_way(setup.obstacle_map, in_the_way, np.zeros(3), ahead, (margin,))
 
 
-def _clear(link: Link, counts: Counter[str]) -> None:
+def _clear(link: FrameLink, counts: Counter[str]) -> None:
     """Drop what came while we got ready: it is old. A flood does not keep us here."""
     for _ in range(50):
         pieces = link.receive()
@@ -126,9 +167,9 @@ def sensor_of(file: MissionFile, setup: FlightSetup, fan_rad: float) -> Lidar | 
 
 def _traffic(
     file: MissionFile, setup: FlightSetup, options: SessionOptions, address: int | None
-) -> AdsbSettings:
+) -> TrafficTerms:
     reach = setup.planner.grid.range_m
-    return AdsbSettings(
+    return TrafficTerms(
         own_address=address,
         position_std_m=file.traffic.position_sigma_m,
         velocity_std_mps=file.traffic.velocity_sigma_mps,

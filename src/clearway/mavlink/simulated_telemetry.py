@@ -15,6 +15,7 @@ from clearway.base.frames import (
     ned_from_enu,
     world_from_body,
 )
+from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.distances import BODY_FRD, UNKNOWN
 from clearway.mavlink.simulated_vehicle import VehicleTruth
@@ -24,25 +25,57 @@ from clearway.traffic import Intruder
 SECTORS, RAYS = 72, 5
 """Of OBSTACLE_DISTANCE; rays cast in each."""
 FIRST_ADDRESS = 0xC1EA00
-UNMANNED = 14
-"""ADSB_EMITTER_TYPE_UAV."""
+LIGHT, UNMANNED = 1, 14
+"""ADSB_EMITTER_TYPE."""
 ALL_VALID = 1 | 2 | 4 | 8 | 128
-FLIES = 128 | 8
-"""MAV_MODE_FLAG: armed, guided."""
+ARMED, GUIDED = 128, 8
+"""MAV_MODE_FLAG."""
+ON_GROUND, IN_AIR, TAKING_OFF = 1, 2, 3
+"""MAV_LANDED_STATE."""
 QUADROTOR, GENERIC, ACTIVE, MAVLINK_3 = 2, 0, 4, 3
 GEOMETRIC = 1
 """ADSB_ALTITUDE_TYPE_GEOMETRIC."""
 
 
-def slow(origin_geodetic: FloatArray) -> list[Message]:
-    """HEARTBEAT and GPS_GLOBAL_ORIGIN, told every second."""
+def pulse(*, armed: bool, follows: bool) -> Message:
+    """HEARTBEAT."""
+    base = (ARMED if armed else 0) | (GUIDED if follows else 0)
+    return dialect().MAVLink_heartbeat_message(QUADROTOR, GENERIC, base, 0, ACTIVE, MAVLINK_3)
+
+
+def landed(state: int) -> Message:
+    """EXTENDED_SYS_STATE."""
+    return dialect().MAVLink_extended_sys_state_message(0, state)
+
+
+def local_origin(origin_geodetic: FloatArray) -> Message:
+    """GPS_GLOBAL_ORIGIN."""
     latitude, longitude, height = origin_geodetic.tolist()
-    return [
-        dialect().MAVLink_heartbeat_message(QUADROTOR, GENERIC, FLIES, 0, ACTIVE, MAVLINK_3),
-        dialect().MAVLink_gps_global_origin_message(
-            round(latitude * 1e7), round(longitude * 1e7), round(height * 1e3)
-        ),
-    ]
+    return dialect().MAVLink_gps_global_origin_message(
+        round(latitude * 1e7), round(longitude * 1e7), round(height * 1e3)
+    )
+
+
+def home(origin_geodetic: FloatArray, ground_m: float) -> Message:
+    """HOME_POSITION: below the origin of the mission, on the ground."""
+    latitude, longitude, height = origin_geodetic.tolist()
+    return dialect().MAVLink_home_position_message(
+        round(latitude * 1e7),
+        round(longitude * 1e7),
+        round((height + ground_m) * 1e3),
+        *[0.0, 0.0, -ground_m],
+        [1.0, 0.0, 0.0, 0.0],
+        *[0.0, 0.0, 0.0],
+    )
+
+
+def target(set_point: SetPoint, boot_ms: int) -> Message:
+    """POSITION_TARGET_LOCAL_NED: where it flies to."""
+    place = ned_from_enu(set_point.position_m).tolist()
+    speed = np.zeros(3) if set_point.velocity_mps is None else set_point.velocity_mps
+    return dialect().MAVLink_position_target_local_ned_message(
+        boot_ms, 1, 0, *place, *ned_from_enu(speed).tolist(), 0.0, 0.0, 0.0, 0.0, 0.0
+    )
 
 
 def attitude(truth: VehicleTruth, boot_ms: int) -> Message:
@@ -58,13 +91,18 @@ def position(truth: VehicleTruth, boot_ms: int) -> Message:
     return dialect().MAVLink_local_position_ned_message(boot_ms, *place, *velocity)
 
 
-def distances(truth: VehicleTruth, boot_ms: int, world: World, range_m: float) -> Message:
-    """OBSTACLE_DISTANCE: the least distance of the rays in every sector."""
+def nearest(truth: VehicleTruth, world: World, range_m: float) -> FloatArray:
+    """[SECTORS] the least distance of the rays in every sector; inf where there is nothing."""
     turn = world_from_body([0.0, 0.0, truth.yaw_rad])
     rays = np.ascontiguousarray(_sector_rays() @ turn.T)
-    nearest = world.cast(truth.position_m, rays, range_m).reshape(SECTORS, RAYS).min(axis=1)
+    hit = world.cast(truth.position_m, rays, range_m).reshape(SECTORS, RAYS)
+    return np.asarray(hit.min(axis=1))
+
+
+def circle(distance_m: FloatArray, boot_ms: int, range_m: float) -> Message:
+    """OBSTACLE_DISTANCE."""
     reach = round(100.0 * range_m)
-    told = np.where(np.isfinite(nearest), np.floor(100.0 * nearest), reach + 1)
+    told = np.where(np.isfinite(distance_m), np.floor(100.0 * distance_m), reach + 1)
     return dialect().MAVLink_obstacle_distance_message(
         1000 * boot_ms,
         0,
@@ -78,7 +116,23 @@ def distances(truth: VehicleTruth, boot_ms: int, world: World, range_m: float) -
     )
 
 
-def adsb(report: Intruder, names: Sequence[str], origin_geodetic: FloatArray) -> Message:
+def eighths(distance_m: FloatArray, boot_ms: int, range_m: float) -> list[Message]:
+    """DISTANCE_SENSOR of eight sectors."""
+    reach = round(100.0 * range_m)
+    each = SECTORS // 8
+    # The first sector is centred on the nose, and so is its eighth.
+    around = np.roll(distance_m, each // 2)[: 8 * each].reshape(8, each).min(axis=1)
+    return [
+        dialect().MAVLink_distance_sensor_message(
+            boot_ms, 0, reach, int(min(100.0 * far, reach)), 0, 0, number, 0, 0.0, 0.0, [0.0] * 4
+        )
+        for number, far in enumerate(around.tolist())
+    ]
+
+
+def adsb(
+    report: Intruder, names: Sequence[str], origin_geodetic: FloatArray, category: int = UNMANNED
+) -> Message:
     """ADSB_VEHICLE of one of the intruders of a mission, by names."""
     place = geodetic_from_enu(report.position_m, origin_geodetic)
     latitude, longitude, height = place.tolist()
@@ -93,7 +147,7 @@ def adsb(report: Intruder, names: Sequence[str], origin_geodetic: FloatArray) ->
         round(100.0 * math.hypot(east, north)),
         round(100.0 * up),
         report.name[:8].encode("ascii", "replace"),
-        UNMANNED,
+        category,
         0,
         ALL_VALID,
         0,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.frames import FloatArray, wrap_angle
-from clearway.mavlink.setpoints import SetPoint
+from clearway.live.link.set_point import SetPoint
 
 GAIN_PER_S = 1.0
 """Speed towards the set-point's place for every metre away from it."""
@@ -28,14 +28,23 @@ class VehicleTruth:
     """[3]"""
     yaw_rad: float
 
-    def after(self, step_s: float, target: SetPoint, cruise_mps: float) -> VehicleTruth:
+    def after(
+        self,
+        step_s: float,
+        target: SetPoint,
+        cruise_mps: float,
+        acceleration_mps2: float = np.inf,
+    ) -> VehicleTruth:
         """The vehicle a short step later, on its way to a set-point."""
         asked = np.zeros(3) if target.velocity_mps is None else target.velocity_mps
         asked = asked + GAIN_PER_S * (target.position_m - self.position_m)
         speed = float(np.linalg.norm(asked))
         asked = asked * min(1.0, FASTEST * cruise_mps / max(speed, 1e-9))
         share = 1.0 - np.exp(-step_s / LAG_S)
-        velocity = self.velocity_mps + share * (asked - self.velocity_mps)
+        change = share * (asked - self.velocity_mps)
+        hardest = acceleration_mps2 * step_s
+        change = change * min(1.0, hardest / max(float(np.linalg.norm(change)), 1e-9))
+        velocity = self.velocity_mps + change
         turn = float(wrap_angle(target.yaw_rad - self.yaw_rad))
         turn = float(np.clip(turn, -YAW_RATE_RPS * step_s, YAW_RATE_RPS * step_s))
         middle = 0.5 * (velocity + self.velocity_mps)

@@ -98,7 +98,7 @@ def flown_from(
     return FlownReachSet(flown, np.ones(reach_set.nodes, dtype=np.bool_))
 
 
-class Legs(NamedTuple):
+class TurnedLegs(NamedTuple):
     """Movements from every true attitude that the trajectories lead to."""
 
     following: IntArray
@@ -115,7 +115,7 @@ class Legs(NamedTuple):
 
 def _legs(
     turns: AttitudeTurns, automaton: MovementAutomaton, roll_rad: float, pitch_rad: float
-) -> Legs:
+) -> TurnedLegs:
     paths_from = movement_paths(automaton, SAMPLES)
     attitudes = [(0, roll_rad, pitch_rad)]
     known = {(0, round(roll_rad / SAME_RAD), round(pitch_rad / SAME_RAD)): 0}
@@ -142,13 +142,15 @@ def _legs(
     along = np.array(states)
     starts = np.array([pitch for _, _, pitch in attitudes[: len(states)]])
     keeps, stays = _within_limit(automaton, starts, along[:, :, -1, 4])
-    return Legs(np.array(following, dtype=np.int64), along, _sagitta(along, starts), keeps, stays)
+    return TurnedLegs(
+        np.array(following, dtype=np.int64), along, _sagitta(along, starts), keeps, stays
+    )
 
 
 def _within_limit(
     automaton: MovementAutomaton, starts: FloatArray, ends: FloatArray
 ) -> tuple[BoolArray, BoolArray]:
-    """`Legs.keeps` and `Legs.stays`, of pitches at the starts [attitudes] and ends of movements."""
+    """Its `keeps` and `stays`, of pitches at the starts [attitudes] and ends of movements."""
     limit = automaton.pitch_limit_rad
     if limit is None:
         every = np.ones(ends.shape, dtype=np.bool_)
@@ -171,7 +173,7 @@ def _flown(
     parent: IndexArray,
     movement: IndexArray,
     least_sagitta: FloatArray,
-    legs: Legs,
+    legs: TurnedLegs,
     rotation: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, BoolArray]:
     nodes = len(parent)

@@ -6,11 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from clearway.mavlink.health import LinkState
-from clearway.mavlink.inbox import Inbox
-from clearway.mavlink.links import Link
-from clearway.mavlink.outbox import Outbox
-from clearway.mavlink.session import Session, TickOutcome
+from clearway.live.link.link_state import LinkState
+from clearway.live.link.session import Link, Session, TickOutcome
 
 IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
@@ -41,53 +38,43 @@ class Loop:
     """What a session runs on; `run` ends when `stop` says so, or the autopilot restarts."""
 
     link: Link
-    inbox: Inbox
     session: Session
-    outbox: Outbox
     period_s: float
     """Between ticks, by the vehicle's clock."""
 
     @property
     def wall_period_s(self) -> float:
         """The same by our clock."""
-        return self.period_s / (self.session.settings.speedup or 1.0)
+        return self.period_s / (self.session.terms.speedup or 1.0)
 
     def run(self, stop: Stop, on_outcome: OnOutcome) -> LoopReport:
         report, outcome = LoopReport(), None
-        in_lock_step = self.session.settings.speedup is None
+        in_lock_step = self.session.terms.speedup is None
         began = due = time.monotonic()
-        while not stop(time.monotonic() - began, outcome):
-            if in_lock_step:
-                self._until_vehicle(outcome)
-            else:
-                due = self._until(due, report)
-            outcome = self._tick(report)
-            on_outcome(outcome)
-            report.late += not in_lock_step and time.monotonic() > due + self.wall_period_s
-            due += self.wall_period_s
-            if outcome.state is LinkState.RESTARTED:
-                break
+        try:
+            while not stop(time.monotonic() - began, outcome):
+                if in_lock_step:
+                    self._until_vehicle(outcome)
+                else:
+                    due = self._until(due, report)
+                outcome = self._tick(report)
+                on_outcome(outcome)
+                report.late += not in_lock_step and time.monotonic() > due + self.wall_period_s
+                due += self.wall_period_s
+                if outcome.state is LinkState.RESTARTED:
+                    break
+        finally:
+            # Whatever ends it, a vehicle that is led is told to hold.
+            self.link.end()
         return report
-
-    def end(self) -> None:
-        """Say that set-points stop, if there were any."""
-        if self.session.settings.act:
-            self.outbox.send(self.session.farewell())
 
     def _tick(self, report: LoopReport) -> TickOutcome:
         started = time.perf_counter()
-        self._read()
-        outcome = self.session.tick(time.monotonic())
-        self.outbox.send(outcome.messages)
+        self.link.hear(time.monotonic())
+        outcome = self.link.tick(time.monotonic())
         report.tick_s.append(time.perf_counter() - started)
         report.ticks += 1
         return outcome
-
-    def _read(self) -> None:
-        wall_s = time.monotonic()
-        for arrival in self.inbox.take(self.link.receive()):
-            if self.session.take(arrival, wall_s):
-                self.link.answer_to(arrival.peer)
 
     def _until(self, due: float, report: LoopReport) -> float:
         """Sleep until a tick is due; those whose time has passed are left out."""
@@ -108,7 +95,7 @@ class Loop:
         until = time.monotonic() + IDLE_S
         while time.monotonic() < until:
             self.link.wait(until - time.monotonic())
-            self._read()
+            self.link.hear(time.monotonic())
             now = self.session.own_s
             if now is not None and (before is None or now >= before + self.period_s - TOLD_S):
                 return

@@ -12,7 +12,15 @@ class LinkState(StrEnum):
 
     WAITING = "waiting"
     """For a heartbeat, a position with attitude and origin, or the first distances."""
+    ON_GROUND = "on the ground"
+    """Not armed, or not said to be in the air: a set-point would replace the take-off."""
+    REFUSED = "refused"
+    """It may pitch and knows no floor, or a goal lies below it."""
     FLYING = "flying"
+    OTHER_MODE = "other mode"
+    """The mode does not follow set-points: decided from where it flies."""
+    NOT_FOLLOWED = "not followed"
+    """The mode would follow, but the vehicle does not do what it is told."""
     AGEING = "ageing"
     """The position is late: decided on, with a margin that grows with its age."""
     BLIND = "blind"
@@ -31,12 +39,26 @@ class LinkState(StrEnum):
 
     @property
     def decides(self) -> bool:
-        return self in (LinkState.FLYING, LinkState.AGEING, LinkState.BLIND)
+        return self in DECIDING
 
     @property
     def steers(self) -> bool:
         """Whether set-points may be sent."""
         return self.decides or self in (LinkState.STALE, LinkState.ARRIVED)
+
+    @property
+    def may_hold(self) -> bool:
+        """Whether a vehicle that was led may still be told to hold where it was led to."""
+        return self not in (LinkState.RESTARTED, LinkState.ON_GROUND)
+
+
+DECIDING = (
+    LinkState.FLYING,
+    LinkState.OTHER_MODE,
+    LinkState.NOT_FOLLOWED,
+    LinkState.AGEING,
+    LinkState.BLIND,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,25 +86,31 @@ class LinkFacts:
     """None where the mission has no sensor."""
     restarted: bool = False
     arrived: bool = False
+    airborne: bool = True
+    refused: bool = False
+    mode_follows: bool = True
+    followed: bool = True
 
 
 def link_state(facts: LinkFacts, limits: LinkLimits) -> LinkState:
     """The state of the link; the first of the table that fits."""
     sensed_s = facts.distances_age_s or 0.0
-    if facts.restarted:
-        return LinkState.RESTARTED
-    if math.inf in (facts.heartbeat_age_s, facts.position_age_s, sensed_s):
-        return LinkState.WAITING
-    if facts.heartbeat_age_s > limits.heartbeat_s:
-        return LinkState.LINK_LOST
-    if facts.position_age_s > limits.lost_s:
-        return LinkState.POSITION_LOST
-    if sensed_s > limits.sensor_lost_s and not facts.arrived:
-        return LinkState.SENSOR_LOST
-    if facts.arrived:
-        return LinkState.ARRIVED
-    if facts.position_age_s > limits.stale_s:
-        return LinkState.STALE
-    if sensed_s > limits.blind_s:
-        return LinkState.BLIND
-    return LinkState.AGEING if facts.position_age_s > limits.ageing_s else LinkState.FLYING
+    fits = (
+        (LinkState.RESTARTED, facts.restarted),
+        (
+            LinkState.WAITING,
+            math.inf in (facts.heartbeat_age_s, facts.position_age_s, sensed_s),
+        ),
+        (LinkState.LINK_LOST, facts.heartbeat_age_s > limits.heartbeat_s),
+        (LinkState.POSITION_LOST, facts.position_age_s > limits.lost_s),
+        (LinkState.ON_GROUND, not facts.airborne),
+        (LinkState.REFUSED, facts.refused),
+        (LinkState.SENSOR_LOST, sensed_s > limits.sensor_lost_s and not facts.arrived),
+        (LinkState.ARRIVED, facts.arrived),
+        (LinkState.STALE, facts.position_age_s > limits.stale_s),
+        (LinkState.BLIND, sensed_s > limits.blind_s),
+        (LinkState.AGEING, facts.position_age_s > limits.ageing_s),
+        (LinkState.OTHER_MODE, not facts.mode_follows),
+        (LinkState.NOT_FOLLOWED, not facts.followed),
+    )
+    return next((state for state, fit in fits if fit), LinkState.FLYING)

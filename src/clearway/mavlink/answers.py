@@ -1,0 +1,103 @@
+"""What others ask of our component: who it is, what time it is, and to fly elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from clearway.base.frames import FloatArray
+from clearway.base.version import __version__
+from clearway.mavlink import dialect as known
+from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
+from clearway.mavlink.own_state import DEGREES_E7
+
+REQUEST_MESSAGE, REQUEST_CAPABILITIES, DO_REPOSITION = 512, 520, 192
+"""MAV_CMD."""
+AUTOPILOT_VERSION, HEARTBEAT = 148, 0
+ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
+"""MAV_RESULT."""
+ABOVE_HOME, ABOVE_SEA = (3, 6), (0, 5)
+"""MAV_FRAME."""
+NO_POSITION = 0x007
+"""Bits of a type mask that leave the position out."""
+MAVLINK_2, COMMAND_INTS = 8192, 8
+"""MAV_PROTOCOL_CAPABILITY: MAVLink 2, COMMAND_INT."""
+
+NewGoal = Callable[[FloatArray, bool], str | None]
+"""(latitude, longitude, height; whether that is above home) -> why it is refused, or None."""
+
+
+class Answers:
+    """Answers what is addressed to us; `notes` tells what was asked of whoever watches."""
+
+    def __init__(self, system: int, new_goal: NewGoal) -> None:
+        self.notes: list[str] = []
+        self._system, self._new_goal = system, new_goal
+
+    def to(self, message: Message, number: int, asker: tuple[int, int]) -> list[Message]:
+        """What is sent back."""
+        if number == known.TIMESYNC:
+            return self._time(message)
+        if not self._is_ours(message):
+            return []
+        if number == known.COMMAND_LONG:
+            return self._command(message, asker, None)
+        if number == known.COMMAND_INT:
+            place = np.array([message.x * DEGREES_E7, message.y * DEGREES_E7, message.z])
+            return self._command(message, asker, (place, message.frame))
+        place = np.array([message.lat_int * DEGREES_E7, message.lon_int * DEGREES_E7, message.alt])
+        if message.type_mask & NO_POSITION:
+            self.notes.append("SET_POSITION_TARGET_GLOBAL_INT without a position: left aside")
+        else:
+            self._goal("SET_POSITION_TARGET_GLOBAL_INT", place, message.coordinate_frame)
+        return []
+
+    def _is_ours(self, message: Message) -> bool:
+        system, component = message.target_system, message.target_component
+        return system in (0, self._system) and component in (0, OBSTACLE_AVOIDANCE)
+
+    def _command(
+        self, message: Message, asker: tuple[int, int], place: tuple[FloatArray, int] | None
+    ) -> list[Message]:
+        number, wanted = int(message.command), message.param1
+        said: list[Message] = []
+        if number == DO_REPOSITION:
+            if place is None:
+                at = np.array([message.param5, message.param6, message.param7])
+                place = (at, ABOVE_SEA[0])
+            result = self._goal("DO_REPOSITION", *place)
+        elif number == REQUEST_CAPABILITIES or (
+            number == REQUEST_MESSAGE and wanted == AUTOPILOT_VERSION
+        ):
+            result, said = ACCEPTED, [version()]
+        elif message.target_component == 0:
+            return []  # The autopilot is asked too, and knows better.
+        else:
+            result = UNSUPPORTED
+        ack = dialect().MAVLink_command_ack_message(number, result, 0, 0, *asker)
+        return [ack, *said]
+
+    def _goal(self, what: str, place: FloatArray, frame: int) -> int:
+        if frame not in (*ABOVE_HOME, *ABOVE_SEA) or not np.all(np.isfinite(place)):
+            why: str | None = "needs a place on Earth, its height above the home or the sea"
+        else:
+            why = self._new_goal(place, frame in ABOVE_HOME)
+        self.notes.append(f"{what}: {'a new goal' if why is None else 'refused, ' + why}")
+        return ACCEPTED if why is None else DENIED
+
+    def _time(self, message: Message) -> list[Message]:
+        """TIMESYNC: our clock beside theirs."""
+        if message.tc1 != 0:
+            return []
+        return [dialect().MAVLink_timesync_message(time.monotonic_ns(), message.ts1)]
+
+
+def version() -> Message:
+    """AUTOPILOT_VERSION of our component."""
+    parts = [int(part) if part.isdigit() else 0 for part in __version__.split(".")[:3]]
+    number = sum(min(part, 255) << (24 - 8 * at) for at, part in enumerate(parts))
+    return dialect().MAVLink_autopilot_version_message(
+        MAVLINK_2 | COMMAND_INTS, number, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
+    )

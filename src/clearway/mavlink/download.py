@@ -1,0 +1,167 @@
+"""Mission, fence and rally points of an autopilot, taken over a link and written as a plan.
+
+The mission protocol: the list is asked for, its length comes, items are asked for one by one, and
+the end is acknowledged. What does not come is asked for again.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from clearway.base.errors import InputError
+from clearway.mavlink import dialect as known
+from clearway.mavlink.dialect import Message, dialect
+from clearway.mavlink.inbox import ReceivedMessage
+from clearway.mavlink.own_state import DEGREES_E7
+
+KINDS = {"mission": 0, "fence": 1, "rally": 2}
+"""MAV_MISSION_TYPE."""
+ASK_AGAIN_S, MOST_ASKED = 1.0, 5
+MOST_ITEMS = 10_000
+INCLUDED, EXCLUDED, CIRCLE_INCLUDED, CIRCLE_EXCLUDED = 5001, 5002, 5003, 5004
+"""MAV_CMD of fence items."""
+IN_PLACES = (5, 6, 11, 0, 3, 10)
+"""MAV_FRAME of places on Earth."""
+
+
+class ListDownload:
+    """One list; ask `to_send` for what is to be sent, and tell it what comes."""
+
+    def __init__(self, kind: int, system: int, component: int) -> None:
+        self.items: list[Message] = []
+        self.done = False
+        self.missing = False
+        """Whether the autopilot has no such list, or never answered."""
+        self._kind, self._target = kind, (system, component)
+        self._count: int | None = None
+        self._asked_s, self._asked = -math.inf, 0
+
+    def to_send(self, now_s: float) -> list[Message]:
+        """A question, where one is due; at the end the acknowledgement."""
+        if self.done or now_s - self._asked_s < ASK_AGAIN_S:
+            return []
+        if self._asked == MOST_ASKED:
+            self.done = self.missing = True
+            return []
+        self._asked, self._asked_s = self._asked + 1, now_s
+        if self._count is None:
+            return [dialect().MAVLink_mission_request_list_message(*self._target, self._kind)]
+        make = dialect().MAVLink_mission_request_int_message
+        return [make(*self._target, len(self.items), self._kind)]
+
+    def hear(self, message: Message, number: int) -> list[Message]:
+        """MISSION_COUNT, MISSION_ITEM_INT or MISSION_ACK; what is to be said to it at once."""
+        if self.done or message.mission_type != self._kind:
+            return []
+        if number == known.MISSION_ACK:
+            if self._count is None and message.type != 0:
+                self.done = self.missing = True
+            return []
+        if number == known.MISSION_COUNT:
+            if self._count is None:
+                self._count = min(int(message.count), MOST_ITEMS)
+        elif self._count is None or message.seq != len(self.items):
+            return []
+        else:
+            self.items.append(message)
+        self._asked, self._asked_s = 0, -math.inf
+        if self._count is not None and len(self.items) == self._count:
+            self.done = True
+            return [dialect().MAVLink_mission_ack_message(*self._target, 0, self._kind)]
+        return []
+
+
+def download(
+    receive: Callable[[], list[ReceivedMessage]],
+    send: Callable[[list[Message]], None],
+    system: int,
+    component: int,
+    wait: Callable[[float], None],
+    clock: Callable[[], float] = time.monotonic,
+) -> dict[str, list[Message]]:
+    """All lists by name; raises InputError where the autopilot gives no mission."""
+    found = {}
+    for name, kind in KINDS.items():
+        one = ListDownload(kind, system, component)
+        while not one.done:
+            send(one.to_send(clock()))
+            wait(0.05)
+            for arrival in receive():
+                if arrival.number in (
+                    known.MISSION_COUNT,
+                    known.MISSION_ITEM_INT,
+                    known.MISSION_ACK,
+                ):
+                    send(one.hear(arrival.message, arrival.number))
+        found[name] = one.items
+        if name == "mission" and (one.missing or len(one.items) < 2):
+            raise InputError("--download", "the autopilot gives no mission of two items or more")
+    return found
+
+
+def as_plan(lists: dict[str, list[Message]]) -> dict[str, Any]:
+    """The lists as the tables of a QGroundControl plan, which clearway reads as a mission."""
+    home, items = lists["mission"][0], lists["mission"][1:]
+    return {
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "clearway",
+        "mission": {
+            "version": 2,
+            "firmwareType": 0,
+            "vehicleType": 2,
+            "plannedHomePosition": _place(home),
+            "items": [_item(message, number) for number, message in enumerate(items, 1)],
+        },
+        "geoFence": {"version": 2, **_fences(lists["fence"])},
+        "rallyPoints": {"version": 2, "points": [_place(message) for message in lists["rally"]]},
+    }
+
+
+def write_plan(lists: dict[str, list[Message]], path: Path) -> None:
+    """Raises InputError where the file cannot be written."""
+    try:
+        path.write_text(json.dumps(as_plan(lists), indent=2, allow_nan=False) + "\n")
+    except OSError as cause:
+        raise InputError("--download", f"{path} cannot be written: {cause.strerror}") from cause
+
+
+def _item(message: Message, number: int) -> dict[str, Any]:
+    params = [message.param1, message.param2, message.param3, message.param4]
+    told = [value if math.isfinite(value) else None for value in params]
+    there = _place(message) if message.frame in IN_PLACES else [message.x, message.y, message.z]
+    return {
+        "type": "SimpleItem",
+        "command": int(message.command),
+        "frame": {5: 0, 6: 3, 11: 10}.get(message.frame, int(message.frame)),
+        "params": [*told, *there],
+        "autoContinue": bool(message.autocontinue),
+        "doJumpId": number,
+    }
+
+
+def _place(message: Message) -> list[float]:
+    return [round(message.x * DEGREES_E7, 7), round(message.y * DEGREES_E7, 7), message.z]
+
+
+def _fences(items: list[Message]) -> dict[str, Any]:
+    """Circles and polygons; of a polygon each corner comes as an item."""
+    circles, polygons, corners = [], [], []
+    for message in items:
+        place = _place(message)[:2]
+        if message.command in (CIRCLE_INCLUDED, CIRCLE_EXCLUDED):
+            circle = {"center": place, "radius": float(message.param1)}
+            inside = message.command == CIRCLE_INCLUDED
+            circles.append({"circle": circle, "inclusion": inside, "version": 1})
+        elif message.command in (INCLUDED, EXCLUDED):
+            corners.append(place)
+            if len(corners) >= message.param1:
+                inside = message.command == INCLUDED
+                polygons.append({"polygon": corners, "inclusion": inside, "version": 1})
+                corners = []
+    return {"circles": circles, "polygons": polygons}

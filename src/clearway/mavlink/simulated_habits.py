@@ -1,0 +1,53 @@
+"""Habits of real autopilots that a simulated one can take on, each seen on ArduCopter's own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Habits:
+    """None of them by default."""
+
+    takes_off_s: float = 0.0
+    """Begins on the ground, and takes off for so long; a set-point meanwhile ends the take-off."""
+    stays_on_ground: bool = False
+    """Never takes off by itself: disarmed."""
+    follows_from_s: float = 0.0
+    """Its mode follows set-points from then on."""
+    pauses_s: tuple[float, float] = (math.inf, math.inf)
+    """From when until when another mode brakes and holds."""
+    deaf: bool = False
+    """Takes no set-point, and says nothing of it, as one that asks for signatures."""
+    timeout_s: float = math.inf
+    """A set-point is flown on for so long after it came; then it stops."""
+    acceleration_mps2: float = math.inf
+    traffic_every_s: float = 0.0
+    """New positions of aircraft come so seldom; between them the old one is told every second, with
+    the age that it had."""
+    traffic_late_s: float = 0.0
+    """Positions of aircraft are older than told by up to so much."""
+    lost_from_s: float = math.inf
+    """From then on nothing new is heard of aircraft: the last position is told again and again."""
+    stall_s: tuple[float, float] = (math.inf, 0.0)
+    """When its clock stands still, and for how long."""
+    jitter_s: float = 0.0
+    """Messages come late by up to so much."""
+    asks_first: bool = False
+    """Streams come only when they are asked for; heartbeats come anyway."""
+    sectors: bool = False
+    """Distances come as DISTANCE_SENSOR, one for each of eight sectors."""
+    sensor_dies_s: float = math.inf
+    height_off_m: float = 0.0
+    """Of the local frame's zero above the home."""
+    seed: int = 0
+
+    def late_s(self, name: str, time_s: float) -> float:
+        """How much older than told the position of an aircraft is."""
+        if not self.traffic_late_s:
+            return 0.0
+        parts = [self.seed, round(1000.0 * time_s), *name.encode()]
+        return float(np.random.default_rng(parts).uniform(0.0, self.traffic_late_s))

@@ -1,0 +1,149 @@
+"""Distances of a flight into scans: OBSTACLE_DISTANCE, DISTANCE_SENSOR, OBSTACLE_DISTANCE_3D.
+
+Whole circles come as OBSTACLE_DISTANCE; a proximity sensor of the autopilot's comes as one
+DISTANCE_SENSOR for each of its sectors; single obstacles come as OBSTACLE_DISTANCE_3D. The first
+counts before the second. What none of them tells of is unknown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.state import State
+from clearway.live.link.session import Session
+from clearway.mavlink.dialect import Message
+from clearway.mavlink.distances import (
+    BODY_FRD,
+    OTHER_FRAME,
+    TOUCHING_M,
+    Sectors,
+    nothing_known,
+    scan_of,
+)
+from clearway.sensors import Lidar, Scan
+
+LEVEL_ORIENTATIONS = 8
+"""MAV_SENSOR_ROTATION_NONE, YAW_45 and so on: sectors of 45 degrees, clockwise from ahead."""
+SECTOR_DEG, FINE_DEG = 45.0, 5.0
+TOGETHER_S = 0.5
+"""Sectors told within this time make one scan."""
+CIRCLES_S = 1.0
+"""After OBSTACLE_DISTANCE, single sectors tell nothing new for so long."""
+MOST_OBSTACLES = 1000
+
+NOT_LEVEL = "distances: a sensor that looks neither level nor ahead"
+UNREADABLE = "distances: no number"
+
+
+@dataclass(slots=True)
+class _Sector:
+    time_s: float
+    distance_m: float
+    reach_m: float
+    width_deg: float
+
+
+@dataclass(slots=True)
+class Surroundings:
+    """Takes messages, and gives a session scans of `sensor`; None where the mission has none."""
+
+    session: Session
+    sensor: Lidar | None
+    counts: Counter[str]
+    _circle_s: float = -math.inf
+    _sectors: dict[int, _Sector] = field(default_factory=dict)
+    _news: bool = False
+    _last: tuple[float, Sectors] | None = None
+    _obstacles: list[tuple[float, FloatArray]] = field(default_factory=list)
+
+    def take_circle(self, message: Message, wall_s: float) -> None:
+        """OBSTACLE_DISTANCE; its time since boot, or since 1970, may be nonsense."""
+        sectors = Sectors.of(message, self.counts)
+        if sectors is not None:
+            self._circle_s = wall_s
+            self._tell(message.time_usec * 1e-6, sectors, wall_s)
+
+    def take_sector(self, message: Message, time_s: float, wall_s: float) -> None:
+        """DISTANCE_SENSOR: one of eight sectors round the vehicle."""
+        if message.orientation >= LEVEL_ORIENTATIONS:
+            self.counts[NOT_LEVEL] += 1
+            return
+        if wall_s - self._circle_s <= CIRCLES_S:
+            return
+        reach = 0.01 * message.max_distance
+        distance = max(0.01 * message.current_distance, TOUCHING_M)
+        if not reach > 0.0:
+            self.counts[UNREADABLE] += 1
+            return
+        wide = math.degrees(message.horizontal_fov)
+        width = wide if 0.0 < wide < SECTOR_DEG else SECTOR_DEG
+        far = distance >= reach
+        sector = _Sector(time_s, math.inf if far else distance, reach, width)
+        self._sectors[message.orientation] = sector
+        self._news = True
+
+    def take_obstacle(self, message: Message, time_s: float) -> None:
+        """OBSTACLE_DISTANCE_3D: one obstacle, forward, right, down of the vehicle."""
+        place = np.array([message.x, -message.y, -message.z])
+        if message.frame != BODY_FRD:
+            self.counts[OTHER_FRAME] += 1
+        elif not np.all(np.abs(place) <= 1e4):
+            self.counts[UNREADABLE] += 1
+        elif len(self._obstacles) < MOST_OBSTACLES:
+            self._obstacles.append((time_s, place))
+
+    def flush(self, wall_s: float) -> None:
+        """Sectors and obstacles that have come one by one, as one scan."""
+        if self._news:
+            self._news = False
+            newest = max(sector.time_s for sector in self._sectors.values())
+            self._tell(newest, self._joined(newest), wall_s)
+        if not self._obstacles:
+            return
+        newest = max(time_s for time_s, _ in self._obstacles)
+        places = np.array([place for _, place in self._obstacles])
+        self._obstacles.clear()
+        lidar, counts = self.sensor, self.counts
+        known = nothing_known(1.0 if lidar is None else lidar.pattern.max_range_m)
+        if self._last is not None and abs(newest - self._last[0]) <= TOGETHER_S:
+            known = self._last[1]
+
+        def scan_at(state: State, heading_rad: float) -> Scan:
+            assert lidar is not None
+            scan = scan_of(known, lidar, state, heading_rad, counts)
+            turned = world_from_body([0.0, 0.0, heading_rad])
+            points = places @ turned.T @ state.world_from_body
+            return replace(scan, points_m=np.concatenate([scan.points_m, points]))
+
+        self.session.hear_scan(newest, scan_at, wall_s)
+
+    def _joined(self, newest_s: float) -> Sectors:
+        """All sectors told lately, as a circle of small ones."""
+        count = round(360.0 / FINE_DEG)
+        distance = np.full(count, np.nan)
+        reach = math.inf
+        middles = FINE_DEG * np.arange(count)
+        for orientation, sector in self._sectors.items():
+            if newest_s - sector.time_s > TOGETHER_S:
+                continue
+            off = (middles - SECTOR_DEG * orientation + 180.0) % 360.0 - 180.0
+            within = np.abs(off) <= max(0.5 * sector.width_deg, 0.5 * FINE_DEG - 1e-9)
+            # On the border of two sectors the nearer one counts.
+            distance[within] = np.fmin(distance[within], sector.distance_m)
+            reach = min(reach, sector.reach_m)
+        return Sectors(distance, math.radians(FINE_DEG), 0.0, False, reach)
+
+    def _tell(self, told_s: float, sectors: Sectors, wall_s: float) -> None:
+        lidar, counts = self.sensor, self.counts
+        self._last = (told_s, sectors)
+
+        def scan_at(state: State, heading_rad: float) -> Scan:
+            assert lidar is not None
+            return scan_of(sectors, lidar, state, heading_rad, counts)
+
+        self.session.hear_scan(told_s, scan_at, wall_s)

@@ -1,0 +1,105 @@
+"""On which side aircraft are passed: it is kept, and no way is taken that only ends before them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.passing import meetings
+from clearway.io.toml import parse_model
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.sim.scripted import ScriptedIntruder
+from worlds_for_tests import LIBRARY
+
+KEPT_M = 11.0
+"""Margin and half span of the aircraft below."""
+
+
+@pytest.fixture(scope="module")
+def crossing() -> FlightSetup:
+    """At 3 m/s, with 40 m of sight; who crosses does so at 20 m/s or so."""
+    return prepare(
+        parse_model(
+            "crossing",
+            {
+                "mission": {"name": "crossing", "waypoints_m": [[120, 0, 40]], "reach_radius_m": 4},
+                "vehicle": {"position_m": [0, 0, 40], "speed_mps": 3.0},
+                "grid": {
+                    "range_m": 40,
+                    "layers": 10,
+                    "azimuth_deg": 45,
+                    "columns": 7,
+                    "elevation_deg": 30,
+                    "rows": 5,
+                },
+                "safety": {"margin_m": 5.0},
+                "lidar": [],
+            },
+            MissionFile,
+        )
+    )
+
+
+def crosser(angle_rad: float, speed_mps: float, off_m: float) -> ScriptedIntruder:
+    """Somebody who would hit after 21 s, or nearly so, and is heard of 13 s before."""
+    velocity = speed_mps * np.array([np.cos(angle_rad), np.sin(angle_rad), 0.0])
+    meets = np.array([63.0 + off_m, 0.0, 40.0])
+    return ScriptedIntruder("FAST", 8.0, meets - 13.0 * velocity, velocity, radius_m=6.0,
+                            spawn="world")  # fmt: skip
+
+
+def changes_of_side(asides: list[np.ndarray]) -> int:
+    """How often the direction to the aircraft at the closest approach turned by more than 90 deg
+    from where it was first, or last changed to."""
+    changes, begun = 0, asides[0]
+    for aside in asides[1:]:
+        if aside @ begun < 0.0:
+            changes, begun = changes + 1, aside
+    return changes
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "speed_mps", "off_m"), [(-90, 20, 0), (100, 30, 2), (-120, 12, -3)]
+)
+def test_a_side_once_chosen_is_kept(
+    crossing: FlightSetup, angle_deg: float, speed_mps: float, off_m: float
+) -> None:
+    who = crosser(np.radians(angle_deg), speed_mps, off_m)
+    asides: list[np.ndarray] = []
+
+    def look(entry: object, _progress: object) -> None:
+        decision = entry.flight.decision  # type: ignore[attr-defined]
+        if decision.passings:
+            met = meetings(decision.prepared.reach_set, decision.hazards.moving, ("FAST",))
+            asides.append(decision.frame.world_from_grid @ met[0].aside_m[decision.choice.node])
+
+    run = replace(crossing, script=(who,)).fly(look).summary()
+    assert run["reached"]
+    assert run["emergencies"] == 0
+    assert run["min_intruder_distance_m"] >= KEPT_M - 0.05
+    assert len(asides) >= 5
+    assert changes_of_side(asides) == 0
+
+
+def test_a_way_that_ends_first_is_met_as_if_flown_straight_on() -> None:
+    reach_set = LIBRARY.nearest(0.0)
+    # It comes from ahead at the own speed, and is where the vehicle then is after half the time.
+    late = float(reach_set.end_time_s.max())
+    none = np.zeros(1)
+    moving = MovingHazards(
+        np.array([[late, 0.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]]), none + 0.5, none, none, none
+    )
+    (met,) = meetings(reach_set, moving, ("ahead",))
+    ends = reach_set.samples_m[:, -1]
+    straight = int(np.argmax(ends[:, 0] - np.abs(ends[:, 1]) - np.abs(ends[:, 2])))
+    first = reach_set.path(straight)[0]
+    for node in (straight, int(first)):
+        assert met.time_s[node] == pytest.approx(0.5 * late, rel=1e-6)
+        assert np.abs(met.aside_m[node]).max() < 1e-6
+    # Verification sees what is met on the way; what comes after its end only this does.
+    assert met.lack_m[first] == pytest.approx(0.5, abs=1e-6)
+    assert met.lack_m[straight] < -0.4 * late

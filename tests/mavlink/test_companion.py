@@ -1,0 +1,283 @@
+"""A good companion computer: flights of the simulated autopilot with the habits of real ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from clearway.io.toml import parse_model
+from clearway.live.link.following import Following
+from clearway.live.link.link_state import LinkState
+from clearway.mavlink.set_points import HOLD
+from clearway.mavlink.simulated_habits import Habits
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.setup import FlightSetup, prepare
+from clearway.sim.scripted import ScriptedIntruder
+from mavlink_for_tests import SET_POINT, Bench, attitude, heartbeat, in_the_air, position, sent
+from simulated_flight import SimulatedFlight
+
+CALM: dict[str, Any] = {
+    "mission": {"name": "companion", "waypoints_m": [[40, 0, 7]], "reach_radius_m": 2},
+    "vehicle": {"position_m": [0, 0, 7], "speed_mps": 3.0},
+    "grid": {"range_m": 40, "layers": 10, "azimuth_deg": 45, "columns": 7, "elevation_deg": 30,
+             "rows": 5},
+    "safety": {"margin_m": 5.0},
+    "lidar": [],
+}  # fmt: skip
+
+
+def mission(**changes: dict[str, Any]) -> tuple[MissionFile, FlightSetup]:
+    tables = {key: changes.get(key, table) for key, table in CALM.items()}
+    file = parse_model("companion", tables, MissionFile)
+    return file, prepare(file)
+
+
+@pytest.fixture(scope="module")
+def calm() -> tuple[MissionFile, FlightSetup]:
+    """Nothing in the way, at 7 m with a margin of 5."""
+    return mission()
+
+
+def set_points(flight: SimulatedFlight) -> list[tuple[float, Any]]:
+    return [(o.time_s, p) for o in flight.outcomes for p in sent(o, SET_POINT)]
+
+
+# --- in the air, followed, with a floor ---------------------------------------------------------
+
+
+def test_nothing_is_sent_before_the_autopilot_has_taken_off(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(takes_off_s=4.0))
+    flight.run(8.0)
+    boot_s = 10.0
+    assert set_points(flight)[0][0] >= boot_s + 4.0
+    assert flight.autopilot.truth.position_m[0] > 3.0
+    assert flight.states[:2] == ["on the ground", "flying"]
+
+
+def test_a_vehicle_that_stays_on_the_ground_is_left_alone(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(stays_on_ground=True))
+    flight.run(3.0)
+    assert not set_points(flight)
+    assert flight.states[-1] == "on the ground"
+
+
+def test_where_nothing_says_that_it_flies_nothing_is_sent_and_that_is_said() -> None:
+    bench = Bench(airborne=False, sensor=False)
+    outcome = bench.tick(1.0, heartbeat(), attitude(1.0), position(1.0))
+    assert outcome.state is LinkState.ON_GROUND
+    assert outcome.why_state == "nothing says that the vehicle is in the air"
+    assert bench.tick(1.1, in_the_air(), position(1.1)).state is LinkState.FLYING
+    assert bench.tick(1.2, in_the_air(4), position(1.2)).state is LinkState.ON_GROUND
+
+
+def test_a_pilot_who_hands_back_is_not_chased_after(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(pauses_s=(4.0, 9.0), acceleration_mps2=3.0))
+    flight.run(14.0)
+    assert "other mode" in flight.states
+    assert flight.states[-1] in ("flying", "arrived")
+    assert len(flight.leads_m) > 100
+    # 0.3 s at 3 m/s, and what it flies in a tick; the plan itself ran on for 15 m meanwhile.
+    assert max(flight.leads_m) <= 0.3 * 3.0 + 0.5
+
+
+def test_the_floor_is_the_home_plus_the_margin_even_in_an_emergency(calm: Any) -> None:
+    file, setup = calm
+    # It comes up from behind and below the only way out would be down.
+    who = ScriptedIntruder("FAST", 2.0, np.array([20.0, 130.0, 8.5]),
+                           np.array([0.0, -20.0, 0.0]), radius_m=6.0, spawn="world")  # fmt: skip
+    flight = SimulatedFlight(file, replace(setup, script=(who,)))
+    flight.run(20.0)
+    assert flight.autopilot.lowest_m >= 5.0 - 0.05
+    assert min(p.position_m[2] for o in flight.outcomes if (p := o.set_point) is not None) >= 5.0
+
+
+@pytest.mark.parametrize(("height_m", "said"), [
+    (3.5, "refused: goal 1 at 3.5 m is below the floor of 5.0 m (home at 0.0 m"),
+])  # fmt: skip
+def test_a_goal_below_the_floor_is_refused_with_numbers(height_m: float, said: str) -> None:
+    file, setup = mission(
+        mission={"name": "low", "waypoints_m": [[40, 0, height_m]], "reach_radius_m": 2},
+        vehicle={"position_m": [0, 0, 9], "speed_mps": 3.0},
+        safety={"margin_m": 5.0},
+    )
+    flight = SimulatedFlight(file, setup)
+    # The simulated home is put well below a mission that flies low; here it is where it is.
+    flight.autopilot.ground_m = 0.0
+    flight.run(2.0)
+    assert flight.states[-1] == "refused"
+    assert any(said.removeprefix("refused: ") in o.why_state for o in flight.outcomes)
+    assert not set_points(flight)
+
+
+def test_without_a_home_it_may_not_pitch() -> None:
+    from clearway.live.link.floor import FloorRule
+
+    bench = Bench(sensor=False, floor=FloorRule(5.0))
+    outcome = bench.tick(1.0, heartbeat(), attitude(1.0), position(1.0))
+    assert outcome.state is LinkState.REFUSED
+    assert "no floor" in outcome.why_state
+    assert "5 m are to be kept" in outcome.why_state
+    home = mavlink.MAVLink_home_position_message(
+        520_000_000, 43_000_000, -6_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0
+    )
+    origin = mavlink.MAVLink_gps_global_origin_message(520_000_000, 43_000_000, 10_000)
+    flying = bench.tick(1.1, origin, home, position(1.1))
+    assert flying.state is LinkState.FLYING
+    assert bench.session.core.floor_m == pytest.approx(-11.0)
+
+
+# --- it ends ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("how", ["told to end", "sensor dies"])
+def test_the_last_set_point_holds(calm: Any, how: str) -> None:
+    if how == "told to end":
+        flight = SimulatedFlight(*calm, Habits(acceleration_mps2=2.5))
+        flight.run(5.0)
+        before = flight.autopilot.truth.position_m
+        flight.end()
+    else:
+        file, setup = mission(
+            lidar=[{}],
+            vehicle={"position_m": [0, 0, 7], "speed_mps": 3.0, "pitch_limit_deg": 0},
+            mission={"name": "long", "waypoints_m": [[400, 0, 7]], "reach_radius_m": 2},
+        )
+        flight = SimulatedFlight(file, setup, Habits(acceleration_mps2=2.5, sensor_dies_s=3.0))
+        while flight.states[-1:] != ["sensor lost"]:
+            before = flight.autopilot.truth.position_m
+            flight.step()
+        assert [o for o in flight.outcomes if o.state is LinkState.SENSOR_LOST]
+    assert flight.autopilot.target is not None
+    assert flight.autopilot.target.velocity_mps is None
+    flight.autopilot.fly(flight.autopilot.time_s + 15.0)
+    after = flight.autopilot.truth
+    assert np.linalg.norm(after.velocity_mps) < 0.05
+    # 3 m/s and 2.5 m/s^2: 1.8 m to stop, and the lead. A time-out of 3 s alone is 9 m more.
+    assert np.linalg.norm(after.position_m - before) < 4.0
+
+
+def test_the_loop_holds_whatever_ends_it() -> None:
+    from simulated_flight import Wire, looped
+
+    bench, wire = Bench(sensor=False), Wire()
+    bench.tick(1.0, heartbeat(), attitude(1.0), position(1.0))
+    loop = looped(wire, bench, 0.01)
+
+    def fails(_outcome: Any) -> None:
+        raise KeyboardInterrupt
+
+    # The bench's clock is not the loop's: what was led last is all that counts here.
+    with pytest.raises(KeyboardInterrupt):
+        loop.run(lambda _elapsed, _outcome: False, fails)
+    codec = mavlink.MAVLink(None)
+    told = [codec.decode(bytearray(data)) for data, _ in wire.told]
+    last = [m for m in told if m.get_type() == SET_POINT]
+    assert last[-1].type_mask == HOLD
+
+
+# --- the clock ----------------------------------------------------------------------------------
+
+
+def test_a_stall_of_a_second_is_got_over() -> None:
+    file, setup = mission(
+        lidar=[{}],
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 3.0, "pitch_limit_deg": 0},
+        mission={"name": "long", "waypoints_m": [[400, 0, 7]], "reach_radius_m": 2},
+    )
+    flight = SimulatedFlight(file, setup, Habits(stall_s=(5.0, 1.0), jitter_s=0.03))
+    flight.run(40.0)
+    assert flight.counts["distances: no own position of their time"] <= 5
+    assert not {"blind", "sensor lost", "position lost"} & set(flight.states)
+    last = [o for o in flight.outcomes if o.time_s > flight.outcomes[-1].time_s - 10.0]
+    assert {o.state for o in last} == {LinkState.FLYING}
+    times = np.diff([o.time_s for o in flight.outcomes])
+    assert times.min() >= 0.0
+
+
+# --- being followed -----------------------------------------------------------------------------
+
+
+def test_an_autopilot_that_takes_no_set_points_is_noticed_within_two_seconds(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(deaf=True))
+    flight.run(5.0)
+    first = set_points(flight)[0][0]
+    noticed = next(o for o in flight.outcomes if o.state is LinkState.NOT_FOLLOWED)
+    assert noticed.time_s - first <= 2.0
+    assert noticed.why_state == "the vehicle does not move as it is told"
+
+
+def test_one_that_follows_slowly_is_not_suspected(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(acceleration_mps2=1.5, timeout_s=1.0))
+    flight.run(12.0)
+    assert "not followed" not in flight.states
+
+
+def test_another_target_is_noticed() -> None:
+    following = Following(3.0)
+    for n in range(10):
+        place = np.array([0.3 * n, 0.0, 0.0])
+        following.tell(0.1 * n, place, np.array([3.0, 0.0, 0.0]), place)
+    following.hear_target(np.array([1.5, 0.2, 0.0]))
+    assert following.flaw is None
+    following.hear_target(np.array([80.0, 0.0, 0.0]))
+    following.hear_target(np.array([80.0, 0.0, 0.0]))
+    assert following.flaw == "the autopilot flies to another target"
+
+
+# --- traffic ------------------------------------------------------------------------------------
+
+
+def crossing(calm: Any, habits: Habits, seed: int = 0) -> SimulatedFlight:
+    """One aircraft at 20 m/s, 13 s before it would hit."""
+    file, setup = calm
+    r = np.random.default_rng(seed)
+    angle = r.uniform(-2.2, -0.9) * r.choice([-1.0, 1.0])
+    velocity = 20.0 * np.array([math.cos(angle), math.sin(angle), 0.0])
+    meets = np.array([3.0 * 14.0 + r.uniform(-3.0, 3.0), 0.0, 40.0])
+    who = ScriptedIntruder("FAST", 1.0, meets - 13.0 * velocity, velocity, radius_m=6.0,
+                           spawn="world")  # fmt: skip
+    flight = SimulatedFlight(file, replace(setup, script=(who,)), habits)
+    flight.run(30.0)
+    return flight
+
+
+@pytest.fixture(scope="module")
+def high() -> tuple[MissionFile, FlightSetup]:
+    return mission(
+        mission={"name": "high", "waypoints_m": [[120, 0, 40]], "reach_radius_m": 4},
+        vehicle={"position_m": [0, 0, 40], "speed_mps": 3.0},
+    )
+
+
+def changes_of_side(flight: SimulatedFlight) -> int:
+    sides = [o.flight.decision.passings[0].aside for o in flight.outcomes
+             if o.flight is not None and o.flight.decision.passings]  # fmt: skip
+    return sum(float(one @ next_) < 0.999 for one, next_ in pairwise(sides))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_aircraft_whose_age_jitters_is_passed_on_one_side(high: Any, seed: int) -> None:
+    flight = crossing(high, Habits(traffic_late_s=1.0, acceleration_mps2=3.0, seed=seed), seed)
+    assert flight.autopilot.nearest_intruder_m >= 5.0
+    assert changes_of_side(flight) <= 1
+
+
+@pytest.mark.nightly
+def test_a_hundred_aircraft_whose_ages_jitter(high: Any) -> None:
+    for seed in range(100):
+        flight = crossing(high, Habits(traffic_late_s=1.0, acceleration_mps2=3.0, seed=seed), seed)
+        assert flight.autopilot.nearest_intruder_m >= 5.0, seed
+        assert changes_of_side(flight) <= 1, seed
+
+
+def test_old_positions_told_again_keep_their_time(high: Any) -> None:
+    habits = Habits(traffic_every_s=3.0, acceleration_mps2=3.0)
+    flight = crossing(high, habits, 1)
+    assert flight.counts["traffic: an old position again"] >= 4
+    assert flight.autopilot.nearest_intruder_m >= 5.0

@@ -1,0 +1,286 @@
+"""What a session asks for, answers, and says of what is missing, wrong or strange."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from clearway.base.frames import geodetic_from_enu
+from clearway.live.link.session import Session
+from clearway.mavlink.distances import BODY_FRD
+from clearway.mavlink.inbox import Inbox
+from clearway.mavlink.outbox import Outbox, Packer
+from clearway.mavlink.parameters import Parameters
+from clearway.mavlink.streams import Streams, streams_for
+from clearway.mavlink.surroundings import Surroundings
+from mavlink_for_tests import (
+    KEY,
+    ORIGIN,
+    PEER,
+    SENSOR,
+    Bench,
+    attitude,
+    distances,
+    framed,
+    heartbeat,
+    origin,
+    position,
+    sent,
+)
+
+# --- streams ------------------------------------------------------------------------------------
+
+
+def test_it_asks_for_what_does_not_come_one_at_a_time_and_again_later() -> None:
+    streams = Streams(streams_for(act=True, pitches=True, sensor=False), asks=True)
+    asked = [message for n in range(40) for message in streams.to_ask(0.1 * n, 1, 1)]
+    numbers = [int(message.param1) for message in asked]
+    assert len(numbers) == len(set(numbers))
+    assert {30, 32, 245, 242, 246} <= set(numbers)
+    assert all((message.command, message.target_component) == (511, 1) for message in asked)
+    interval = {int(message.param1): message.param2 for message in asked}
+    assert interval[32] == pytest.approx(1e5)
+    for n in range(40, 80):
+        streams.hear(32, 0.1 * n)
+        later = [int(message.param1) for message in streams.to_ask(0.1 * n, 1, 1)]
+        assert 32 not in later
+    assert not Streams(streams_for(act=False, pitches=True, sensor=False), asks=False).to_ask(
+        9.0, 1, 1
+    )
+
+
+def test_what_is_missing_is_said_every_five_seconds_with_its_parameters() -> None:
+    bench = Bench(sensor=False, asks=True, airborne=False)
+    notes = [
+        note
+        for n in range(120)
+        for note in bench.tick(0.1 * n, heartbeat(), attitude(0.1 * n)).notes
+    ]
+    missing = [note for note in notes if "missing: " in note]
+    assert 2 <= len(missing) <= 3
+    assert (
+        "hears ATTITUDE; missing: LOCAL_POSITION_NED (asked for; SRn_POSITION, or " in missing[-1]
+    )
+    assert "MAVn_POSITION from ArduPilot 4.7" in missing[-1]
+    assert "EXTENDED_SYS_STATE" in missing[-1]
+
+
+def test_read_only_asks_nothing() -> None:
+    bench = Bench(act=False, sensor=False)
+    for n in range(30):
+        told = bench.tick(0.1 * n, heartbeat()).messages
+        assert {message.get_type() for message in told} <= {"HEARTBEAT"}
+
+
+def test_who_else_sends_is_said() -> None:
+    box = Inbox(1, 1, None, stream=False)
+    box.take([(framed(heartbeat(), system=9), PEER), (framed(heartbeat(), component=100), PEER)])
+    (said,) = box.strangers()
+    assert said.startswith("hears system 9, other components; waits for system 1, component 1")
+
+
+# --- who we are ---------------------------------------------------------------------------------
+
+
+def test_another_program_with_our_component_id_is_noticed_and_our_own_echo_is_not() -> None:
+    outbox = Outbox(Packer(1), lambda _frame: True)
+    box = Inbox(1, 1, None, stream=False, is_ours=outbox.is_ours)
+    seen: list[bytes] = []
+    echoing = Outbox(Packer(1), lambda frame: bool(seen.append(frame)) or True)
+    outbox._lately = echoing._lately
+    echoing.send([heartbeat()])
+    assert not box.take([(seen[0], PEER)])
+    assert not box.warnings
+    box.take([(framed(heartbeat(base_mode=0), component=196), PEER)])
+    assert "another program uses component 196" in box.warnings[0]
+
+
+def test_signed_frames_without_a_key_are_said_once() -> None:
+    box = Inbox(1, 1, None, stream=False)
+    for _ in range(3):
+        assert box.take([(framed(heartbeat(), key=KEY), PEER)])
+    (said,) = box.warnings
+    assert "signed and there is no --signing-key" in said
+
+
+def ask(bench: Bench, message: Any, system: int = 255, component: int = 190) -> list[Any]:
+    bench.tell(1002.0, message, system=system, component=component)
+    return list(bench.session.tick(1002.0).messages)
+
+
+def flying_bench(**more: Any) -> Bench:
+    bench = Bench(sensor=False, **more)
+    bench.tick(2.0, heartbeat(), origin(), attitude(2.0), position(2.0))
+    return bench
+
+
+def test_it_says_who_it_is_and_acknowledges_what_is_asked() -> None:
+    bench = flying_bench()
+    request = mavlink.MAVLink_command_long_message(1, 196, 512, 0, 148, 0, 0, 0, 0, 0, 0)
+    told = ask(bench, request)
+    (ack,) = [m for m in told if m.get_type() == "COMMAND_ACK"]
+    assert (ack.command, ack.result) == (512, 0)
+    assert (ack.target_system, ack.target_component) == (255, 190)
+    assert [m for m in told if m.get_type() == "AUTOPILOT_VERSION"]
+    unknown = mavlink.MAVLink_command_long_message(1, 196, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+    (ack,) = [m for m in ask(bench, unknown) if m.get_type() == "COMMAND_ACK"]
+    assert (ack.command, ack.result) == (400, 3)
+    of_others = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+    assert not [m for m in ask(bench, of_others) if m.get_type() == "COMMAND_ACK"]
+
+
+def test_it_tells_its_time() -> None:
+    bench = flying_bench()
+    told = ask(bench, mavlink.MAVLink_timesync_message(0, 123_456), system=1, component=1)
+    (answer,) = [m for m in told if m.get_type() == "TIMESYNC"]
+    assert answer.ts1 == 123_456
+    assert answer.tc1 > 0
+
+
+# --- another goal -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("how", ["command", "target"])
+def test_a_new_goal_takes_the_mission_s_place(how: str) -> None:
+    bench = flying_bench()
+    place = geodetic_from_enu(np.array([0.0, 25.0, 3.0]), np.array(ORIGIN))
+    whole = [round(place[0] * 1e7), round(place[1] * 1e7)]
+    if how == "command":
+        message = mavlink.MAVLink_command_int_message(
+            1, 196, 5, 192, 0, 0, -1, 0, 0, math.nan, *whole, place[2]
+        )
+    else:
+        message = mavlink.MAVLink_set_position_target_global_int_message(
+            0, 1, 196, 5, 0xFF8, *whole, place[2], *[0.0] * 8
+        )
+    bench.tell(1002.1, message, system=255, component=190)
+    outcome = bench.session.tick(1002.1)
+    assert any("a new goal" in note for note in outcome.notes)
+    assert bench.system.mission.goals_m == pytest.approx(np.array([[0.0, 25.0, 3.0]]), abs=0.05)
+    assert outcome.flight is not None
+    assert set(outcome.flight.movements) & {"Left", "Up-Left", "Down-Left"}
+
+
+def test_a_goal_that_cannot_be_is_denied_with_the_reason() -> None:
+    bench = flying_bench()
+    lost = mavlink.MAVLink_command_int_message(1, 196, 6, 192, 0, 0, 0, 0, 0, 0, 1, 1, 5.0)
+    bench.tell(1002.1, lost, system=255)
+    outcome = bench.session.tick(1002.1)
+    (ack,) = sent(outcome, "COMMAND_ACK")
+    assert ack.result == 2
+    assert any("refused, the place of the local frame, or of the home" in n for n in outcome.notes)
+    assert bench.system.mission.goals_m[-1] == pytest.approx([30.0, 0.0, 0.0])
+
+
+# --- parameters ---------------------------------------------------------------------------------
+
+
+def parameter(name: str, value: float) -> Any:
+    return mavlink.MAVLink_param_value_message(name.encode(), value, 9, 1, 0)
+
+
+def test_parameters_are_held_against_the_mission() -> None:
+    parameters = Parameters()
+    asked = parameters.to_ask(0.0, 1, 1)
+    assert {message.param_id for message in asked} >= {"GUID_TIMEOUT", "WPNAV_SPEED"}
+    for name, value in (("GUID_TIMEOUT", 3.0), ("WPNAV_SPEED", 200.0), ("AVD_ENABLE", 1.0)):
+        parameters.hear(parameter(name, value))
+    said = parameters.news(3.0)
+    assert "flies on for 9.0 m at 3 m/s" in said[0]
+    assert "WPNAV_SPEED allows 2 m/s, the mission asks for 3 m/s" in said[1]
+    assert "AVD_ENABLE is 1" in said[2]
+    assert not parameters.news(3.0)
+    asked_again = [m.param_id for n in range(1, 9) for m in parameters.to_ask(3.0 * n, 1, 1)]
+    assert "GUID_TIMEOUT" not in asked_again
+    assert Counter(asked_again)["CP_DIST"] == 2
+
+
+# --- other distances ----------------------------------------------------------------------------
+
+
+def placed(told: list[Any]) -> np.ndarray[Any, Any]:
+    """Returns of a scan made of messages, vehicle level with its nose east."""
+    bench = Bench()
+    bench.tick(1.0, heartbeat(), origin(), attitude(1.0), position(1.0))
+    surroundings = Surroundings(bench.session.core, SENSOR, bench.counts)
+    for message in told:
+        if message.get_type() == "DISTANCE_SENSOR":
+            surroundings.take_sector(message, 1.0, 1001.0)
+        else:
+            surroundings.take_obstacle(message, 1.0)
+    surroundings.flush(1001.0)
+    (scan,) = bench.session.core._scans.placed()
+    far = np.linalg.norm(scan.points_m, axis=1) > 0.0075
+    assert isinstance(bench.session.core, Session)
+    return scan.points_m[far]
+
+
+def sector(orientation: int, centimetres: int, fov: float = 0.0) -> Any:
+    return mavlink.MAVLink_distance_sensor_message(
+        1000, 20, 1000, centimetres, 0, 0, orientation, 0, fov, 0.0, [0.0] * 4
+    )
+
+
+def test_eight_distance_sensors_are_a_circle() -> None:
+    told = [sector(n, 400 if n == 2 else 1000) for n in range(8)]
+    points = placed(told)
+    # The third of eight is to the right.
+    azimuth = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
+    assert azimuth.min() >= -90.0 - 25.1
+    assert azimuth.max() <= -90.0 + 25.1
+    assert np.ptp(azimuth) >= 43.9
+    assert np.linalg.norm(points, axis=1) == pytest.approx(4.0)
+
+
+def test_a_narrow_sensor_says_nothing_of_what_is_beside_its_beam() -> None:
+    points = placed([sector(0, 400, fov=math.radians(5.0))])
+    azimuth = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
+    assert np.abs(azimuth).max() <= 2.6
+
+
+def test_single_obstacles_are_points_where_they_are() -> None:
+    told = mavlink.MAVLink_obstacle_distance_3d_message(
+        1000, 0, BODY_FRD, 65_535, 4.0, 2.0, -1.0, 0.2, 20.0
+    )
+    points = placed([told])
+    assert points == pytest.approx(np.array([[4.0, -2.0, 1.0]]), abs=1e-6)
+
+
+def test_distance_sensors_of_a_flight_count() -> None:
+    bench = Bench()
+    told = [sector(n, 300 if n == 0 else 1000) for n in range(8)]
+    outcome = bench.tick(1.0, heartbeat(), origin(), attitude(1.0), position(1.0), *told)
+    assert outcome.flight is not None
+    assert str(outcome.flight.mode) == "avoidance"
+    assert bench.tick(1.1, distances(1.1)).state is outcome.state
+
+
+# --- places -------------------------------------------------------------------------------------
+
+
+def test_places_are_the_same_with_and_without_an_origin_heard() -> None:
+    """The autopilot's metres are 0.33 % longer than geodesy's, as ArduPilot's are in places."""
+    north_m, mission_origin = 2000.0, ORIGIN
+    there = geodetic_from_enu(np.array([0.0, north_m, 5.0]), np.array(ORIGIN))
+    pair = mavlink.MAVLink_global_position_int_message(
+        1000, round(there[0] * 1e7), round(there[1] * 1e7), round(there[2] * 1e3),
+        round(1e3 * 15.0), 0, 0, 0, 0,
+    )  # fmt: skip
+    local = position(1.0, (1.0033 * north_m, 0.0, -5.0))
+    found = []
+    for heard in ((), (origin(),)):
+        bench = Bench(sensor=False, mission_origin=mission_origin)
+        bench.tick(0.9, heartbeat(), *heard, attitude(0.9))
+        bench.tick(1.0, attitude(1.0), local, pair)
+        bench.tick(1.05, attitude(1.05), position(1.05, (1.0033 * north_m, 0.0, -5.0)))
+        motion = bench.session.core.motion
+        assert motion is not None
+        found.append(motion.position_m)
+        assert bench.session.place.ground_m == pytest.approx(-10.0, abs=0.02)
+    assert found[0] == pytest.approx(found[1], abs=1e-6)
+    assert found[0] == pytest.approx([0.0, north_m, 5.0], abs=0.05)
