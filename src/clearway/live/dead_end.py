@@ -11,6 +11,7 @@ from clearway.base.state import State
 from clearway.live.detour import known_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
+from clearway.live.route_map import RouteMap
 from clearway.live.seen_route import seen_route
 from clearway.sensors.free_space import SeenSpace
 
@@ -18,8 +19,12 @@ RENEWED = 0.25
 """Share of a full circle's time after which a way through seen space is looked for anew."""
 PATIENCE = 0.5
 """Share of that time without progress after which one is looked for at all."""
-MOST_TRIED = 200
-"""Places that are kept."""
+MAPPED = 0.5
+"""Share of that time after which what was seen is taken in, while no way is looked for."""
+GIVEN_UP = 4.0
+"""Full circles' worth of ways that came to nothing along the best way, for it to be none."""
+STRAIGHT = 1.25
+"""Length of a way, in straight ones to the goal, that needs no corners."""
 STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
@@ -67,38 +72,46 @@ def _through_seen(
     knowledge: Knowledge, seen: SeenSpace, state: State, now_s: float, *, escaped: bool
 ) -> Progress:
     """A way through what was seen to be free, renewed until the goal is nearer than ever."""
-    progress, planner = knowledge.progress, knowledge.planner
+    progress, planner, routes = knowledge.progress, knowledge.planner, knowledge.route_map
+    assert routes is not None  # There is one where there is seen space.
     radius, turn_s = _turn(knowledge)
+    since_s = now_s - progress.planned_s
     goal = knowledge.mission.goals_m[progress.goal]
     distance = float(np.linalg.norm(goal - state.position_m))
-    if progress.stuck_m is None:
-        if not escaped and now_s - progress.nearest_s <= PATIENCE * turn_s:
-            return progress
-        progress = replace(progress, stuck_m=min(progress.nearest_m, distance))
-    elif distance < progress.stuck_m - max(radius, planner.automaton.step_m):
-        return replace(progress, stuck_m=None, detour=(), tried_m=(), closed=False)
-    elif now_s - progress.planned_s < RENEWED * turn_s:
+    waited = now_s - progress.nearest_s > PATIENCE * turn_s
+    if progress.stuck_m is None and not (escaped or waited):
+        if since_s > MAPPED * turn_s:
+            _take_in(knowledge, routes, seen, state)
+            progress = replace(progress, planned_s=now_s)
         return progress
-    route = seen_route(
-        seen,
-        knowledge.sensing.remembered,
-        knowledge.obstacle_map,
-        state.position_m,
-        goal,
-        planner.settings.safety_margin_m,
-        radius,
-        progress.tried_m,
-    )
+    if progress.stuck_m is not None and since_s < RENEWED * turn_s:
+        return progress
+    _take_in(knowledge, routes, seen, state)
+    flown: tuple[FloatArray, ...] = ()
+    if progress.stuck_m is not None:
+        routes.came_nearer(state.position_m, planner.speed_mps * since_s)
+        flown = (*progress.detour, goal) if not progress.closed else ()
+    route = seen_route(routes.cells(), state.position_m, goal, flown)
+    routes.aim(route.begins_m)
+    stuck_m = min(progress.nearest_m, distance) if progress.stuck_m is None else progress.stuck_m
+    nearer = distance < stuck_m - max(radius, planner.automaton.step_m)
+    if nearer and route.length_m <= STRAIGHT * distance:
+        return replace(progress, stuck_m=None, detour=(), planned_s=now_s, closed=False)
     ends_at_goal = route.reaches and np.array_equal(route.corners_m[-1], goal)
     corners = route.corners_m[:-1] if ends_at_goal else route.corners_m
     return replace(
         progress,
+        stuck_m=stuck_m,
         detour=tuple(corners),
         detours=progress.detours + 1,
         planned_s=now_s,
-        tried_m=(*progress.tried_m[-MOST_TRIED:], state.position_m),
-        closed=not route.reaches,
+        closed=not route.reaches or route.in_vain_m > GIVEN_UP * turn_s * planner.speed_mps,
     )
+
+
+def _take_in(knowledge: Knowledge, routes: RouteMap, seen: SeenSpace, state: State) -> None:
+    sensing = knowledge.sensing
+    routes.take(seen, sensing.remembered, state.position_m, sensing.memory_reach_m)
 
 
 def _turn(knowledge: Knowledge) -> tuple[float, float]:
@@ -108,6 +121,18 @@ def _turn(knowledge: Knowledge) -> tuple[float, float]:
     if np.isfinite(radius):
         return radius, 2.0 * np.pi * radius / knowledge.planner.speed_mps
     return 0.0, STANDING_TURN * max(movement.duration_s for movement in automaton.movements)
+
+
+def warm_up_ways(knowledge: Knowledge, state: State) -> None:
+    """Compile and load what ways are looked for with."""
+    goal = knowledge.mission.goals_m[0]
+    way_round(knowledge, state.position_m, goal)
+    free, routes = knowledge.sensing.free_space, knowledge.route_map
+    if free is not None and routes is not None:
+        _take_in(knowledge, routes, free.seen, state)
+        routes.aim(state.position_m[None])
+        routes.came_nearer(state.position_m, 1.0)
+        seen_route(routes.cells(), state.position_m, goal, (goal,))
 
 
 def way_round(

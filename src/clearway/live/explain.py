@@ -10,6 +10,9 @@ from clearway.base.brief import runs
 from clearway.live.mission import Mode
 from clearway.obstacles.obstacle_map import ObstacleMap
 
+NOT_REACHABLE = "not reachable as far as seen"
+"""Of a goal to which no way leads that has not come to nothing."""
+
 
 def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None) -> str:
     """One line per decision for the log and for people."""
@@ -25,6 +28,8 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
             f"EMERGENCY: no trajectory keeps {decision.margin_m:.2f} m; "
             f"margin stepped down to {choice.margin_m:.2f} m",
         )
+    if mode is Mode.HOLD:
+        parts.insert(0, f"holds safely: goal {NOT_REACHABLE}")
     if decision.no_way_out:
         parts.append(f"no way out after {', '.join(decision.no_way_out)}")
     if decision.way_out is not None and not decision.way_out.certain:

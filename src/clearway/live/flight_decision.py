@@ -50,12 +50,17 @@ class FlightDecision:
         return self.decision.movements
 
 
-def mode_of(decision: Decision, *, landing: bool) -> Mode:
-    """The mode that a decision puts the mission in; landing: on the points of that sequence."""
+def mode_of(decision: Decision, *, landing: bool, closed: bool = False) -> Mode:
+    """The mode that a decision puts the mission in.
+
+    landing: on the points of that sequence. closed: no way leads to the goal as far as is seen.
+    """
     if decision.choice.basis is Basis.EMERGENCY:
         return Mode.EMERGENCY
     if decision.escapes:
         return Mode.ESCAPE
+    if closed:
+        return Mode.HOLD
     if landing:
         return Mode.LANDING
     if decision.choice.ruled_out or decision.choice.below_threshold:

@@ -23,6 +23,7 @@ from clearway.live.own_states import Flown, OwnStates
 from clearway.live.range_sensing import RangeSensing
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.reports import reports_for
+from clearway.live.route_map import RouteMap
 from clearway.live.waiting import Waiting
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan, range_sensors
@@ -73,6 +74,16 @@ class Knowledge:
             follow_movers=follow_movers,
             start_m=mission.start.position_m,
         )
+        self.route_map: RouteMap | None = None
+        """For ways through seen space, where that is kept."""
+        if self.sensing.free_space is not None:
+            radius = planner.automaton.turning_radius_m
+            self.route_map = RouteMap(
+                self.sensing.free_space.seen.voxel_m,
+                planner.settings.safety_margin_m,
+                radius if np.isfinite(radius) else 0.0,
+                obstacle_map,
+            )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 
     # --- readings -------------------------------------------------------------------------

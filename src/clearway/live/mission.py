@@ -27,6 +27,7 @@ class Mode(StrEnum):
     NAVIGATION = "navigation"
     AVOIDANCE = "avoidance"
     ESCAPE = "escape"
+    HOLD = "hold"
     EMERGENCY = "emergency"
     LANDING = "landing"
 
@@ -133,9 +134,7 @@ class Progress:
     stuck_m: float | None = None
     """Distance to the goal at which going straight for it came to nothing; None before."""
     planned_s: float = -np.inf
-    """When the present detour was found."""
-    tried_m: tuple[FloatArray, ...] = ()
-    """Places [3] where a way round was looked for since then."""
+    """When the present detour was found, or what was seen was taken in last."""
     closed: bool = False
     """Whether no way leads to the goal as far as is seen."""
 
@@ -206,7 +205,6 @@ def advanced(
             nearest_s=time_s,
             detour=(),
             stuck_m=None,
-            tried_m=(),
             closed=False,
         )
     return progress

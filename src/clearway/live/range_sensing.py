@@ -95,11 +95,13 @@ class RangeSensing:
         """What was seen to be free, where ways out have to lead through it."""
         if sensors and planner.settings.escape == Escape.STRICT and planner.escapes is not None:
             self.free_space = free_space_for(planner, start_m)
+        self.memory_reach_m = max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin)
+        """How far from the vehicle nothing is forgotten but on evidence."""
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
             MEMORY_VOXEL * margin,
             limits.memory_s,
-            reach_m=max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin),
+            reach_m=self.memory_reach_m,
             smallest_m=planner.settings.smallest_object_m or 0.0,
         )
         self._memories = dict.fromkeys(sensors, empty)

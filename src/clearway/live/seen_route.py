@@ -1,8 +1,9 @@
 """A way to a goal through what was seen to be free, and at a price through what nobody has seen.
 
 What is seen of a room, a pocket or a maze shows where it cannot be left long before flying on
-shows it. The space that was seen is cut into cells; a way costs its length, more where little room
-to turn is left and where it leads through the unknown, and nothing leads through what stands there.
+shows it. A way over the cells of a `RouteMap` costs its length, more where little room to turn is
+left, where it leads through the unknown and where ways have come to nothing, and less along the way
+that is being flown; nothing leads through what stands there.
 """
 
 from __future__ import annotations
@@ -13,38 +14,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
-from clearway.base.arrays import BoolArray, IntArray
-from clearway.base.compiled import compiled, read_only
+from clearway.base.arrays import IntArray
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.live.distance_field import HALF_DIAGONAL
-from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SeenSpace, Voxels
+from clearway.live.route_map import UNSEEN, Cells
 
-FINE, COARSE = 4, 8
-"""Voxels of free space along a cell: for vehicles that turn in little room, and for others."""
-OF_TURN = 0.6
-"""A coarse cell is at most this share of the turning radius wide."""
-UNSEEN = 2.0
-"""Price of a metre that nobody has seen."""
-NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 5.0
-"""Price of a metre within a turning radius, and half of one, of something, beside the margin."""
 VERTICAL = 2.0
 """Price of a metre up or down."""
-TRIED = 0.5
-"""Price of a metre for every time that a way was looked for there before."""
-TALL = 4.0
-"""Price of a metre that nobody has seen above or below what stands: most of it stands on."""
-
-
-class Cells(NamedTuple):
-    """Space about the vehicle as cells with prices."""
-
-    low_m: FloatArray
-    """[3] lowest corner."""
-    width_m: float
-    price: FloatArray
-    """[nx, ny, nz] of a metre; inf where no way leads."""
+FLOWN = 0.75
+"""Share of the price along the way that is being flown: another must be better by so much."""
+BARRED = 10.0
+"""Price of a metre in what is barred, for a vehicle that is there."""
+MOST_ROOM = 2.0
+"""Cells about a place beyond which more room says nothing of which side of a wall it is on."""
+BEGINS = 2.0
+"""Cells from the vehicle that a way cannot hang on."""
 
 
 class SeenRoute(NamedTuple):
@@ -55,204 +39,148 @@ class SeenRoute(NamedTuple):
     leaves the cells towards it."""
     reaches: bool
     """Whether there is a way at all; without one the corners are none."""
+    begins_m: FloatArray
+    """[k, 3] cell by cell up to the first that was not seen to have room, on which all hangs; the
+    whole of it where there is none."""
+    length_m: float
+    """From where it begins to the goal."""
+    in_vain_m: float
+    """Part of its price for ways that came to nothing."""
 
 
 def seen_route(
-    seen: SeenSpace,
-    remembered: PointHazards,
-    obstacle_map: ObstacleMap | None,
+    cells: Cells,
     position_m: FloatArray,
     goal_m: FloatArray,
-    margin_m: float,
-    turning_radius_m: float,
-    tried_m: Sequence[FloatArray] = (),
+    flown_m: Sequence[FloatArray] = (),
 ) -> SeenRoute:
     """The cheapest way from a place to a goal, as far as is known.
 
-    tried_m: places [3] where one was looked for before; ways past them have come to nothing.
+    flown_m: corners [3] of the way being flown.
     """
-    rooms = (margin_m, margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
-    coarse = COARSE * seen.voxel_m <= OF_TURN * turning_radius_m
-    cells = _cells(seen, remembered, obstacle_map, rooms, COARSE if coarse else FINE)
-    for place_m in tried_m:
-        _mark_tried(cells.price, cells.low_m, cells.width_m, place_m, rooms[2] + cells.width_m)
-    start = _cell_of(cells, position_m)
-    goal = _towards(cells, position_m, goal_m)
-    way = _cheapest(cells.price, start, goal)
+    price = cells.price.copy()
+    if len(flown_m):
+        along = np.stack([position_m, *flown_m])
+        _lower_along(price, (along - cells.low_m) / cells.width_m, FLOWN)
+    goal = cells.cell_of(goal_m)
+    goal[2] = np.clip(goal[2], 0, price.shape[2] - 1)
+    begin = _beside(cells, position_m)
+    way = _cheapest(price, cells.nearest_m / cells.width_m, begin, goal)
     if not len(way):
-        return SeenRoute(np.zeros((0, 3)), False)
-    corners = _corners(cells.price, way)
-    places = cells.low_m + (corners[1:] + 0.5) * cells.width_m
-    if np.all(goal == _cell_of(cells, goal_m)):
-        places = np.concatenate([places[:-1], goal_m[None]])
-    return SeenRoute(places, True)
+        if np.isinf(price[tuple(begin.astype(np.int64))]):  # Too coarse to tell.
+            straight = np.stack([position_m, goal_m])
+            return SeenRoute(
+                straight[1:], True, straight, float(np.linalg.norm(goal_m - position_m)), 0.0
+            )
+        return SeenRoute(np.zeros((0, 3)), False, position_m[None], np.inf, 0.0)
+    places = cells.low_m + (way + 0.5) * cells.width_m
+    corners = places[_corners(price, way)][1:]
+    if np.max(np.abs(way[-1] - goal)) <= BEGINS:
+        corners = np.concatenate([corners[:-1], goal_m[None]])
+    whole = np.concatenate([position_m[None], corners, goal_m[None]])
+    length = float(np.linalg.norm(np.diff(whole, axis=0), axis=1).sum())
+    at = way.astype(np.int64)
+    doubtful = cells.price[at[:, 0], at[:, 1], at[:, 2]] > 1.0
+    doubtful[: int(BEGINS)] = False
+    hangs_on = int(np.argmax(doubtful)) if doubtful.any() else len(places) - 1
+    begins = np.concatenate([position_m[None], places[1 : hangs_on + 1]])
+    in_vain = float(cells.in_vain[at[:, 0], at[:, 1], at[:, 2]].sum()) * cells.width_m
+    return SeenRoute(corners, True, begins, length, in_vain)
 
 
-def _cells(
-    seen: SeenSpace,
-    remembered: PointHazards,
-    obstacle_map: ObstacleMap | None,
-    rooms_m: tuple[float, float, float],
-    per_cell: int,
-) -> Cells:
-    low: FloatArray = np.asarray(seen.low * seen.voxel_m, dtype=np.float64)
-    width = per_cell * seen.voxel_m
-    was_seen = _mostly_seen(seen.free, seen.low, per_cell)
-    # No gap between cells leads through a wall, however thin.
-    barred_m = max(rooms_m[0], HALF_DIAGONAL * width)
-    price = np.where(was_seen, 1.0, UNSEEN)
-    nearest = np.full(price.shape, np.inf)
-    _mark_balls(
-        nearest,
-        read_only(remembered.position_m),
-        read_only(remembered.radius_m),
-        low,
-        width,
-        rooms_m[2],
-    )
-    if obstacle_map is not None and len(obstacle_map):
-        ticks = [low[axis] + (np.arange(n) + 0.5) * width for axis, n in enumerate(price.shape)]
-        centers = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
-        nearest = np.minimum(nearest, obstacle_map.distance_m(centers).reshape(price.shape))
-    stands = np.any(nearest < barred_m, axis=2, keepdims=True)
-    price[~was_seen & stands] *= TALL
-    price *= np.select(
-        [nearest < barred_m, nearest < rooms_m[1], nearest < rooms_m[2]],
-        [np.inf, HARDLY_ROOM, NO_ROOM_TO_TURN],
-        1.0,
-    )
-    return Cells(low, width, price)
+def _beside(cells: Cells, place_m: FloatArray) -> FloatArray:
+    """[3] the cell whose middle has most room round it, beyond the place: of its side of a wall."""
+    around = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    near = np.clip(cells.cell_of(place_m) + around, 0, np.array(cells.price.shape) - 1)
+    away = np.linalg.norm(cells.low_m + (near + 0.5) * cells.width_m - place_m, axis=1)
+    room = cells.nearest_m[tuple(near.astype(np.int64).T)]
+    best = np.argmax(np.minimum(room, MOST_ROOM * cells.width_m) - away)
+    return np.asarray(near[best], dtype=np.float64)
 
 
 @compiled
-def _mostly_seen(free: Voxels, low: IntArray, per_cell: int) -> BoolArray:
-    """[nx, ny, nz] whether most of a cell was seen to be free, by the middles of its eighths."""
-    nx, ny, nz = free.shape[0] // per_cell, free.shape[1] // per_cell, free.shape[2] // per_cell
-    quarter = per_cell // 4
-    mostly = np.empty((nx, ny, nz), dtype=np.bool_)
-    for a in range(nx):
-        for b in range(ny):
-            for c in range(nz):
-                count = 0
-                for eighth in range(8):
-                    u = low[0] + a * per_cell + quarter * (1 + 2 * (eighth & 1))
-                    v = low[1] + b * per_cell + quarter * (1 + (eighth & 2))
-                    w = low[2] + c * per_cell + quarter * (1 + (eighth & 4) // 2)
-                    x, y, z = (
-                        u & (free.shape[0] - 1),
-                        v & (free.shape[1] - 1),
-                        w & (free.shape[2] - 1),
-                    )
-                    count += free[x, y, z]
-                mostly[a, b, c] = count >= 4
-    return mostly
+def _lower_along(price: FloatArray, corners: FloatArray, share: float) -> None:
+    """Lower the price of the cells along a polyline [n, 3], and of those that touch them."""
+    lowered = np.zeros(price.shape, dtype=np.bool_)
+    for n in range(len(corners) - 1):
+        step = corners[n + 1] - corners[n]
+        count = int(np.ceil(2.0 * np.sqrt(np.sum(step * step)))) + 1
+        for s in range(count + 1):
+            at = corners[n] + step * (s / count)
+            for da in range(-1, 2):
+                for db in range(-1, 2):
+                    for dc in range(-1, 2):
+                        a, b = int(np.floor(at[0])) + da, int(np.floor(at[1])) + db
+                        c = int(np.floor(at[2])) + dc
+                        if a < 0 or b < 0 or c < 0:
+                            continue
+                        if a >= price.shape[0] or b >= price.shape[1] or c >= price.shape[2]:
+                            continue
+                        if not lowered[a, b, c]:
+                            lowered[a, b, c] = True
+                            price[a, b, c] *= share
 
 
 @compiled
-def _mark_balls(
-    nearest: FloatArray,
-    position: FloatArray,
-    radius: FloatArray,
-    low: FloatArray,
-    width: float,
-    reach: float,
-) -> None:
-    """Lower the distance of cells' centres to what balls leave."""
-    shape = nearest.shape
-    for n in range(len(radius)):
-        far = reach + radius[n]
-        first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
-        for axis in range(3):
-            at = (position[n, axis] - low[axis]) / width - 0.5
-            first[axis] = max(0, int(np.ceil(at - far / width)))
-            last[axis] = min(shape[axis] - 1, int(np.floor(at + far / width)))
-        for a in range(first[0], last[0] + 1):
-            for b in range(first[1], last[1] + 1):
-                for c in range(first[2], last[2] + 1):
-                    dx = low[0] + (a + 0.5) * width - position[n, 0]
-                    dy = low[1] + (b + 0.5) * width - position[n, 1]
-                    dz = low[2] + (c + 0.5) * width - position[n, 2]
-                    away = np.sqrt(dx * dx + dy * dy + dz * dz) - radius[n]
-                    nearest[a, b, c] = min(nearest[a, b, c], away)
-
-
-@compiled
-def _mark_tried(
-    price: FloatArray, low: FloatArray, width: float, place: FloatArray, radius: float
-) -> None:
-    """Raise the price of cells about a place that was tried."""
-    reach = int(np.ceil(radius / width))
-    at = np.floor((place - low) / width).astype(np.int64)
-    for a in range(max(0, at[0] - reach), min(price.shape[0], at[0] + reach + 1)):
-        for b in range(max(0, at[1] - reach), min(price.shape[1], at[1] + reach + 1)):
-            for c in range(max(0, at[2] - reach), min(price.shape[2], at[2] + reach + 1)):
-                dx, dy, dz = a - at[0], b - at[1], c - at[2]
-                if dx * dx + dy * dy + dz * dz <= (radius / width) ** 2:
-                    price[a, b, c] += TRIED
-
-
-def _cell_of(cells: Cells, place_m: FloatArray) -> FloatArray:
-    return np.floor((place_m - cells.low_m) / cells.width_m)
-
-
-def _towards(cells: Cells, position_m: FloatArray, goal_m: FloatArray) -> FloatArray:
-    """Cell of the goal, or the last one on the straight way to it."""
-    last = np.array(cells.price.shape) - 1.0
-    here, there = _cell_of(cells, position_m), _cell_of(cells, goal_m)
-    way = there - here
-    with np.errstate(divide="ignore", invalid="ignore"):
-        room = np.where(way > 0, (last - here) / way, np.where(way < 0, -here / way, np.inf))
-    return np.clip(np.floor(here + min(1.0, float(room.min())) * way), 0.0, last)
-
-
-@compiled
-def _cheapest(price: FloatArray, start: FloatArray, goal: FloatArray) -> FloatArray:
+def _cheapest(
+    price: FloatArray, nearest: FloatArray, start: FloatArray, goal: FloatArray
+) -> FloatArray:
     """[n, 3] cells of the cheapest way, both ends included; none where there is no way.
 
-    A*; a way may begin in cells that are barred, since the vehicle is there, and ends at the goal,
-    or beside it where that is barred.
+    nearest: of a `Cells`, in cells. A*; a way may begin in cells that are barred, since the vehicle
+    is there, and leads out of them where balls about their middles, which nothing stands in, meet;
+    it ends at the goal, or beside it where that is barred. Where the goal lies beyond the cells, it
+    leads over one of their sides, and the rest counts as not seen.
     """
     nx, ny, nz = price.shape
     best = np.full(price.shape, np.inf)
     came = np.full((nx, ny, nz), -1, dtype=np.int64)
+    done = np.zeros((nx, ny, nz), dtype=np.bool_)
     a, b, c = int(start[0]), int(start[1]), int(start[2])
     ga, gb, gc = int(goal[0]), int(goal[1]), int(goal[2])
-    barred = price[ga, gb, gc] == np.inf
+    beyond = ga < 0 or gb < 0 or ga >= nx or gb >= ny
+    barred = not beyond and price[ga, gb, gc] == np.inf
     best[a, b, c] = 0.0
     queue = [(0.0, (a * ny + b) * nz + c)]
     end = -1
     while len(queue) > 0:
         _, here = heapq.heappop(queue)
+        if here < 0:
+            end = -here - 1
+            break
         c = here % nz
         b = (here // nz) % ny
         a = here // (nz * ny)
+        if done[a, b, c]:
+            continue
+        done[a, b, c] = True
         if max(abs(a - ga), abs(b - gb), abs(c - gc)) <= (2 if barred else 0):
             end = here
             break
-        if came[a, b, c] < -1:
-            continue
         spent = best[a, b, c]
+        if beyond and (a == 0 or b == 0 or a == nx - 1 or b == ny - 1):
+            rest = np.sqrt((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)
+            heapq.heappush(queue, (spent + UNSEEN * rest, -here - 1))
+        here_price = min(price[a, b, c], BARRED)
+        begins_barred = price[a, b, c] == np.inf
         for da in range(-1, 2):
             for db in range(-1, 2):
                 for dc in range(-1, 2):
                     u, v, w = a + da, b + db, c + dc
                     if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz:
                         continue
+                    if done[u, v, w] or (price[u, v, w] == np.inf and not begins_barred):
+                        continue
+                    apart = np.sqrt(da * da + db * db + dc * dc)
+                    if begins_barred and nearest[u, v, w] + nearest[a, b, c] <= apart:
+                        continue
                     length = np.sqrt(da * da + db * db + (VERTICAL * dc) ** 2)
-                    here_price, there_price = price[a, b, c], price[u, v, w]
-                    if there_price == np.inf:
-                        if here_price < np.inf:
-                            continue
-                        there_price = 10.0
-                    if here_price == np.inf:
-                        here_price = 10.0
-                    cost = spent + 0.5 * length * (here_price + there_price)
+                    cost = spent + 0.5 * length * (here_price + min(price[u, v, w], BARRED))
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here
-                        da_, db_, dc_ = u - ga, v - gb, w - gc
-                        ahead = np.sqrt(da_ * da_ + db_ * db_ + dc_ * dc_)
-                        heapq.heappush(queue, (cost + ahead, (u * ny + v) * nz + w))
+                        ahead = np.sqrt((u - ga) ** 2 + (v - gb) ** 2 + (w - gc) ** 2)
+                        heapq.heappush(queue, (cost + FLOWN * ahead, (u * ny + v) * nz + w))
     if end < 0:
         return np.zeros((0, 3))
     count, at = 1, end
@@ -267,8 +195,8 @@ def _cheapest(price: FloatArray, start: FloatArray, goal: FloatArray) -> FloatAr
 
 
 @compiled
-def _corners(price: FloatArray, way: FloatArray) -> FloatArray:
-    """[n, 3] cells where the way really turns: between them straight lines cost no more."""
+def _corners(price: FloatArray, way: FloatArray) -> IntArray:
+    """[n] where a way over cells really turns: between, straight lines cost no more."""
     spent = np.zeros(len(way))
     for n in range(1, len(way)):
         spent[n] = spent[n - 1] + _line_price(price, way[n - 1], way[n])
@@ -282,10 +210,7 @@ def _corners(price: FloatArray, way: FloatArray) -> FloatArray:
                 break
         kept.append(reach)
         at = reach
-    corners = np.empty((len(kept), 3))
-    for n in range(len(kept)):
-        corners[n] = way[kept[n]]
-    return corners
+    return np.array(kept)
 
 
 @compiled

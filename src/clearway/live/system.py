@@ -22,7 +22,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.danger import endangered
-from clearway.live.dead_end import out_of_dead_end, way_round
+from clearway.live.dead_end import out_of_dead_end, warm_up_ways
 from clearway.live.explain import explanation
 from clearway.live.flight_decision import FlightDecision, mode_of
 from clearway.live.knowledge import Knowledge
@@ -238,7 +238,7 @@ class AvoidanceSystem:
             for scan in (reading for reading in readings if isinstance(reading, Scan)):
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
-        way_round(trial._known, start.position_m, self.mission.goals_m[0])
+        warm_up_ways(trial._known, start)
 
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.
@@ -258,7 +258,11 @@ class AvoidanceSystem:
         self._plan = self._plan.after(decision, now, goal)
         self._known.flown.then(self._plan.buffer)
         self._known.news, self._known.unchecked = "", False
-        mode = mode_of(decision, landing=self.progress.landing(self.mission))
+        mode = mode_of(
+            decision,
+            landing=self.progress.landing(self.mission),
+            closed=self.progress.closed,
+        )
         fresh = self.counts - self._told
         self._told = Counter(self.counts)
         if self._known.clock.shifted:

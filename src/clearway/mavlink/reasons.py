@@ -21,11 +21,12 @@ THREATS = {"low": 1, "high": 2}
 SEVERITY = {
     Mode.EMERGENCY: 2,
     Mode.ESCAPE: 4,
+    Mode.HOLD: 4,
     Mode.AVOIDANCE: 5,
     Mode.NAVIGATION: 6,
     Mode.LANDING: 6,
 }
-"""MAV_SEVERITY: critical, notice, info."""
+"""MAV_SEVERITY: critical, warning, notice, info."""
 WARNING = 4
 REPEAT_S = 1.0
 """An aircraft is not told of again within this time."""

@@ -15,6 +15,7 @@ from clearway.base.provenance import provenance
 from clearway.base.variants import Variants
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
+from clearway.live.explain import NOT_REACHABLE
 from clearway.live.mission import Mission, Mode, Progress
 from clearway.obstacles.world import World
 from clearway.sim.metrics import FlightMetrics
@@ -189,6 +190,13 @@ def _without_way_out(run: Run[Any]) -> int | None:
     return in_hand[in_hand.index(True) :].count(False) if any(in_hand) else None
 
 
+def _held(run: Run[Any]) -> str | None:
+    """Why a flight that did not arrive held at its end; None where it did not."""
+    modes = (entry.flight.mode for entry in reversed(run.decisions))
+    last = next((mode for mode in modes if mode is not Mode.ESCAPE), None)
+    return NOT_REACHABLE if last is Mode.HOLD and not run.reached else None
+
+
 def _nearest_intruder(run: Run[Any]) -> float | None:
     traffic = run.metrics.intruders
     return rounded(traffic.min_distance_m) if traffic else None
@@ -235,6 +243,7 @@ METRICS: Variants[Metric] = Variants(
         "escape": Metric("Which ways out were kept in hand.", lambda run: run.escape or None),
         "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
         "without_way_out": Metric("Decisions after that without one.", _without_way_out),
+        "held": Metric("Why it held at its end, short of its goal.", _held),
         "decisions": Metric("How many.", lambda run: len(run.decisions)),
         "decision_ms": Metric(
             "Time from the sensor's arrays to the explained decision: p50, p99, max.",

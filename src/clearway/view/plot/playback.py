@@ -16,6 +16,7 @@ MODES = {
     "landing": "#16a2b8",
     "avoidance": "#e08a00",
     "escape": "#8e44ad",
+    "hold": "#7f7f7f",
     "emergency": "#d62728",
 }
 

@@ -89,6 +89,7 @@ def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
     level = {
         Mode.EMERGENCY: fox.LogLevel.Error,
         Mode.ESCAPE: warning,
+        Mode.HOLD: warning,
         Mode.AVOIDANCE: warning,
     }
     return fox.Log(

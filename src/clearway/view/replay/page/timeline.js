@@ -1,6 +1,6 @@
 // The time slider: decisions by mode, and the distance kept, over the whole flight.
 
-const MODE_COLOURS = { navigation: "#c9d6e2", avoidance: "#e08a00", escape: "#8e44ad", emergency: "#c62828",
+const MODE_COLOURS = { navigation: "#c9d6e2", avoidance: "#e08a00", escape: "#8e44ad", hold: "#7f7f7f", emergency: "#c62828",
   landing: "#2e9e4f" };
 
 class Timeline {

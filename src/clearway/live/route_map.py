@@ -1,0 +1,268 @@
+"""What a way may lead through: coarse cells that are kept while the flight goes on.
+
+Returns and voxels of free space are forgotten behind the vehicle. What they showed of walls must
+not be, or the way back leads through them. Each cell knows how near something stands, whether it
+was seen, and how much was flown for a way through it that came to nothing.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.avoidance.hazards import PointHazards
+from clearway.base.arrays import BoolArray, IntArray
+from clearway.base.compiled import compiled, read_only
+from clearway.base.frames import FloatArray
+from clearway.live.distance_field import HALF_DIAGONAL
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors.free_space import SeenSpace, Voxels
+
+Number = TypeVar("Number", np.float64, np.bool_)
+
+SHAPE = (64, 64, 16)
+"""Cells along each axis, the vehicle about their middle."""
+FINE, COARSE = 4, 8
+"""Voxels of free space along a cell: for vehicles that turn in little room, and for others."""
+OF_TURN = 0.6
+"""A coarse cell is at most this share of the turning radius wide."""
+ROLL_WITHIN = 8
+"""Cells move along once the vehicle is off their middle by this part of their number."""
+UNSEEN = 2.0
+"""Price of a metre that nobody has seen."""
+NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
+"""Price of a metre within a turning radius, and half of one, of something, beside the margin."""
+TALL = 50.0
+"""Price of a metre that nobody has seen above or below what stands: most of it stands on."""
+IN_VAIN = 1.0
+"""Added to a metre's price for every time that a way there came no nearer to it."""
+NEARER = 0.5
+"""Share of what was flown that a way must come nearer to the place that it hangs on."""
+
+
+class Cells(NamedTuple):
+    """Space about the vehicle as cells with prices."""
+
+    low_m: FloatArray
+    """[3] lowest corner."""
+    width_m: float
+    price: FloatArray
+    """[nx, ny, nz] of a metre, at least 1; inf where no way leads."""
+    in_vain: FloatArray
+    """[nx, ny, nz] the part of it for ways that came to nothing."""
+    nearest_m: FloatArray
+    """[nx, ny, nz] from the cell's centre to what stands nearest, as far as it matters."""
+
+    def cell_of(self, place_m: FloatArray) -> FloatArray:
+        """[..., 3] number of the cell that a place lies in."""
+        return np.floor((place_m - self.low_m) / self.width_m)
+
+
+class RouteMap:
+    """Cells about the vehicle that move along with it.
+
+    voxel_m: of the free space that it is told of. margin_m, turning_radius_m: of the vehicle; 0
+    for one that turns on the spot. obstacle_map: what is known before.
+    """
+
+    def __init__(
+        self,
+        voxel_m: float,
+        margin_m: float,
+        turning_radius_m: float,
+        obstacle_map: ObstacleMap | None = None,
+    ) -> None:
+        coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
+        self._per_cell = COARSE if coarse else FINE
+        self.width_m = float(self._per_cell * voxel_m)
+        # No gap between cells leads through a wall, however thin.
+        self._barred_m = max(margin_m, HALF_DIAGONAL * self.width_m)
+        self.rooms_m = (margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
+        self._obstacle_map = obstacle_map
+        self._low: IntArray | None = None
+        self._nearest: FloatArray = np.full(SHAPE, np.inf)
+        self._mapped: FloatArray = np.full(SHAPE, np.inf)
+        self._seen: BoolArray = np.zeros(SHAPE, dtype=np.bool_)
+        self._in_vain: FloatArray = np.zeros(SHAPE)
+        self._aim: FloatArray | None = None
+
+    # --- what was seen --------------------------------------------------------------------
+
+    def take(
+        self, seen: SeenSpace, remembered: PointHazards, position_m: FloatArray, reach_m: float
+    ) -> None:
+        """Take in what is known now; within a distance of the vehicle nothing of it is missing."""
+        low = self._follow(position_m)
+        fresh = np.full(SHAPE, np.inf)
+        _mark_balls(
+            fresh,
+            read_only(remembered.position_m),
+            read_only(remembered.radius_m),
+            np.asarray(low * self.width_m, dtype=np.float64),
+            self.width_m,
+            self.rooms_m[1] + self.width_m,
+        )
+        ticks = [
+            (low[axis] + np.arange(count) + 0.5) * self.width_m - position_m[axis]
+            for axis, count in enumerate(SHAPE)
+        ]
+        away = ticks[0][:, None, None] ** 2 + ticks[1][:, None] ** 2 + ticks[2] ** 2
+        in_reach = away <= max(reach_m - self.rooms_m[1] - self.width_m, 0.0) ** 2
+        self._nearest = np.where(in_reach, fresh, np.minimum(fresh, self._nearest))
+        self._seen |= _mostly_seen(seen.free, seen.low, low, self._per_cell)
+
+    def _follow(self, position_m: FloatArray) -> IntArray:
+        """[3] number of the lowest cell, moved along where the vehicle has left the middle."""
+        middle = np.floor(position_m / self.width_m).astype(np.int64)
+        wanted: IntArray = middle - np.array(SHAPE) // 2
+        if self._low is None:
+            self._low = wanted
+            self._mapped = self._of_map(wanted)
+            return wanted
+        by = wanted - self._low
+        if np.any(np.abs(by) > np.array(SHAPE) // ROLL_WITHIN):
+            self._nearest = _moved(self._nearest, by, np.inf)
+            self._seen = _moved(self._seen, by, False)
+            self._in_vain = _moved(self._in_vain, by, 0.0)
+            self._mapped = self._of_map(wanted)
+            self._low = wanted
+        return self._low
+
+    def _of_map(self, low: IntArray) -> FloatArray:
+        """Distance of cells' centres to what the map shows."""
+        if self._obstacle_map is None or not len(self._obstacle_map):
+            return self._mapped
+        ticks = [(low[axis] + np.arange(n) + 0.5) * self.width_m for axis, n in enumerate(SHAPE)]
+        centers = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
+        return self._obstacle_map.distance_m(centers).reshape(SHAPE)
+
+    # --- what came to nothing -------------------------------------------------------------
+
+    def aim(self, way_m: FloatArray) -> None:
+        """Note places [n, 3] along the way flown now, up to the one that it hangs on."""
+        self._aim = way_m
+
+    def came_nearer(self, position_m: FloatArray, flown_m: float) -> bool:
+        """Whether what was flown led along the way aimed at; else the end of that costs more."""
+        way = self._aim
+        if way is None or self._low is None:
+            return True
+        left = _lengths(way[::-1])[::-1]
+        off = np.linalg.norm(way - position_m, axis=1)
+        at = int(np.argmin(off))
+        if left[0] - left[at] - off[at] >= NEARER * flown_m:
+            return True
+        cell = np.floor(way[-1] / self.width_m).astype(np.int64) - self._low
+        _add_ball(self._in_vain, cell, max(self.rooms_m[1] / self.width_m, 1.0), IN_VAIN)
+        return False
+
+    # --- prices ---------------------------------------------------------------------------
+
+    def cells(self) -> Cells:
+        """What a way costs; raises RuntimeError before anything was taken in."""
+        if self._low is None:
+            raise RuntimeError("route map: nothing was taken in")
+        nearest = np.minimum(self._nearest, self._mapped)
+        price = np.where(self._seen, 1.0, UNSEEN)
+        barred = nearest < self._barred_m
+        stands = np.any(barred, axis=2, keepdims=True)
+        price[~self._seen & stands] *= TALL
+        price[nearest < self.rooms_m[1]] *= NO_ROOM_TO_TURN
+        price[nearest < self.rooms_m[0]] *= HARDLY_ROOM / NO_ROOM_TO_TURN
+        price += self._in_vain
+        price[barred] = np.inf
+        return Cells(
+            np.asarray(self._low * self.width_m, dtype=np.float64),
+            self.width_m,
+            price,
+            self._in_vain,
+            nearest,
+        )
+
+
+def _lengths(corners_m: FloatArray) -> FloatArray:
+    """[n] length of a polyline [n, 3] up to each corner."""
+    steps = np.linalg.norm(np.diff(corners_m, axis=0), axis=1)
+    return np.concatenate([np.zeros(1), np.cumsum(steps)])
+
+
+def _moved(values: npt.NDArray[Number], by: IntArray, fill: float) -> npt.NDArray[Number]:
+    """Values of cells whose lowest is another by so many; fill where they are new."""
+    moved = np.full_like(values, fill)
+    to, of = [], []
+    for shift, count in zip(by.tolist(), values.shape, strict=True):
+        to.append(slice(max(-shift, 0), max(min(count - shift, count), 0)))
+        of.append(slice(max(shift, 0), max(min(count + shift, count), 0)))
+    moved[tuple(to)] = values[tuple(of)]
+    return moved
+
+
+@compiled
+def _mostly_seen(free: Voxels, free_low: IntArray, low: IntArray, per_cell: int) -> BoolArray:
+    """[nx, ny, nz] whether most of a cell was seen to be free, by the middles of its eighths."""
+    nx, ny, nz = SHAPE
+    quarter = per_cell // 4
+    mostly = np.zeros((nx, ny, nz), dtype=np.bool_)
+    columns, rows = free.shape[0], free.shape[2]
+    for a in range(nx):
+        u0 = (low[0] + a) * per_cell
+        if u0 < free_low[0] or u0 + per_cell > free_low[0] + columns:
+            continue
+        for b in range(ny):
+            v0 = (low[1] + b) * per_cell
+            if v0 < free_low[1] or v0 + per_cell > free_low[1] + columns:
+                continue
+            for c in range(nz):
+                w0 = (low[2] + c) * per_cell
+                if w0 < free_low[2] or w0 + per_cell > free_low[2] + rows:
+                    continue
+                count = 0
+                for eighth in range(8):
+                    u = u0 + quarter * (1 + 2 * (eighth & 1))
+                    v = v0 + quarter * (1 + (eighth & 2))
+                    w = w0 + quarter * (1 + (eighth & 4) // 2)
+                    count += free[u & (columns - 1), v & (columns - 1), w & (rows - 1)]
+                mostly[a, b, c] = count >= 4
+    return mostly
+
+
+@compiled
+def _mark_balls(
+    nearest: FloatArray,
+    position: FloatArray,
+    radius: FloatArray,
+    low: FloatArray,
+    width: float,
+    reach: float,
+) -> None:
+    """Lower the distance of cells' centres to what balls leave."""
+    shape = nearest.shape
+    for n in range(len(radius)):
+        far = reach + radius[n]
+        first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
+        for axis in range(3):
+            at = (position[n, axis] - low[axis]) / width - 0.5
+            first[axis] = max(0, int(np.ceil(at - far / width)))
+            last[axis] = min(shape[axis] - 1, int(np.floor(at + far / width)))
+        for a in range(first[0], last[0] + 1):
+            dx = low[0] + (a + 0.5) * width - position[n, 0]
+            for b in range(first[1], last[1] + 1):
+                dy = low[1] + (b + 0.5) * width - position[n, 1]
+                for c in range(first[2], last[2] + 1):
+                    dz = low[2] + (c + 0.5) * width - position[n, 2]
+                    away = np.sqrt(dx * dx + dy * dy + dz * dz) - radius[n]
+                    nearest[a, b, c] = min(nearest[a, b, c], away)
+
+
+@compiled
+def _add_ball(values: FloatArray, at: IntArray, reach: float, added: float) -> None:
+    """Add to the cells about one, as far as some cells away, and twice as far up and down."""
+    far = int(np.ceil(reach))
+    for a in range(max(0, at[0] - far), min(values.shape[0], at[0] + far + 1)):
+        for b in range(max(0, at[1] - far), min(values.shape[1], at[1] + far + 1)):
+            for c in range(max(0, at[2] - 2 * far), min(values.shape[2], at[2] + 2 * far + 1)):
+                dx, dy, dz = a - at[0], b - at[1], 0.5 * (c - at[2])
+                if dx * dx + dy * dy + dz * dz <= reach * reach:
+                    values[a, b, c] += added

@@ -1,0 +1,212 @@
+"""Ways over coarse cells: round walls, through doors, and what is kept of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from clearway.avoidance.hazards import PointHazards, no_points
+from clearway.live.route_map import Cells, RouteMap
+from clearway.live.seen_route import SeenRoute, seen_route
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors.free_space import NOTHING_SEEN
+
+MARGIN_M, RADIUS_M, VOXEL_M, REACH_M = 0.6, 3.82, 0.25, 15.0
+START, GOAL = np.zeros(3), np.array([30.0, 0.0, 0.0])
+
+
+def wall(start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
+    """[n, 3] returns of a tall wall between two places from above."""
+    count = int(2.0 * np.hypot(end[0] - start[0], end[1] - start[1])) + 1
+    level = np.linspace(start, end, count)
+    heights = np.arange(-17.0, 17.5, 0.5)
+    return np.concatenate([np.insert(level, 2, z, axis=1) for z in heights])
+
+
+def balls(places_m: np.ndarray) -> PointHazards:
+    return PointHazards(places_m, np.full(len(places_m), 0.1))
+
+
+def seen_from(place_m: np.ndarray, returns_m: np.ndarray, reach_m: float = REACH_M) -> PointHazards:
+    return balls(returns_m[np.linalg.norm(returns_m - place_m, axis=1) <= reach_m])
+
+
+def mapped(returns_m: np.ndarray, reach_m: float = 100.0) -> RouteMap:
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
+    routes.take(NOTHING_SEEN, balls(returns_m), START, reach_m)
+    return routes
+
+
+def places_along(route: SeenRoute, start_m: np.ndarray) -> np.ndarray:
+    corners = np.concatenate([start_m[None], route.corners_m])
+    share = np.linspace(0.0, 1.0, 50)[:, None]
+    return np.concatenate([a + share * (b - a) for a, b in pairwise(corners)])
+
+
+def crossed_m(route: SeenRoute, x_m: float, start_m: np.ndarray = START) -> float:
+    """Where along y a way first comes past some x."""
+    places = places_along(route, start_m)
+    return float(places[np.argmax(places[:, 0] >= x_m), 1])
+
+
+def open_cells(shape: tuple[int, int, int] = (20, 20, 3)) -> Cells:
+    return Cells(
+        np.array([-5.0, -10.0, -1.5]), 1.0, np.ones(shape), np.zeros(shape), np.full(shape, 9.0)
+    )
+
+
+# Ways --------------------------------------------------------------------------------------
+
+
+def test_a_way_through_the_open_is_straight_and_ends_at_the_goal() -> None:
+    goal = np.array([10.0, 4.0, 0.0])
+    route = seen_route(open_cells(), START, goal)
+    assert route.reaches
+    np.testing.assert_allclose(route.corners_m, [goal])
+    np.testing.assert_allclose(route.length_m, np.linalg.norm(goal))
+
+
+def test_a_way_leads_through_the_one_door_of_a_wall() -> None:
+    cells = open_cells()
+    cells.price[10] = np.inf
+    cells.price[10, 17:19] = 1.0
+    route = seen_route(cells, START, np.array([10.0, 0.0, 0.0]))
+    assert 6.5 <= crossed_m(route, 5.5) <= 9.5
+
+
+def test_no_way_leads_out_of_what_is_closed() -> None:
+    cells = open_cells()
+    cells.price[10] = np.inf
+    route = seen_route(cells, START, np.array([10.0, 0.0, 0.0]))
+    assert not route.reaches
+    assert not len(route.corners_m)
+    assert route.length_m == np.inf
+
+
+@pytest.mark.parametrize("x_m", [9.9, 10.9, 12.1])
+def test_no_way_leads_through_a_wall_that_the_vehicle_is_close_to(x_m: float) -> None:
+    routes = mapped(wall((11.5, -20.0), (11.5, 20.0)))
+    place = np.array([x_m, 0.3, 0.0])
+    way = places_along(seen_route(routes.cells(), place, GOAL), place)
+    beyond = way[way[:, 0] > 11.5]
+    assert (np.abs(beyond[0, 1]) > 19.0) == (x_m < 11.5)
+
+
+def test_a_goal_beyond_the_cells_is_flown_to_over_the_side_that_costs_least() -> None:
+    cells = open_cells()
+    cells.price[12, 4:] = np.inf
+    route = seen_route(cells, START, np.array([60.0, 0.0, 0.0]))
+    assert route.reaches
+    assert crossed_m(route, 7.5) < -5.5
+
+
+def test_another_way_is_taken_only_where_it_is_clearly_better() -> None:
+    cells = open_cells()
+    cells.price[10] = np.inf
+    cells.price[10, 3] = cells.price[10, 17] = 1.0
+    left, right = np.array([5.5, 7.5, 0.0]), np.array([5.5, -6.5, 0.0])
+    goal = np.array([10.0, 0.4, 0.0])
+    shorter = crossed_m(seen_route(cells, START, goal), 5.5)
+    assert shorter < 0.0
+    assert crossed_m(seen_route(cells, START, goal, (left, goal)), 5.5) > 0.0
+    assert crossed_m(seen_route(cells, START, goal, (right, goal)), 5.5) < 0.0
+    cells.price[10, 17] = np.inf
+    assert crossed_m(seen_route(cells, START, goal, (left, goal)), 5.5) < 0.0
+
+
+# What is kept ------------------------------------------------------------------------------
+
+
+def test_walls_stay_where_they_stand_when_nothing_else_remembers_them() -> None:
+    ahead = wall((8.0, -12.0), (8.0, 12.0))
+    routes = mapped(ahead, REACH_M)
+    before = seen_route(routes.cells(), START, GOAL)
+    assert abs(crossed_m(before, 8.0)) > 11.0
+
+    away = np.array([-30.0, 0.0, 0.0])
+    for x in np.arange(0.0, -30.0, -5.0):
+        place = np.array([x, 0.0, 0.0])
+        routes.take(NOTHING_SEEN, seen_from(place, ahead), place, REACH_M)
+    routes.take(NOTHING_SEEN, no_points(), away, REACH_M)
+    cells = routes.cells()
+    at = cells.cell_of(np.array([8.0, 0.0, 0.0])).astype(int)
+    assert cells.price[tuple(at)] == np.inf
+    assert abs(crossed_m(seen_route(cells, away, GOAL), 8.0, away)) > 11.0
+
+
+def test_what_is_no_longer_seen_in_reach_bars_no_way() -> None:
+    routes = mapped(wall((8.0, -12.0), (8.0, 12.0)))
+    routes.take(NOTHING_SEEN, no_points(), START, 100.0)
+    assert np.isfinite(routes.cells().price).all()
+
+
+def test_a_map_bars_ways_before_anything_is_seen() -> None:
+    shape = Obstacle.cuboid((8.0, 0.0, 0.0), (1.0, 24.0, 200.0))
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M, ObstacleMap([shape]))
+    routes.take(NOTHING_SEEN, no_points(), START, REACH_M)
+    assert abs(crossed_m(seen_route(routes.cells(), START, GOAL), 8.0)) > 11.0
+
+
+def test_a_door_that_is_never_come_nearer_to_gives_way_to_another() -> None:
+    two_doors = np.concatenate(
+        [
+            wall((12.0, -30.0), (12.0, -18.0)),
+            wall((12.0, -10.0), (12.0, 2.0)),
+            wall((12.0, 10.0), (12.0, 30.0)),
+        ]
+    )
+    routes = mapped(two_doors)
+    route = seen_route(routes.cells(), START, GOAL)
+    assert 2.0 < crossed_m(route, 12.0) < 10.0
+    for _ in range(40):
+        routes.aim(route.begins_m)
+        assert not routes.came_nearer(START, 6.0)
+        route = seen_route(routes.cells(), START, GOAL, (*route.corners_m, GOAL))
+        if crossed_m(route, 12.0) < 0.0:
+            break
+    assert -18.0 < crossed_m(route, 12.0) < -10.0
+    assert routes.cells().in_vain.max() > 0.0
+
+
+def test_flying_along_a_way_costs_nothing() -> None:
+    routes = mapped(wall((12.0, -12.0), (12.0, 12.0)))
+    route = seen_route(routes.cells(), START, GOAL)
+    routes.aim(route.begins_m)
+    on = route.begins_m[min(2, len(route.begins_m) - 1)]
+    assert routes.came_nearer(on, float(np.linalg.norm(on)))
+    assert routes.cells().in_vain.max() == 0.0
+
+
+def test_a_way_out_of_a_room_is_found_by_looking() -> None:
+    """The walls show only as far as the sensor sees, and the door is behind the start."""
+    room = np.concatenate(
+        [
+            wall((12.0, -10.0), (12.0, 10.0)),
+            wall((-14.0, 10.0), (12.0, 10.0)),
+            wall((-14.0, -10.0), (12.0, -10.0)),
+            wall((-14.0, -10.0), (-14.0, 0.0)),
+        ]
+    )
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
+    place, flown, known = START, 0.0, np.zeros((0, 3))
+    way: tuple[np.ndarray, ...] = ()
+    for _ in range(60):
+        fresh = room[np.linalg.norm(room - place, axis=1) <= 10.0]
+        known = np.unique(np.concatenate([known, fresh]), axis=0)
+        routes.take(NOTHING_SEEN, seen_from(place, known), place, REACH_M)
+        route = seen_route(routes.cells(), place, GOAL, way)
+        assert route.reaches
+        way = (*route.corners_m, GOAL)
+        along = places_along(route, place)
+        passed = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(along, axis=0), axis=1)))
+        step = along[: int(np.searchsorted(passed, 6.0)) + 1]
+        away = np.linalg.norm(step[:, None] - known[None, ::3], axis=2).min()
+        assert away > 0.5
+        place, flown = step[-1], flown + min(6.0, float(passed[-1]))
+        if np.linalg.norm(place - GOAL) < 2.0:
+            break
+    assert np.linalg.norm(place - GOAL) < 2.0
+    assert flown < 160.0
