@@ -45,20 +45,20 @@ def searched(x, y, radius):
 @given(coordinate, coordinate, st.floats(0.5, 8.0))
 def test_turn_then_straight_is_the_shortest_arc_and_line(x, y, radius):
     assume(min(np.hypot(x, abs(y) - radius), np.hypot(x, abs(y) + radius)) > radius + 0.05)
-    assert _turn_then_straight(x, y, radius, 0.0) == pytest.approx(
+    assert _turn_then_straight(x, y, radius, 0.0, np.inf) == pytest.approx(
         searched(x, y, radius), rel=1e-2, abs=0.05
     )
 
 
 def test_known_lengths_to_go():
-    assert _turn_then_straight(10.0, 0.0, 3.0, 0.5) == pytest.approx(10.0)
-    assert _turn_then_straight(0.0, 6.0, 3.0, 0.5) == pytest.approx(3.0 * np.pi)
-    assert _turn_then_straight(3.0, 4.0, 0.0, 0.5) == pytest.approx(5.0)
+    assert _turn_then_straight(10.0, 0.0, 3.0, 0.5, np.inf) == pytest.approx(10.0)
+    assert _turn_then_straight(0.0, 6.0, 3.0, 0.5, np.inf) == pytest.approx(3.0 * np.pi)
+    assert _turn_then_straight(3.0, 4.0, 0.0, 0.5, np.inf) == pytest.approx(5.0)
     # A point straight behind: three quarters of a circle and a bit.
-    behind = _turn_then_straight(-10.0, 0.0, 3.0, 0.5)
+    behind = _turn_then_straight(-10.0, 0.0, 3.0, 0.5, np.inf)
     assert np.pi * 3.0 + 10.0 < behind < 1.5 * np.pi * 3.0 + 10.0
     # Inside the left circle, so the way leads round by the right.
-    assert _turn_then_straight(0.0, 3.0, 3.0, 0.5) > 2 * np.pi * 3.0
+    assert _turn_then_straight(0.0, 3.0, 3.0, 0.5, np.inf) > 2 * np.pi * 3.0
 
 
 AUTOMATON = MovementAutomaton.plane()

@@ -12,7 +12,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.io.toml import parse_model
-from clearway.live.link.following import Following
+from clearway.live.link.following import SetPointsFollowed
 from clearway.live.link.link_state import LinkState
 from clearway.mavlink.set_points import HOLD
 from clearway.mavlink.simulated_habits import Habits
@@ -219,7 +219,7 @@ def test_one_that_follows_slowly_is_not_suspected(calm: Any) -> None:
 
 
 def test_another_target_is_noticed() -> None:
-    following = Following(3.0)
+    following = SetPointsFollowed(3.0)
     for n in range(10):
         place = np.array([0.3 * n, 0.0, 0.0])
         following.tell(0.1 * n, place, np.array([3.0, 0.0, 0.0]), place)

@@ -50,6 +50,8 @@ class Commitment:
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
 HERE = 1e-7
 """Share of the range: a goal that is no farther lies in no direction."""
+LEADS_ON = 0.5
+"""Of a movement, that a trajectory leads at least from the place that it begins above or below."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
 
@@ -134,7 +136,8 @@ def _complete_nodes(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) ->
     complete = prepared.reach_set.complete
     if goal.final:
         complete = (complete & ~arrived.reached) | arrived.first
-    return np.flatnonzero(complete & prepared.flyable)
+    nodes = np.flatnonzero(complete & prepared.flyable)
+    return nodes[_leads_on(prepared, nodes) | (arrived.reached[nodes] & goal.final)]
 
 
 def _add_changes_of_mind(
@@ -153,6 +156,19 @@ def _add_changes_of_mind(
     if commitment.first_movement:
         planned = prepared.reach_set.movement_names.index(commitment.first_movement)
         cost_m += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
+
+
+def _leads_on(prepared: PreparedReachSet, nodes: IntArray) -> BoolArray:
+    """[nodes] whether a trajectory leads anywhere but up or down.
+
+    Straight up leaves the grid at once and passes no cell: what it costs to go from there is a
+    guess, and a vehicle that believes in it rises and sinks for ever.
+    """
+    reach_set = prepared.reach_set
+    ends, pitch = reach_set.states[nodes], reach_set.start_pitch_rad
+    ahead = np.cos(pitch) * ends[:, 0] + np.sin(pitch) * ends[:, 2]
+    leads: BoolArray = np.hypot(ahead, ends[:, 1]) > LEADS_ON * prepared.step_m
+    return leads if leads.any() else np.ones(len(nodes), dtype=np.bool_)
 
 
 def among(candidates: Candidates, keep: BoolArray) -> Candidates:

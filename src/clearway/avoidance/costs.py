@@ -24,6 +24,8 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 STEEPEST_PITCH_RAD = np.radians(60.0)
 """Climb assumed by the cost to go of an automaton without a pitch limit."""
+SAME_PACE = 0.95
+"""Share of the pace of straight flight above which a movement costs its length, not its time."""
 SLIGHTEST_PITCH_RAD = 1e-6
 """Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
 
@@ -113,12 +115,19 @@ TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], 
 
 
 def length_and_prices(reach_set: ReachSet, prices: Prices) -> FloatArray:
-    """Length flown plus prices for turns, changes and height; the default stage cost."""
+    """Length flown plus prices for turns, changes and height; the default stage cost.
+
+    What is slower than straight flight, or stands, costs the length that could have been flown.
+    """
     parent = reach_set.parent
     inner = parent >= 0
     start_length = np.where(inner, reach_set.length_m[parent], 0.0)
     length = reach_set.length_m - start_length
     smooth = np.array(reach_set.movement_smooth, dtype=np.bool_)[reach_set.movement]
+    took_s = reach_set.end_time_s - np.where(inner, reach_set.end_time_s[parent], 0.0)
+    straight = smooth | ~smooth.any()
+    usual_m = took_s * float((length / took_s)[straight].max(initial=0.0))
+    length = np.where(length < SAME_PACE * usual_m, usual_m, length)
     changed = inner & (reach_set.movement != reach_set.movement[parent])
     level_z = _level_heights(reach_set)
     climbed = np.abs(level_z - np.where(inner, level_z[parent], 0.0))
@@ -158,9 +167,11 @@ def curved_distance_to_go(
 
     Turning circles count, so a waypoint behind or inside the turning circle is flown away from
     first; a waypoint steeper than the pitch limit costs the spiral up to it. A vehicle that stays
-    level goes by level distance.
+    level goes by level distance. What can turn on the spot may do so first.
     """
     steepest = automaton.steepest_rad
+    radius = automaton.turning_radius_m
+    pitches = np.isfinite(radius) and not automaton.keeps_attitude
     return _to_go(
         reach_set.states,
         nodes,
@@ -169,7 +180,7 @@ def curved_distance_to_go(
         goal.target_m,
         goal.next_m,
         goal.reach_radius_m,
-        automaton.turning_radius_m,
+        (radius, radius if pitches else 0.0, automaton.spot_turn_m_per_rad),
         automaton.stays_level,
         STEEPEST_PITCH_RAD if steepest is None else max(steepest, SLIGHTEST_PITCH_RAD),
     )
@@ -222,16 +233,25 @@ def _arrival(
 
 
 @compiled
-def _turn_then_straight(x: float, y: float, radius: float, reach_radius: float) -> float:
+def _turn_then_straight(
+    x: float, y: float, radius: float, reach_radius: float, spot: float
+) -> float:
     """Length to (x, y) from the origin heading along x: an arc to one side, then straight.
 
     A target inside a turning circle, farther from its rim than the reach radius, is not reachable
     by an arc to that side; the arc to the other side is then the way (the shorter way of two arcs
-    is left out: it ends nose first in the same place and costs at most half a circle less).
+    is left out: it ends nose first in the same place and costs at most half a circle less). spot:
+    what a radian turned on the spot costs, inf if that can't be. What can't turn at all costs the
+    straight way.
     """
-    if radius <= 0.0:
-        return float(np.hypot(x, y))
+    away = np.hypot(x, y)
+    if radius <= 0.0 or (np.isinf(radius) and np.isinf(spot)):
+        return float(away)
     best = np.inf
+    if not np.isinf(spot):
+        best = spot * abs(np.arctan2(y, x)) + away
+    if np.isinf(radius):
+        return float(best)
     for side in (1.0, -1.0):
         across = side * y - radius
         from_center = np.hypot(x, across)
@@ -255,11 +275,13 @@ def _to_go(
     target: FloatArray,
     following: FloatArray,
     reach_radius: float,
-    radius: float,
+    turning: tuple[float, float, float],
     stays_level: bool,
     steepest: float,
 ) -> FloatArray:
+    """turning: radius in flight, what a turn of pitch takes, and cost per radian on the spot."""
     result = np.empty(len(nodes))
+    radius, pitching, spot = turning
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
     leg = np.sqrt(np.sum((following - target) ** 2))
     for at, n in enumerate(nodes):
@@ -271,14 +293,14 @@ def _to_go(
         cos_yaw, sin_yaw = np.cos(states[n, 5]), np.sin(states[n, 5])
         ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
         turn = radius * np.cos(states[n, 4])
-        level = _turn_then_straight(ahead, left, turn, reach_radius)
+        level = _turn_then_straight(ahead, left, turn, reach_radius, spot)
         if abs(dz) <= level * np.tan(steepest):
             length = np.sqrt(level * level + dz * dz)
         else:
             length = abs(dz) / np.sin(steepest)
         wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))
         off = wanted_pitch - states[n, 4]
-        result[at] = length + 0.5 * radius * off * off
+        result[at] = length + 0.5 * pitching * off * off
         if not reached[n]:
             result[at] += leg
     return result

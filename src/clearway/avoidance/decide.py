@@ -216,7 +216,7 @@ def decide(
 
     ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
     held = None if commitment is None else commitment.way_out
-    leaving = Leaving(prepared, known.reach, candidates, choose_among, ways, held)
+    leaving = Leaving(prepared, known.reach, candidates, choose_among, goal, ways, held)
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
         taken = leaving.fall_back(taken, near.hazards)
@@ -359,7 +359,7 @@ def _decide_within(
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
     if in_reach or len(hazards.moving.radius_m) or strict:
         return one_movement
-    reaction_m = min(planner.automaton.turning_radius_m, planner.grid.range_m) + margin
+    reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + margin
     speed = prepared.step_m / one_movement
     free = (planner.grid.range_m - reaction_m) / speed
     plan = float(reach_set.end_time_s[choice.node])

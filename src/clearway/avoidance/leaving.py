@@ -14,6 +14,7 @@ import numpy as np
 
 from clearway.avoidance.candidates import Candidates, among
 from clearway.avoidance.chosen import Basis, Choice, ChoiceReport
+from clearway.avoidance.costs import Goal
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.prepared import PreparedReachSet
@@ -54,6 +55,7 @@ class Leaving:
     assessment: ReachAssessment
     candidates: Candidates
     choose_among: ChooseAmong
+    goal: Goal
     ways: WaysOut | None
     """None where no way out is asked for."""
     held: WayOut | None
@@ -85,11 +87,28 @@ class Leaving:
         ways = self.ways
         if ways is None:
             return taken
+        look = self._looks_round(ways, hazards, taken.banned)
+        if look is not None:
+            return look
         for way in self._ways_out(ways):
             flown = self._flown(way, hazards, taken.banned)
             if flown is not None:
                 return flown
         return self._unseen(ways, taken, hazards) if ways.strict else taken
+
+    def _looks_round(
+        self, ways: WaysOut, hazards: Hazards, banned: tuple[str, ...]
+    ) -> Taken | None:
+        """A turn on the spot, towards the goal if that is aside: who only held would hold for ever,
+        since nothing new comes into view."""
+        turns = ways.standing_turns()
+        aside = float(np.arctan2(self.goal.target_m[1], self.goal.target_m[0]))
+        for movement in sorted(turns, key=lambda m: abs(aside - turns[m])):
+            way = ways.after(movement)
+            if way is not None:
+                whole = replace(way, begins=(self._name(movement), *way.begins))
+                return self._flown(whole, hazards, banned)
+        return None
 
     def _unseen(self, ways: WaysOut, taken: Taken, hazards: Hazards) -> Taken:
         """What leaves a way out if what nobody has seen is free; else what was taken."""

@@ -166,7 +166,7 @@ class Planner:
             (
                 reach_set.start_pitch_rad,
                 PreparedReachSet.of(
-                    reach_set, settings.prices, stage_cost, library.automaton.turning_radius_m
+                    reach_set, settings.prices, stage_cost, library.automaton.room_to_turn_m
                 ),
             )
             for reach_set in library.reach_sets
@@ -200,7 +200,7 @@ class Planner:
     @property
     def speed_mps(self) -> float:
         """Fastest speed of the automaton."""
-        return max(movement.speed_mps for movement in self.automaton.movements)
+        return self.automaton.fastest_mps
 
     @cached_property
     def escapes(self) -> EscapeLibrary | None:

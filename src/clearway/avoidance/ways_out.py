@@ -64,6 +64,13 @@ class WaysOut:
         self._loops: dict[int, FloatArray] = {}
         self._after: dict[tuple[int, bool], WayOut | None] = {}
 
+    def standing_turns(self) -> dict[int, float]:
+        """Movements that turn on the spot from here, and by how much; none for most vehicles."""
+        ends = np.abs(self._legs.path[self._start, :, :, :3]).max(axis=(1, 2))
+        turns = self._legs.path[self._start, :, -1, 3]
+        stands = (ends <= 1e-9) & (np.abs(turns) > 1e-6)
+        return {int(m): float(turns[m]) for m in np.flatnonzero(stands)}
+
     def after(self, movement: int, *, strict: bool = True) -> WayOut | None:
         """The way out from the end of a movement that begins now; None where there is none."""
         key = (movement, strict and self.strict)

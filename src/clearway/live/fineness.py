@@ -20,10 +20,11 @@ def turning_distance_m(planner: Planner) -> float:
     """How far ahead something must be seen to be passed with the margin.
 
     One movement until the next decision, then a turn away: on a circle of the turning radius that
-    begins at a distance d, the nearest to a point straight ahead is sqrt(d^2 + R^2) - R.
+    begins at a distance d, the nearest to a point straight ahead is sqrt(d^2 + R^2) - R. Without
+    a radius, of what can stop, that is d.
     """
     automaton, margin = planner.automaton, planner.settings.safety_margin_m
-    radius = automaton.turning_radius_m
+    radius = automaton.room_to_turn_m
     if not np.isfinite(radius):
         return planner.grid.range_m
     needed = automaton.step_m + float(np.sqrt(margin * (margin + 2.0 * radius)))

@@ -162,7 +162,7 @@ class Knowledge:
         latest = self.own_states.latest
         if now - latest.time_s > self.limits.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
-        return self.flown.carry(latest, now)
+        return self.planner.automaton.upright(self.flown.carry(latest, now))
 
     def with_detections(self, state: State, now: float) -> tuple[Situation, float]:
         """All that is known from an own state, and the age of the oldest scan used, or NaN."""

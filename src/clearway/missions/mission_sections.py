@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from clearway.avoidance.fusion import RATINGS
 from clearway.io.choices import OneOf
@@ -15,6 +15,7 @@ from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
 from clearway.vehicle.automaton import MovementAutomaton
 
+OF_MULTIROTORS = ("climb_mps", "spot_turn_deg", "slow_mps")
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
 
 
@@ -47,20 +48,53 @@ class VehicleSection(Section):
     """Where the flight starts, world frame."""
     attitude_deg: Attitude = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
+    kind: Literal["plane", "multirotor"] = "plane"
+    """A plane keeps its speed and cannot hover; a multirotor can hold, turn on the spot, climb and
+    sink straight up and down, and fly slower."""
     speed_mps: Positive = 1.0
-    """Kept throughout: the vehicle cannot hover."""
+    """Of a plane kept throughout, of a multirotor the fastest."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
-    """Turn in one movement."""
+    """Turn in one movement, in flight."""
     movement_s: Positive = 1.0
     """Duration of a movement."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
-    """Steepest pitch, up and down. A vehicle that it keeps level goes by level distance: waypoints
-    count as reached from above or below."""
+    """Steepest pitch, up and down; of a multirotor the steepest way ahead. A vehicle that it keeps
+    level goes by level distance: waypoints count as reached from above or below."""
+    climb_mps: NotNegative | None = None
+    """Of a multirotor, straight up and down; default: what its steepest way ahead climbs."""
+    spot_turn_deg: float | None = Field(default=None, gt=0.0, le=180.0)
+    """Of a multirotor, turn on the spot in one movement; default 45."""
+    slow_mps: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
+    """Of a multirotor, slower speeds to fly at; default: half the speed."""
     body_radius_m: NotNegative = 0.3
     """Distance from the vehicle's centre within which it is: kept from what nobody has seen, and
     drawn in the picture of distances."""
 
+    @model_validator(mode="after")
+    def _keys_suit_the_kind(self) -> Self:
+        given = [key for key in OF_MULTIROTORS if getattr(self, key) is not None]
+        if self.kind == "plane" and given:
+            raise ValueError(f'{given[0]}: only of kind = "multirotor"')
+        for slow in self.slow_mps or ():
+            if not slow < self.speed_mps:
+                raise ValueError(
+                    f"slow_mps: must be below speed_mps, {self.speed_mps:g}, got {slow:g}"
+                )
+        if self.slow_mps and len(set(self.slow_mps)) < len(self.slow_mps):
+            raise ValueError(f"slow_mps: speeds must differ, got {list(self.slow_mps)}")
+        return self
+
     def to_automaton(self) -> MovementAutomaton:
+        if self.kind == "multirotor":
+            return MovementAutomaton.multirotor(
+                self.speed_mps,
+                self.turn_step_deg,
+                duration_s=self.movement_s,
+                steepest_deg=self.pitch_limit_deg,
+                climb_mps=self.climb_mps,
+                spot_turn_deg=45.0 if self.spot_turn_deg is None else self.spot_turn_deg,
+                slow_mps=self.slow_mps,
+            )
         return MovementAutomaton.plane(
             self.speed_mps, self.turn_step_deg, self.movement_s, self.pitch_limit_deg
         )

@@ -219,7 +219,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
 
 def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
     """Refuse movements that are out of proportion to what the vehicle sees."""
-    step, needed = automaton.step_m, automaton.turning_radius_m + file.safety.margin_m
+    step, needed = automaton.step_m, automaton.room_to_turn_m + file.safety.margin_m
     if grid.range_m > MOST_MOVEMENTS * step:
         raise InputError(
             f"mission {file.mission.name!r}",

@@ -89,7 +89,7 @@ class _Way:
 
 def _length_m(automaton: MovementAutomaton, movement: Movement, start: FloatArray) -> float:
     if automaton.table is None:
-        return movement.speed_mps * movement.duration_s
+        return movement.pace_mps * movement.duration_s
     times = movement.duration_s * np.arange(CHECKED + 1) / CHECKED
     points = np.array([automaton.predict(start, movement, float(time))[:3] for time in times])
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

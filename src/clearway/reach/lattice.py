@@ -23,6 +23,8 @@ SAMPLES = 4
 MOST_ATTITUDES = 5000
 MOST_MOVEMENTS = 100
 """Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
+FEWEST_STANDING, MOST_STANDING = 3, 12
+"""Movements that a trajectory may stand for."""
 
 
 class LatticePieces(NamedTuple):
@@ -63,7 +65,8 @@ class Lattice:
 def movements_deep(automaton: MovementAutomaton, grid: AvoidanceGrid) -> int:
     """How many movements a trajectory may have: as many as layers, or as straight flight needs.
 
-    Raises ClearwayError where that is none or absurdly many.
+    What can stop may stand for some more of them. Raises ClearwayError where that is none or
+    absurdly many.
     """
     step = automaton.step_m
     if step <= 0.0:
@@ -75,7 +78,17 @@ def movements_deep(automaton: MovementAutomaton, grid: AvoidanceGrid) -> int:
             f"movements of {step:g} m, more than {MOST_MOVEMENTS}; take fewer layers, less range, "
             "or longer or faster movements"
         )
-    return int(deep)
+    return int(deep) + standing_deep(automaton)
+
+
+def standing_deep(automaton: MovementAutomaton) -> int:
+    """Movements of a trajectory that may stand: those of half a turn on the spot, or a few."""
+    if not automaton.can_stop:
+        return 0
+    rate = automaton.fastest_mps / automaton.spot_turn_m_per_rad
+    turn = rate * max(movement.duration_s for movement in automaton.movements)
+    half = int(np.ceil(np.pi / turn - 1e-6)) if turn > 0.0 else 0
+    return min(max(half, FEWEST_STANDING), MOST_STANDING)
 
 
 def build_lattice(
@@ -146,7 +159,7 @@ def _pieces(
     flown = np.linalg.norm(chords, axis=-1).sum(axis=-1)
     durations = np.array([movement.duration_s for movement in automaton.movements])
     if automaton.table is None:
-        speeds = np.array([movement.speed_mps for movement in automaton.movements])
+        speeds = np.array([movement.pace_mps for movement in automaton.movements])
         flown = np.maximum(flown, speeds * durations)
     pitches = np.array([pitch for _, pitch, _ in attitudes])
     turned = paths[:, :, -1, 5]

@@ -29,6 +29,8 @@ ROUNDING = 1e-14
 """What rounding may make of a coefficient, as a share of the largest term in it."""
 NARROWEST = 1e-9
 """Share of a movement's time below which intervals are not halved."""
+PATIENCE = 2000
+"""Intervals looked at for one border, after which those that rounding hides are not halved."""
 TOUCH = 1e-12
 """A curve that comes as near as that to a border, as a share of its distance, touches it."""
 CLOSE = 1e-12
@@ -198,14 +200,18 @@ def _roots(
     waiting, low, high = search.waiting[:, :order], search.low, search.high
     second, scaled = search.second[:order], search.scaled
     waiting[0], low[0], high[0] = search.of_border[:order], 0.0, 1.0
-    depth = 1
+    depth, looked_at = 1, 0
     while depth > 0:
         depth -= 1
         a, b = low[depth], high[depth]
         if count >= len(search.crossings) or without_root(waiting[depth], noise):
             continue
+        looked_at += 1
         single = _changes_of_sign(waiting[depth], noise) == 1
         narrow = b - a <= NARROWEST
+        if looked_at > PATIENCE and not narrow:
+            # It runs along the border, or leaves it slowly: rounding tells no more of this part.
+            narrow = np.max(np.abs(waiting[depth])) <= noise
         if single or narrow:
             before, after = _beyond(a, kind, border, scaled), _beyond(b, kind, border, scaled)
             if before * after < 0.0:

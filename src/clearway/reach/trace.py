@@ -151,7 +151,7 @@ def expand(
     """Children of nodes [n] by every movement [n, m]: position, yaw, attitude and place.
 
     Positions are in the level frame at yaw 0; see `end_place` for places, NOT_ALLOWED where the
-    automaton forbids the movement.
+    automaton forbids the movement, or where it changes nothing at all.
     """
     nodes, movements = len(yaw), pieces.following.shape[1]
     ends = np.empty((nodes, movements, 3))
@@ -171,7 +171,10 @@ def expand(
             yaws[n, m] = yaw[n] + pieces.turn_rad[at, m]
             attitudes[n, m] = pieces.following[at, m]
             places[n, m] = NOT_ALLOWED
-            if attitudes[n, m] >= 0:
+            # What changes nothing leads nowhere new: the tree would only grow by it.
+            idle = attitudes[n, m] == at and pieces.turn_rad[at, m] == 0.0
+            idle = idle and pieces.length_m[at, m] == 0.0
+            if attitudes[n, m] >= 0 and not idle:
                 places[n, m] = end_place(origin, path, rotation, edges)
     return ends, yaws, attitudes, places
 
@@ -240,7 +243,9 @@ def _through_cells(
         for sample in range(SAMPLES):
             x, y, z = _point(origin, path[(sample + 1) * stride - 1], rotation)
             samples[n, sample, 0], samples[n, sample, 1], samples[n, sample, 2] = x, y, z
-        for part in range(len(parts)):
+        # What stands where it is passes its own cell only: it may lie on many borders at once.
+        moving = pieces.length_m[attitude[n, 0], movement[n]] > 0.0
+        for part in range(len(parts) if moving else 0):
             for k in range(len(curve)):
                 curve[k, 0], curve[k, 1], curve[k, 2] = _point(origin, parts[part, k], rotation)
             number = crossings(curve, borders, search)

@@ -96,9 +96,9 @@ class TrueMotion:
         """The state [6] a step on."""
         v = self._noise.uniform(-1.0, 1.0, 3) * self._settings.input_noise
         inputs = movement.inputs
-        inputs = inputs + np.array(
-            [v[0] * inputs[0], 0.0, v[1] * self._turn_rate, v[2] * self._turn_rate]
-        )
+        noise = [v[0] * inputs[0], 0.0, v[1] * self._turn_rate, v[2] * self._turn_rate]
+        # A rate of climb is held as well as the speed is.
+        inputs = inputs + np.array([*noise, *(v[0] * inputs[4:])])
         moved = self._automaton.vehicle.advance(state, inputs, step)
         w = self._noise.uniform(-1.0, 1.0, 3) * self._settings.state_noise_mps
         moved[:3] += (w + self._wind_mps) * step

@@ -6,63 +6,28 @@ which state, and predicts where it ends: exactly by the vehicle's model, or by a
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.brief import brief, one_line
+from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import Trajectory
+from clearway.base.state import State, Trajectory
 from clearway.vehicle.model import PlaneModel, Vehicle
+from clearway.vehicle.movement import Movement as Movement
+from clearway.vehicle.movement import multirotor_movements, plane_movements
+from clearway.vehicle.multirotor import MultirotorModel
 from clearway.vehicle.table import MovementTable
 
 PITCH_TOLERANCE_RAD = 1e-9
 """Four times Up lands on a limit of four steps in spite of rounding."""
 MOST_START_PITCHES = 25
 _MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-
-
-@dataclass(frozen=True)
-class Movement:
-    """Constant inputs (4.2) held for a duration: (3.14), def. 10, def. 11.
-
-    Pitch rate is positive nose down, yaw rate left. `smooth` puts it into the smooth set of
-    def. 25. Raises ClearwayError for a duration that is not positive (def. 12, rule 1) or inputs
-    that are not finite.
-    """
-
-    name: str
-    speed_mps: float
-    roll_rate_rps: float = 0.0
-    pitch_rate_rps: float = 0.0
-    yaw_rate_rps: float = 0.0
-    duration_s: float = 1.0
-    smooth: bool = False
-
-    __repr__ = brief
-
-    def __post_init__(self) -> None:
-        if not (self.duration_s > 0.0 and np.isfinite(self.duration_s)):
-            raise ClearwayError(f"movement {self.name}: duration must be positive and finite")
-        if not (np.all(np.isfinite(self.inputs)) and self.speed_mps >= 0.0):
-            raise ClearwayError(f"movement {self.name}: inputs must be finite, speed >= 0")
-
-    @property
-    def inputs(self) -> FloatArray:
-        """[4] speed, roll rate, pitch rate, yaw rate."""
-        return np.array(
-            [self.speed_mps, self.roll_rate_rps, self.pitch_rate_rps, self.yaw_rate_rps]
-        )
-
-    @property
-    def turn_rate_rps(self) -> float:
-        """Bound of the rate at which the direction of flight turns."""
-        return float(np.hypot(self.pitch_rate_rps, self.yaw_rate_rps))
 
 
 @keywords_beyond_two
@@ -118,43 +83,59 @@ class MovementAutomaton:
         diagonals: bool = True,
     ) -> MovementAutomaton:
         """The nine movements of section 4.3, or the five without diagonals."""
-        rate = np.radians(turn_step_deg) / duration_s
-        turns = {
-            "Straight": (0, 0),
-            "Down": (1, 0),
-            "Up": (-1, 0),
-            "Left": (0, 1),
-            "Right": (0, -1),
-            "Down-Left": (1, 1),
-            "Down-Right": (1, -1),
-            "Up-Left": (-1, 1),
-            "Up-Right": (-1, -1),
-        }
-        movements = tuple(
-            Movement(
-                name,
-                float(speed_mps),
-                pitch_rate_rps=float(pitch * rate),
-                yaw_rate_rps=float(yaw * rate),
-                duration_s=float(duration_s),
-                smooth=name == "Straight",
-            )
-            for name, (pitch, yaw) in turns.items()
-            if diagonals or 0 in (pitch, yaw)
-        )
+        movements = plane_movements(speed_mps, turn_step_deg, duration_s, diagonals=diagonals)
         limit = None if pitch_limit_deg is None else float(np.radians(pitch_limit_deg))
         return cls(movements, limit)
 
+    @classmethod
+    @keywords_beyond_two
+    def multirotor(
+        cls,
+        speed_mps: float = 1.0,
+        turn_step_deg: float = 15.0,
+        duration_s: float = 1.0,
+        steepest_deg: float = 30.0,
+        *,
+        climb_mps: float | None = None,
+        spot_turn_deg: float = 45.0,
+        slow_mps: Sequence[float] | None = None,
+        diagonals: bool = True,
+    ) -> MovementAutomaton:
+        """A vehicle that can stop: ahead, up, down and slower, turns on the spot, and `Hold`.
+
+        speed_mps: ahead, and along the way up and down, which is at most `steepest_deg` steep.
+        climb_mps: straight up and down, and the most on the way ahead; default: what the steepest
+        way ahead climbs; 0 keeps it level. turn_step_deg, spot_turn_deg: turn in one movement, in
+        flight and on the spot. slow_mps: slower speeds ahead, with the same turns; default: half
+        the speed. Raises ClearwayError for numbers out of range.
+
+        >>> import clearway as cw
+        >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=2.0)
+        >>> automaton.can_stop, automaton.predict([0.0] * 6, automaton["Up"])[:3].round(2).tolist()
+        (True, [1.73, 0.0, 1.0])
+        """
+        movements = multirotor_movements(
+            speed_mps,
+            turn_step_deg,
+            duration_s,
+            steepest_deg,
+            climb_mps,
+            spot_turn_deg,
+            slow_mps,
+            diagonals=diagonals,
+        )
+        return cls(movements, 0.0, MultirotorModel())
+
     def __repr__(self) -> str:
-        speeds = [movement.speed_mps for movement in self.movements]
         limit = self.pitch_limit_rad
         return one_line(
             "MovementAutomaton",
             (
                 f"{len(self.movements)} movements",
-                f"up to {max(speeds):g} m/s",
+                f"up to {self.fastest_mps:g} m/s",
                 "no pitch limit" if limit is None else f"pitch within {np.degrees(limit):.3g} deg",
                 *([] if self.table is None else ["measured table"]),
+                *(["can stop"] if self.can_stop else []),
             ),
         )
 
@@ -233,6 +214,73 @@ class MovementAutomaton:
             images.append(int(np.argmax(same)))
         return tuple(images)
 
+    @property
+    def fastest_mps(self) -> float:
+        """Fastest speed along the path of any movement."""
+        return max(movement.pace_mps for movement in self.movements)
+
+    @cached_property
+    def stands(self) -> tuple[bool, ...]:
+        """Per movement whether it stays where it is, and may be repeated for ever.
+
+        Holding, and turning on the spot: neither place nor roll and pitch change.
+        """
+        level = np.zeros(6)
+        return tuple(
+            not np.any(self.predict(level, movement)[:5])
+            and self.allowed(level, movement)
+            and (movement.name, movement.name) not in self.forbidden
+            for movement in self.movements
+        )
+
+    @property
+    def can_stop(self) -> bool:
+        """Whether some movement stands: the vehicle may stay where it is for as long as it likes.
+
+        It then needs no room to circle.
+        """
+        return any(self.stands)
+
+    @cached_property
+    def hold(self) -> Movement | None:
+        """The movement to stay with: the one that stands and turns least; None where none does."""
+        standing = [m for m, stands in zip(self.movements, self.stands, strict=True) if stands]
+        return min(standing, key=lambda movement: abs(movement.yaw_rate_rps), default=None)
+
+    @cached_property
+    def keeps_attitude(self) -> bool:
+        """Whether roll and pitch neither change nor matter: tilting is no part of the way."""
+        level, tilted = np.zeros(6), np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.0])
+        return all(
+            bool(
+                np.array_equal(
+                    self.predict(tilted, movement) - tilted, self.predict(level, movement)
+                )
+            )
+            for movement in self.movements
+        )
+
+    def upright(self, state: State) -> State:
+        """The state without roll and pitch where they do not matter; else as it is."""
+        if not self.keeps_attitude or not state.attitude_rad[:2].any():
+            return state
+        return replace(state, attitude_rad=np.array([0.0, 0.0, state.attitude_rad[2]]))
+
+    @cached_property
+    def spot_turn_m_per_rad(self) -> float:
+        """What it costs to turn on the spot, as way that could have been flown; inf if it can't."""
+        rates = [
+            abs(movement.yaw_rate_rps)
+            for movement, stands in zip(self.movements, self.stands, strict=True)
+            if stands and movement.yaw_rate_rps
+        ]
+        return self.fastest_mps / max(rates) if rates else float("inf")
+
+    @property
+    def room_to_turn_m(self) -> float:
+        """Room that it takes to turn away from what is ahead; none for what can stop."""
+        return 0.0 if self.can_stop else self.turning_radius_m
+
     @cached_property
     def turning_radius_m(self) -> float:
         """Smallest v / omega of the level turns; inf when nothing turns in flight."""
@@ -265,8 +313,12 @@ class MovementAutomaton:
         """
         if self.pitch_limit_rad is None:
             return None
-        level_m = np.hypot(self._level_ends[:, 0], self._level_ends[:, 1])
-        climbs = np.arctan2(np.abs(self._level_ends[:, 2]), level_m)
+        ends = self._level_ends
+        level_m = np.hypot(ends[:, 0], ends[:, 1])
+        # Straight up takes the time of a way so steep that it climbs as fast at full speed.
+        beside = np.sqrt(np.maximum(self.step_m**2 - ends[:, 2] ** 2, 0.0))
+        level_m = np.where(level_m > 0.0, level_m, beside)
+        climbs = np.arctan2(np.abs(ends[:, 2]), level_m)
         return max(self.pitch_limit_rad, float(climbs.max(initial=0.0)))
 
     @cached_property

@@ -38,7 +38,7 @@ class DisturbanceSample:
 Disturbance = Callable[[float], DisturbanceSample]
 """Time (s, of the buffer's clock) -> what disturbs then; the same for the same time."""
 InputEvolution = Callable[[Movement, float], FloatArray]
-"""u of (3.15): movement and time -> inputs [4] (4.2)."""
+"""u of (3.15): movement and time -> inputs (4.2), as many as the movement has."""
 
 
 def stationary(movement: Movement, _time_s: float) -> FloatArray:
@@ -51,9 +51,8 @@ def disturbed_by(disturbance: Disturbance) -> InputEvolution:
 
     def inputs(movement: Movement, time_s: float) -> FloatArray:
         v = disturbance(time_s)
-        changed: FloatArray = movement.inputs + np.array(
-            [v.speed_mps, 0.0, v.pitch_rate_rps, v.yaw_rate_rps]
-        )
+        changed: FloatArray = movement.inputs
+        changed[:4] += [v.speed_mps, 0.0, v.pitch_rate_rps, v.yaw_rate_rps]
         changed[0] = max(0.0, changed[0])
         return changed
 

@@ -23,7 +23,10 @@ class Vehicle(Protocol):
     """
 
     def advance(self, state: npt.ArrayLike, inputs: npt.ArrayLike, duration_s: float) -> FloatArray:
-        """State [6] (4.1) after holding inputs [4] (4.2) for a duration; world frame, radians."""
+        """State [6] (4.1) after holding inputs (4.2) for a duration; world frame, radians.
+
+        inputs: [4], or [5] of movements with a rate of climb.
+        """
         ...
 
 

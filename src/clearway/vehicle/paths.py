@@ -27,6 +27,8 @@ def movement_paths(automaton: MovementAutomaton, samples: int) -> MovementPaths:
 
 def motion_depends_on_roll(automaton: MovementAutomaton) -> bool:
     """Whether roll may change where a movement leads; of the plane model (4.4) it does not."""
+    if automaton.keeps_attitude:
+        return False
     return automaton.table is not None or type(automaton.vehicle) is not PlaneModel
 
 

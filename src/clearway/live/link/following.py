@@ -20,7 +20,7 @@ STRANGE = 2
 """So many such in a row are no accident."""
 
 
-class Following:
+class SetPointsFollowed:
     """Feed it with what is told and with where the vehicle is; ask `flaw`."""
 
     def __init__(self, speed_mps: float) -> None:

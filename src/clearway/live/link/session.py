@@ -21,7 +21,7 @@ from clearway.live.flight_decision import FlightDecision
 from clearway.live.link.aircraft import AircraftReport, AirPicture, TrafficTerms
 from clearway.live.link.approach import PredictedApproach, approaches
 from clearway.live.link.floor import FloorRule
-from clearway.live.link.following import Following
+from clearway.live.link.following import SetPointsFollowed
 from clearway.live.link.link_state import LinkFacts, LinkLimits, LinkState, link_state
 from clearway.live.link.own_motion import OwnMotion, turned_onto
 from clearway.live.link.placed_scans import PlacedScans, ScanMaker
@@ -130,7 +130,7 @@ class Session:
         self._ground_m: float | None = None
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._restarted = False
-        self._following = Following(system.planner.speed_mps)
+        self._following = SetPointsFollowed(system.planner.speed_mps)
         self._led = False  # Whether the last tick would have had the vehicle follow.
         self._last: SetPoint | None = None  # The last one sent that moves.
         self._holds = 0
@@ -349,7 +349,7 @@ class Session:
         speed = self.system.planner.speed_mps
         age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
         lead_m = speed * (MOST_LEAD_S + age_s)
-        following = SetPoint.following(ahead, movement.speed_mps)
+        following = SetPoint.following(ahead, movement.speed_mps, movement.climb_mps or 0.0)
         return following.led_by_at_most(self._own.position_m, lead_m)
 
     def _planned(self, time_s: float) -> State | None:

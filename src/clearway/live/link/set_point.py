@@ -22,9 +22,13 @@ class SetPoint:
     """Left positive from x."""
 
     @classmethod
-    def following(cls, state: State, speed_mps: float) -> SetPoint:
-        """On a plan that has the vehicle in a state."""
+    def following(cls, state: State, speed_mps: float, climb_mps: float = 0.0) -> SetPoint:
+        """On a plan that has the vehicle in a state.
+
+        climb_mps: beside the speed along the nose, of what climbs without pitching.
+        """
         velocity = speed_mps * world_from_body(np.ascontiguousarray(state.attitude_rad))[:, 0]
+        velocity[2] += climb_mps
         return cls(state.position_m, velocity, float(state.attitude_rad[2]))
 
     @classmethod
