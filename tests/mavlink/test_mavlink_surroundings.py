@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.base.state import State
-from clearway.live.link.aircraft import MOST_AIRCRAFT, AirPicture, TrafficTerms
+from clearway.live.link.aircraft import MOST_AIRCRAFT, AircraftHeard, TrafficTerms
 from clearway.live.link.own_motion import OwnMotion
 from clearway.mavlink.adsb import aircraft_of
 from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
@@ -127,12 +127,12 @@ def test_messages_without_use_are_counted() -> None:
 OWN = OwnMotion(10.0, np.zeros(3), enu(1.0, 0.0, 0.0), 0.0)
 
 
-def picture(**settings: Any) -> tuple[AirPicture, Counter[str]]:
+def picture(**settings: Any) -> tuple[AircraftHeard, Counter[str]]:
     counts: Counter[str] = Counter()
-    return AirPicture(TrafficTerms(**settings), counts), counts
+    return AircraftHeard(TrafficTerms(**settings), counts), counts
 
 
-def taken(view: AirPicture, message: Any, now_s: float = 10.0) -> Any:
+def taken(view: AircraftHeard, message: Any, now_s: float = 10.0) -> Any:
     height = float(OWN.position_m[2])
     report = aircraft_of(message, np.array(ORIGIN), height, view._counts)
     return None if report is None else view.take(report, now_s, OWN)

@@ -65,7 +65,7 @@ class AircraftReport:
     """The position in the link's own numbers: the same again is no news."""
 
 
-class AirPicture:
+class AircraftHeard:
     """Aircraft heard of lately; gives an Intruder for each report that can be used."""
 
     def __init__(self, terms: TrafficTerms, counts: Counter[str]) -> None:

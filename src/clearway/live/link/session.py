@@ -18,7 +18,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.flight_decision import FlightDecision
-from clearway.live.link.aircraft import AircraftReport, AirPicture, TrafficTerms
+from clearway.live.link.aircraft import AircraftHeard, AircraftReport, TrafficTerms
 from clearway.live.link.approach import PredictedApproach, approaches
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.following import SetPointsFollowed
@@ -121,7 +121,7 @@ class Session:
         self.clock = VehicleClock(terms.speedup)
         self.motion: OwnMotion | None = None
         self._sensor = sensor
-        self._traffic = AirPicture(terms.traffic, counts)
+        self._traffic = AircraftHeard(terms.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
         self._reports: dict[str, Intruder] = {}
         self._own: State | None = None
