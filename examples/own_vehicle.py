@@ -102,7 +102,7 @@ grid = cw.AvoidanceGrid.uniform(range_m=30.0)
 cliff = cw.ObstacleMap([cw.Obstacle.cuboid([55.0, 0.0, -7.0], [40.0, 200.0, 26.0], name="cliff")])
 goals = np.array([[45.0, 0.0, 10.0], [75.0, 0.0, 10.0]])
 mission = cw.Mission("up a cliff", cw.State(np.zeros(3)), waypoints_m=goals, reach_radius_m=3.0)
-settings = cw.AvoidanceSettings(safety_margin_m=1.0)
+settings = cw.AvoidanceSettings(safety_margin_m=1.0, escape="off")
 DEEP = {"depth": 20}
 runs, sets = {}, {}
 for name, automaton in (("plane (4.4)", plane), ("climber", own)):

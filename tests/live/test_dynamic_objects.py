@@ -267,7 +267,7 @@ def encounter(
     pattern = BeamPattern.per_cell(GRID, max_range_m=max_range_m)
     lidar = Lidar("lidar", pattern, sigma_m=0.03, dropout=0.05)
     to_fly = mission((30.0, 0.0, 0.0))
-    system = AvoidanceSystem(planner(), to_fly, (lidar,), follow_movers=follows)
+    system = AvoidanceSystem(planner(escape="off"), to_fly, (lidar,), follow_movers=follows)
     return simulate(
         system,
         EMPTY,

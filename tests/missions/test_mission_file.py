@@ -61,12 +61,13 @@ def test_a_mission_with_a_wrong_value_is_flown_or_refused(
     said = ""
     try:
         mission = parse_model("wrong.toml", tables, MissionFile)
+        flown = mission.to_mission()
     except InputError as error:
         said = str(error)
     if said:
-        assert said.startswith("wrong.toml: ")
+        assert said.startswith(("wrong.toml: ", "mission "))
         return
-    assert mission.to_mission().straight_length_m < 1e9
+    assert flown.straight_length_m < 1e9
     mission.grid.to_grid()
     mission.to_avoidance()
 

@@ -275,6 +275,7 @@ def test_the_example_mission_with_a_liar() -> None:
     tables = file.effective()
     tables["lidar"] = [part for part in tables["lidar"] if part["name"] == "middle"]
     tables["simulation"]["time_limit_s"] = 40.0
+    tables["safety"]["escape"] = "off"
     alone = prepare(parse_model("alone", tables, MissionFile)).fly()
     assert not alone.reached
     assert alone.states[:, 0].max() < 30.0

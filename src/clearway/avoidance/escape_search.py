@@ -379,6 +379,8 @@ def _look_at(
         attitude, m = ways.attitude[parent], ways.movement[b]
         times[b] = times[parent] + legs.duration_s[m]
         path, sagitta = legs.path[attitude, m], legs.sagitta_m[attitude, m]
-        safe = leg_keeps(poses[parent], path, sagitta, times[parent], times[b], terms)
+        safe = legs.following[attitude, m] >= 0 and leg_keeps(
+            poses[parent], path, sagitta, times[parent], times[b], terms
+        )
         state[b] = KEEPS if safe else FAILS
         poses[b] = pose_after(poses[parent], path)

@@ -16,7 +16,7 @@ from clearway.avoidance.candidates import Candidates, among
 from clearway.avoidance.chosen import Basis, Choice, ChoiceReport
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.fusion import ReachAssessment
-from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.hazards import Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.way_out import LESSER_MARGINS, WayOut
 from clearway.avoidance.ways_out import WaysOut
@@ -164,4 +164,6 @@ class Leaving:
         )
         report = ChoiceReport(self.prepared, self.assessment, alone, hazards, 0)
         choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
+        if choice.limited_by is Cause.INTRUDER and choice.clearance_m < way.margin_m:
+            return None  # No way out from where an intruder is: the emergency rule's best it is.
         return Taken(choice, hazards, way.after_one, head, banned)

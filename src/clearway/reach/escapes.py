@@ -130,7 +130,17 @@ class EscapeLibrary:
         if np.all(np.abs(off) <= SAME_RAD):
             return self.legs
         paths = movement_paths(self.automaton, SAMPLES)
-        return _legs(paths, self.attitudes + off, self.legs.following, self.automaton)
+        attitudes = self.attitudes + off
+        return _legs(paths, attitudes, self._within_limit(attitudes), self.automaton)
+
+    def _within_limit(self, attitudes: FloatArray) -> IntArray:
+        """[attitudes, movements] as of the legs, without what leads farther beyond the limit."""
+        following, limit = self.legs.following, self.automaton.pitch_limit_rad
+        if limit is None:
+            return following
+        ends = np.abs(attitudes[following, 1])
+        beyond = (ends > limit + SAME_RAD) & (ends >= np.abs(attitudes[:, 1])[:, None])
+        return np.where(beyond, -1, following)
 
 
 def _attitudes(automaton: MovementAutomaton, paths: MovementPaths) -> tuple[FloatArray, IntArray]:

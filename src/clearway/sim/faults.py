@@ -30,16 +30,16 @@ class Faults:
     """Azimuths, sensor frame, left positive, between which no beam returns."""
     dead_from_s: float = np.inf
     """From then on no scan comes."""
-    late_from_s: float = np.inf
-    """A decision due from then on comes late, once."""
-    late_s: float = 0.0
-    """By how much."""
     report_loss: float = 0.0
     """Share of reports of traffic that get lost."""
     spoofed: float = 0.0
     """Share of reports that jump."""
     spoof_m: float = 0.0
     """How far they jump, in a random direction."""
+    late_from_s: float = np.inf
+    """A decision due from then on comes late, once."""
+    late_s: float = 0.0
+    """By how much."""
 
     def __post_init__(self) -> None:
         for name in ("report_loss", "spoofed"):
