@@ -34,7 +34,7 @@ UNSEEN = 2.0
 """Price of a metre that nobody has seen."""
 NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 """Price of a metre within a turning radius, and half of one, of something, beside the margin."""
-TALL = 8.0
+TALL = 50.0
 """Price of a metre that nobody has seen above or below what stands: most of it stands on."""
 IN_VAIN = 1.0
 """Added to a metre's price for every time that a way there came no nearer to it."""

@@ -139,7 +139,8 @@ class EscapeLibrary:
         if limit is None:
             return following
         ends = np.abs(attitudes[following, 1])
-        beyond = (ends > limit + SAME_RAD) & (ends >= np.abs(attitudes[:, 1])[:, None])
+        starts = np.abs(attitudes[:, 1])[:, None]
+        beyond = (ends > limit + SAME_RAD) & (ends > starts + SAME_RAD)
         return np.where(beyond, -1, following)
 
 
