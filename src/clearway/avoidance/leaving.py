@@ -33,11 +33,8 @@ class Taken:
     """What it keeps clear of."""
     way_out: WayOut | None = None
     """From the end of its first movement on."""
-    head: str = ""
-    """First movement of a way out that is flown now; empty where a candidate is."""
     banned: tuple[str, ...] = ()
     """First movements after which no way out was found."""
-
     leaves: bool = True
     """Whether it leaves a way out, where one is asked for."""
 
@@ -166,4 +163,4 @@ class Leaving:
         choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
         if choice.limited_by is Cause.INTRUDER and choice.clearance_m < way.margin_m:
             return None  # No way out from where an intruder is: the emergency rule's best it is.
-        return Taken(choice, hazards, way.after_one, head, banned)
+        return Taken(choice, hazards, way.after_one, banned)

@@ -122,10 +122,14 @@ class Knowledge:
                 self._take_report(reading)
 
     def _take_state(self, state: State) -> None:
+        jumped = self._has_jumped(state)
         flaw = self.own_states.take(state)
         if flaw:
             self.counts[flaw] += 1
             return
+        if jumped and self.sensing.free_space is not None:
+            self.sensing.free_space.forget()
+            self.counts["state: the own place jumped; what was seen to be free is forgotten"] += 1
         self.clock.settle(state.time_s)
         self.progress = advanced(
             self.mission,
@@ -134,6 +138,18 @@ class Knowledge:
             state.time_s,
             stays_level=self.planner.automaton.stays_level,
         )
+
+    def _has_jumped(self, state: State) -> bool:
+        """Whether an own state lies farther off what was flown than margin and deviations cover."""
+        if not self.own_states.reach_back_to(state.time_s):
+            return False
+        latest, settings = self.own_states.latest, self.planner.settings
+        off_m = float(
+            np.linalg.norm(self.flown.carry(latest, state.time_s).position_m - state.position_m)
+        )
+        unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
+        unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)
+        return off_m > settings.safety_margin_m + unsure_m + self.planner.speed_mps * unknown_s
 
     def _take_scan(self, scan: Scan) -> None:
         flaw = self.sensing.flaw_of(scan)

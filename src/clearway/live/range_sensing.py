@@ -136,6 +136,9 @@ class RangeSensing:
             )
         if self.free_space is not None and self.believes(scan.sensor):
             self.free_space.take(sensor, scan, state, sigmas * state.position_std_m)
+            # What is declared free is so only as far as nothing is seen to stand there.
+            near = self._memories[scan.sensor].near(*self.free_space.start)
+            self.free_space.withdraw_start(*near)
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
         return _left_out(self._memories[scan.sensor])

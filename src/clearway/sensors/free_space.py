@@ -153,6 +153,11 @@ class FreeSpace:
         )
         return SeenSpace(self._free, window)
 
+    @property
+    def start(self) -> tuple[FloatArray, float]:
+        """Middle [3] and radius of the ball that still counts as declared free."""
+        return self._start_m, self._start_free_m
+
     def forget(self) -> None:
         """All that was seen; after the own place has jumped, nobody knows where that lies."""
         self._free[:] = 0
