@@ -87,11 +87,30 @@ class Leaving:
         look = self._looks_round(ways, hazards, taken.banned)
         if look is not None:
             return look
+        too_near: Taken | None = None
         for way in self._ways_out(ways):
             flown = self._flown(way, hazards, taken.banned)
-            if flown is not None:
+            if flown is not None and flown.good:
                 return flown
+            too_near = too_near or flown
+        beside = self._beside_intruders(ways, taken, hazards) or too_near
+        if beside is not None:
+            return beside
         return self._unseen(ways, taken, hazards) if ways.strict else taken
+
+    def _beside_intruders(self, ways: WaysOut, taken: Taken, hazards: Hazards) -> Taken | None:
+        """What keeps away best from intruders that leave no margin, of all that leaves a way out
+        past what stands: nobody dodges an aircraft into a wall."""
+        if not len(hazards.moving.radius_m):
+            return None
+        firsts = self.prepared.first_movement[self.candidates.nodes]
+        leave = [m for m in np.unique(firsts).tolist() if self._after(ways, m, True) is not None]
+        allowed = among(self.candidates, np.isin(firsts, leave))
+        if not len(allowed.nodes):
+            return None
+        choice = self.choose_among(hazards, allowed)
+        way = self._after(ways, int(self.prepared.first_movement[choice.node]), True)
+        return Taken(choice, hazards, way, taken.banned)
 
     def _looks_round(
         self, ways: WaysOut, hazards: Hazards, banned: tuple[str, ...]
@@ -144,7 +163,8 @@ class Leaving:
         return self.prepared.reach_set.movement_names[movement]
 
     def _flown(self, way: WayOut, hazards: Hazards, banned: tuple[str, ...]) -> Taken | None:
-        """A way out as what is flown now; None where the reach set lacks its first movement."""
+        """A way out as what is flown now, as an emergency where an intruder is too near to it; None
+        where the reach set lacks its first movement."""
         reach_set, head = self.prepared.reach_set, way.movements[0]
         begins = (reach_set.parent < 0) & (
             reach_set.movement == reach_set.movement_names.index(head)
@@ -162,5 +182,5 @@ class Leaving:
         report = ChoiceReport(self.prepared, self.assessment, alone, hazards, 0)
         choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
         if choice.limited_by is Cause.INTRUDER and choice.clearance_m < way.margin_m:
-            return None  # No way out from where an intruder is: the emergency rule's best it is.
+            choice = replace(choice, basis=Basis.EMERGENCY)
         return Taken(choice, hazards, way.after_one, banned)
