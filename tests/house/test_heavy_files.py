@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from tools.fuzz.heavy import HEAVY, taken, wrong
+from tools.fuzz.heavy import taken, wrong
+from tools.fuzz.heavy_files import HEAVY
 
 
 @pytest.mark.nightly
