@@ -10,9 +10,10 @@ import typer
 
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show, sourced
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.live.mission import Progress as MissionProgress
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
@@ -31,7 +32,10 @@ def fly(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for logs and pictures; default clearway-out/<mission>."),
+        typer.Option(
+            help="Folder for logs and pictures, of this mission alone; default "
+            "clearway-out/<mission>."
+        ),
     ] = None,
     spawn: Annotated[
         str | None,
@@ -62,6 +66,7 @@ def fly(
     ] = False,
 ) -> None:
     """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
+    from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import folder_of
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
@@ -72,6 +77,7 @@ def fly(
     if parquet:
         check_tables()
     file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
+    folder = ResultsFolder.checked(out or folder_of(file.mission.name), "fly", file.mission.name)
     say("preparing reach sets and sensors; the first run compiles, which takes a while")
     setup = prepare(file, say)
     for note in setup.notes:
@@ -80,13 +86,12 @@ def fly(
     if planner == "clearway":
         say(str(setup.escape))
     run = flown_with_bar(setup, planner, beside)
-    folder = out or folder_of(file.mission.name)
-    written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
     if as_json:
         print_json(run.summary() | {"notes": list(setup.notes)})
     else:
         show(_in_words(run))
-    say(f"wrote {', '.join(written)} to {folder}")
+    written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
+    say(f"wrote {', '.join(written)} to {folder.path}")
     if not run.safe:
         leave(NOT_REACHED)
 
@@ -166,25 +171,25 @@ def write_flight(
     run: Run[Steering],
     setup: FlightSetup,
     file: MissionFile,
-    folder: Path,
+    folder: ResultsFolder,
     plots: bool,
     *,
     mcap: bool = True,
     parquet: bool = False,
 ) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
-    from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.missions.run_tables import write_tables
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         write_toml(file.effective(), scratch / "mission.toml")
         write_track(run, scratch / "track.csv")
         if run.intruder_tracks:
             write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
-        (scratch / "summary.json").write_text(json.dumps(run.summary(), indent=2) + "\n")
+        summary = sourced(run.summary())
+        (scratch / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
         if parquet:
             write_tables(run, scratch)
         if mcap:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from clearway.io.maps.map_features import Geodetic, Period
     from clearway.io.maps.maps import KeepOut, MapFile
+    from clearway.io.results_folder import ResultsFolder
 
 
 def show_map(
@@ -46,13 +47,12 @@ def show_map(
     """Summarise and draw map files: obstacles, keep-out zones, what was left out and why."""
     from clearway.io.maps.maps import read_maps
     from clearway.io.moments import moment
+    from clearway.io.results_folder import ResultsFolder
+    from clearway.io.staging import RESULTS
 
+    folder = ResultsFolder.checked(out or RESULTS / "map", "map", "") if plots else None
     when = None if at is None else moment("--at", at)
     maps = read_maps(files, _origin(origin), point_radius_m=radius)
-    if plots:
-        folder = out or Path("clearway-out/map")
-        _draw(maps, when, folder)
-        say(f"wrote map.png to {folder}")
     for one in maps:
         if one.is_empty:
             say(f"{one.source}: {one.notes[-1]}")
@@ -60,6 +60,9 @@ def show_map(
         print_json(_as_json(maps, when))
     else:
         show("\n\n".join(_in_words(one, when) for one in maps))
+    if folder is not None:
+        _draw(maps, when, folder)
+        say(f"wrote map.png to {folder.path}")
 
 
 def _origin(text: str | None) -> Geodetic | None:
@@ -79,8 +82,7 @@ def _origin(text: str | None) -> Geodetic | None:
     return Geodetic(latitude, longitude, height)
 
 
-def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: Path) -> None:
-    from clearway.io.staging import staged
+def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: ResultsFolder) -> None:
     from clearway.view.plot.map import draw_map
 
     obstacles = [obstacle for one in maps for obstacle in one.obstacles]
@@ -92,7 +94,7 @@ def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: Path) -> Non
     }
     floor = [block for one in maps for block in one.floor]
     title = ", ".join(Path(one.source).name for one in maps)
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         draw_map(obstacles, floor, zones, title).savefig(scratch / "map.png", dpi=110)
 
 

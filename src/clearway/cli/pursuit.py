@@ -35,18 +35,22 @@ def pursuit(
     bearings_deg = np.arange(0.0, 90.0, bearing_step_deg)
     speeds = np.round(np.arange(0.5, 0.96, 0.05), 2).tolist()
     bearings = np.radians(bearings_deg).tolist()
-    result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
+    folder = None
     if plots:
-        from clearway.io.staging import staged
-        from clearway.studies.figures.pursuit import draw_win_map
+        from clearway.io.results_folder import ResultsFolder
 
-        with staged(out) as scratch:
-            draw_win_map(result).savefig(scratch / "win-map.png")
-        say(f"wrote win-map.png to {out}")
+        folder = ResultsFolder.checked(out, "pursuit", "")
+    result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
     if as_json:
         print_json(_as_json(result, bearings_deg.tolist()))
     else:
         _print(result)
+    if folder is not None:
+        from clearway.studies.figures.pursuit import draw_win_map
+
+        with folder.written() as scratch:
+            draw_win_map(result).savefig(scratch / "win-map.png")
+        say(f"wrote win-map.png to {out}")
 
 
 def _as_json(result: WinMap, bearings_deg: list[float]) -> dict[str, Any]:

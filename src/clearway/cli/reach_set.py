@@ -14,6 +14,7 @@ from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
     from clearway.base.grid import AvoidanceGrid
+    from clearway.io.results_folder import ResultsFolder
     from clearway.reach.coverage import Coverage
     from clearway.reach.tree import ReachSet
     from clearway.vehicle.automaton import MovementAutomaton
@@ -54,6 +55,7 @@ def reach_set(
     from clearway.reach.lattice import movements_deep
     from clearway.reach.sets import build_reach_set
 
+    folder = given.folder_of(out, "reach-set") if plots else None
     automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
     grid = given.grid_of(
         range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
@@ -69,13 +71,12 @@ def reach_set(
     tree = build_reach_set(automaton, grid, method, start_pitch_rad, **tuning)
     build_s = time.perf_counter() - began
     coverage = measure(tree)
-    if plots:
-        picture = _draw(tree, method, out or Path("clearway-out/reach-set"))
-        say(f"picture: {picture}")
     if as_json:
         print_json(_as_json(method, tree, automaton, coverage, build_s))
     else:
         print(_as_text(method, tree, automaton, coverage, build_s))
+    if folder is not None:
+        say(f"picture: {_draw(tree, method, folder)}")
 
 
 def checked_pitch(start_pitch_deg: float, automaton: MovementAutomaton) -> float:
@@ -107,15 +108,14 @@ def _warm_up(
     build_reach_set(automaton, small, method, start_pitch_rad, **tuning)
 
 
-def _draw(tree: ReachSet, method: str, folder: Path) -> Path:
-    from clearway.io.staging import staged
+def _draw(tree: ReachSet, method: str, folder: ResultsFolder) -> Path:
     from clearway.view.plot.reach import draw_reach_set_views
 
     name = f"reach-set-{method}-{tree.grid.layers}-layers.png"
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         figure = draw_reach_set_views(tree, title=f"{method} reach set")
         figure.savefig(scratch / name)
-    return folder / name
+    return folder.path / name
 
 
 def _as_json(

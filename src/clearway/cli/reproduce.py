@@ -12,6 +12,7 @@ from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.reproduction.report import Made
 
 OUTPUT = "Output"
@@ -42,22 +43,26 @@ def reproduce(
     if list_them:
         _list(as_json)
         return
+    from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.reproduction.registry import targets_named
     from clearway.studies.reproduction.report import as_text, as_values
 
+    folder = ResultsFolder.checked(out, "reproduce", "", adds=True)
+    if docs is not None:
+        refuse_unwritable_file(docs, "--docs")
     made = {}
     with notice_when_slow():
         for target in targets_named(targets or []):
             say(f"{target.name}: {target.title}")
             made[target] = target.make()
-    if docs is not None:
-        _write_page(made, f"clearway reproduce {' '.join(targets or [])}", docs)
     result = sourced(as_values(made))
-    written = _write(made, result, out, plots)
     if as_json:
         print_json(result)
     else:
         print(as_text(made))
+    if docs is not None:
+        _write_page(made, f"clearway reproduce {' '.join(targets or [])}", docs)
+    written = _write(made, result, folder, plots)
     say(f"wrote {', '.join(written)} to {out}")
 
 
@@ -72,11 +77,9 @@ def _list(as_json: bool) -> None:
         print(f"{target.name:<22}{target.title}")
 
 
-def _write(made: Made, result: dict[str, Any], folder: Path, plots: bool) -> list[str]:
+def _write(made: Made, result: dict[str, Any], folder: ResultsFolder, plots: bool) -> list[str]:
     """Result and pictures; all of it or nothing."""
-    from clearway.io.staging import staged
-
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         for exhibits in made.values():
             for exhibit in exhibits:

@@ -10,9 +10,11 @@ import typer
 
 from clearway.base.errors import ClearwayError, InputError, SeveralErrors
 from clearway.base.units import FOOT_M
+from clearway.base.version import SCHEMA_VERSION
 from clearway.cli.report import print_json, say, show
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.traffic.recorded.picture import AirPicture
 
 OUTPUT, FLYING = "Output", "Flying an encounter"
@@ -86,7 +88,13 @@ def traffic(
         flown = FlownAs(margin_m=margin_m, bank_deg=bank_deg)
         fly_recorded(_only(pictures), encounter, in_place_of, flown, out, as_json)
         return
+    folder = None
+    if out is not None:
+        from clearway.io.results_folder import ResultsFolder
+
+        folder = ResultsFolder.checked(out, "traffic", " ".join(file.name for file in files))
     result: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
         "recordings": [traffic_result(picture) for picture in pictures],
         "provenance": provenance(files),
     }
@@ -94,8 +102,8 @@ def traffic(
         print_json(result)
     else:
         show("\n\n".join(_in_words(one, most) for one in result["recordings"]))
-    if out is not None:
-        _write(pictures, result, out)
+    if folder is not None:
+        _write(pictures, result, folder)
 
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
@@ -120,14 +128,13 @@ def _only(pictures: Sequence[AirPicture]) -> AirPicture:
     return pictures[0]
 
 
-def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: Path) -> None:
+def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: ResultsFolder) -> None:
     """The result and one picture a recording; all of it or nothing."""
     import json
 
-    from clearway.io.staging import staged
     from clearway.view.plot.recording import draw_recording
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         (scratch / "traffic.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         names: set[str] = set()
         for picture in pictures:
@@ -136,7 +143,7 @@ def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: Path)
             names.add(name)
             draw_recording(picture).savefig(scratch / f"{name}.png", dpi=110)
         written = sorted(path.name for path in scratch.iterdir())
-    say(f"wrote {', '.join(written)} to {folder}")
+    say(f"wrote {', '.join(written)} to {folder.path}")
 
 
 def _numbered(name: str) -> Any:

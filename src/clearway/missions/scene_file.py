@@ -15,6 +15,7 @@ from clearway.io.toml import Section
 from clearway.missions.sections import (
     Attitude,
     GridSection,
+    NotNegative,
     Numbers,
     ObstacleSection,
     Place,
@@ -101,6 +102,10 @@ class ScanSection(Section):
     """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
     attitude_deg: Attitude | None = None
     """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
+    min_range_m: NotNegative | None = None
+    """Blind range: nearer returns are dropped; default: the sensor's, as far as it is known."""
+    airframe_radius_m: NotNegative = 0.0
+    """Returns within this distance of the body's origin come from the own airframe."""
     simulate: SimulateSection | None = None
     """In place of `file`."""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
+from clearway.base.suggest import did_you_mean
 from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.bag_poses import BagPoses, poses_of_bag
 from clearway.io.scans.bag import Bag, RawMessage, Topic
@@ -66,7 +67,7 @@ def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
         return known[0]
     there = [topic for topic in topics if topic.type in POINTS]
     if name is not None:
-        cause = f"no points of topic {name!r}"
+        cause = f"no points of topic {name!r}{did_you_mean(name, [one.name for one in there])}"
     elif there:
         cause = "several topics with points: choose one (--topic, `topic` of [scan])"
     else:
