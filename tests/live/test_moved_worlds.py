@@ -1,4 +1,4 @@
-"""With memory and seen space too, neither the place nor the heading counts: whole voxels, quarters."""
+"""Neither place nor heading counts with memory and seen space: whole voxels, quarter turns."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def flight(seed: int) -> tuple[list[State], list[Scan], FloatArray]:
     places = rng.uniform([2.0, -7.0, -4.0], [14.0, 7.0, 4.0], (12, 3))
     world = ObstacleMap([Obstacle.ball(place, rng.uniform(0.1, 0.9)) for place in places])
     start = rng.uniform(-0.5, 0.5, 3)
-    states = [State(start + [float(n), 0.0, 0.0], time_s=float(n)) for n in range(3)]
+    states = [State(start + np.array([float(n), 0.0, 0.0]), time_s=float(n)) for n in range(3)]
     scans = [simulate_scan(LIDAR, world, state, seed=seed + n) for n, state in enumerate(states)]
     return states, scans, rng.uniform([20.0, -9.0, -4.0], [30.0, 9.0, 4.0])
 
