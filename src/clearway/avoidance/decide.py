@@ -8,7 +8,7 @@ closed loop.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -34,7 +34,7 @@ from clearway.avoidance.passing import (
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of, margin_slope
+from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
 from clearway.avoidance.way_out import Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut
@@ -86,6 +86,8 @@ class Decision:
     """What is flown from the end of the first movement on if no later decision finds better."""
     no_way_out: tuple[str, ...] = ()
     """First movements after which no way out was found."""
+    wind_mps: FloatArray = field(default_factory=lambda: CALM)
+    """[3] wind that was reckoned with, world frame."""
 
     @property
     def escapes(self) -> bool:
@@ -174,6 +176,9 @@ def decide(
     settings = planner.settings
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
+    wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
+    unsure_mps = settings.sigmas * situation.wind_sigma_mps
+    prepared = prepared.in_wind(wind_in_grid, unsure_mps)
     prepared = with_slope(prepared, margin_slope(settings, situation))
     if situation.floor_m > -np.inf:
         above = above_floor(prepared, situation.frame, situation.floor_m)
@@ -260,6 +265,7 @@ def decide(
         passings=passings_after(begun, met, near.frame, choice.node, margin),
         way_out=taken.way_out,
         no_way_out=taken.banned,
+        wind_mps=situation.wind_mps,
     )
 
 

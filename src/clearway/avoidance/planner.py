@@ -19,7 +19,7 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.avoidance.way_out import Escape, Narrow
 from clearway.base.brief import brief, one_line
-from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
@@ -100,6 +100,8 @@ class AvoidanceSettings(EvidenceSettings):
     start_free_m: float | None = None
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
     where the vehicle stands; None for the length of a movement."""
+    wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """What is known of the wind before take-off, world frame; own states tell it from then on."""
     prices: Prices = field(default_factory=Prices)
 
     __repr__ = brief
@@ -110,6 +112,7 @@ class AvoidanceSettings(EvidenceSettings):
             above_zero_problem("safety_margin_m", self.safety_margin_m),
             number_problem("body_radius_m", self.body_radius_m),
         ]
+        problems.append(vector_problem("wind_mps", self.wind_mps, 3))
         if self.escape not in (*Escape,):
             problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
         if self.narrow not in (*Narrow,):

@@ -39,6 +39,8 @@ from clearway.traffic import Intruder, TrackerSettings
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
+WIND_MPS = np.array([0.1, 0.0, 0.0])
+"""Some wind, to warm up."""
 GROWN = 0.01
 """Share of the safety margin by which the margin must have grown to be news."""
 
@@ -241,6 +243,7 @@ class AvoidanceSystem:
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
         warm_up_ways(trial._known, start)
+        planner.prepared_at(start).in_wind(WIND_MPS)
 
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.

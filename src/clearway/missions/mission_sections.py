@@ -118,6 +118,8 @@ class SafetySection(Section):
     """Standard deviations of the own position by which the margin grows."""
     own_drift_mps: NotNegative = 0.05
     """Growth of the margin with the age of the own state."""
+    wind_mps: Point = (0.0, 0.0, 0.0)
+    """What is known of the wind before take-off, world frame; from then on own states tell it."""
     point_sigmas: NotNegative = 2.0
     """Standard deviations of the range by which a hit point grows."""
     smallest_object_m: Positive | None = None
