@@ -94,7 +94,7 @@ def test_a_damaged_file_is_brought_anew(address: str, tmp_path: Path) -> None:
 
 
 def test_without_a_network_it_says_what_to_do(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be fetched from .* put it there by hand"):
+    with pytest.raises(InputError, match=r"cannot be fetched from .* put it there by hand"):
         fetched(public("http://127.0.0.1:1/nobody"), tmp_path)
     assert files(tmp_path) == []
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
 from clearway.io.samples.made_world import BOXES_M, place_at, sweep
 
 HERE = np.zeros(3)
@@ -151,9 +152,7 @@ def _las(
     las.write(str(path))
 
 
-def _surveyed(
-    rng: np.random.Generator,
-) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.uint8]]]:
+def _surveyed(rng: np.random.Generator) -> tuple[FloatArray, IntArray]:
     """Ground, and roof and walls of what stands on it, four points a square metre."""
     ground = np.column_stack([rng.uniform(-5.0, 30.0, 2500), rng.uniform(-12.0, 12.0, 2500)])
     parts = [np.column_stack([ground, np.zeros(len(ground))])]
