@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from clearway.cli.report import print_json, say, show
+from clearway.cli.report import print_json, say, show, sourced
 
 if TYPE_CHECKING:
     from clearway.missions.alert_history import AlertHistory
@@ -32,25 +32,28 @@ def alerts(
     out: Annotated[Path | None, typer.Option(help="Folder for alerts.json and alerts.png.")] = None,
 ) -> None:
     """Alerts about every other aircraft, and bands of heading, climb and speed, every second."""
-    from clearway.base.provenance import provenance
     from clearway.io.traffic.traffic import read_traffic
     from clearway.missions.alert_history import alert_history
     from clearway.missions.volume_section import volumes_named
     from clearway.traffic.recorded import aircraft_of, without_ghosts
     from clearway.vehicle.performance import PERFORMANCES
 
+    folder = None
+    if out is not None:
+        from clearway.io.results_folder import ResultsFolder
+
+        folder = ResultsFolder.checked(out, "alerts", file.name)
     kept, able = volumes_named(volumes), PERFORMANCES.named(vehicle)
     history = alert_history(without_ghosts(aircraft_of(read_traffic(file))), own, kept, able)
-    told = history.as_dict() | {"vehicle": vehicle, "provenance": provenance([file])}
+    told = sourced(history.as_dict() | {"vehicle": vehicle}, [file])
     if as_json:
         print_json(told)
     else:
         show("\n".join(_lines(history)))
-    if out is not None:
-        from clearway.io.staging import staged
+    if folder is not None:
         from clearway.view.plot.alerts import draw_alerts
 
-        with staged(out) as scratch:
+        with folder.written() as scratch:
             (scratch / "alerts.json").write_text(json.dumps(told, allow_nan=False) + "\n")
             draw_alerts(history).savefig(scratch / "alerts.png", dpi=110)
         say(f"wrote alerts.json, alerts.png to {out}")

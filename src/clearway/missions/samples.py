@@ -106,6 +106,18 @@ position_m = [16, 4, 0]
 velocity_mps = [-1, -0.5, 0]
 spread_deg = 5
 """
+VOLUMES = """\
+[[volume]]
+name = "well clear"
+radius_m = 600
+half_height_m = 75
+buffer_m = 75
+
+[[volume]]
+name = "near"
+radius_m = 150
+half_height_m = 30
+"""
 
 
 def write_mission(path: Path, rng: np.random.Generator) -> None:
@@ -130,3 +142,9 @@ def write_scene(path: Path, rng: np.random.Generator) -> None:
     """One moment: a scan, a map and an intruder."""
     del rng
     path.write_text(SCENE)
+
+
+def write_volumes(path: Path, rng: np.random.Generator) -> None:
+    """Volumes of one's own."""
+    del rng
+    path.write_text(VOLUMES)

@@ -93,5 +93,5 @@ def _is_met(still: FloatArray, other: FloatArray) -> BoolArray:
     """Whether each point has one of the other scan within a voxel's width."""
     from scipy.spatial import cKDTree
 
-    distances_m = cKDTree(other).query(still, distance_upper_bound=VOXEL_M)[0]
-    return np.asarray(distances_m <= VOXEL_M)
+    distances_m: FloatArray = cKDTree(other).query(still, distance_upper_bound=VOXEL_M)[0]
+    return np.asarray(distances_m <= VOXEL_M, dtype=np.bool_)

@@ -182,6 +182,8 @@ SAMPLES = (
     _map("terrain.tif", "terrain raster", maps.write_terrain, " masts.csv"),
     Sample("map-mission.toml", "mission", "over that map, 10 m/s", own.write_map_mission,
            "clearway fly map-mission.toml", "map"),
+    Sample("volumes.toml", "volumes", "what two aircraft should not share", own.write_volumes,
+           "clearway alerts encounter.daa --volumes volumes.toml"),
     Sample("plan.plan", "plan", "QGroundControl, with a fence", plans.write_plan,
            "clearway fly plan.plan", "map"),
     Sample("plan.waypoints", "plan", "QGC WPL 110", plans.write_waypoints,

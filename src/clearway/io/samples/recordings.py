@@ -101,7 +101,7 @@ def write_mcap(path: Path, rng: np.random.Generator) -> None:
 
     robot = Robot(ros2=True)
     with path.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer: Any = Writer(file, compression=CompressionType.ZSTD)
         writer.start("ros2", "clearway sample")
         channels: dict[str, int] = {}
         for topic, time_ns, kind, data in robot.flight(rng):

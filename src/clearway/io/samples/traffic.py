@@ -144,8 +144,9 @@ def write_daidalus(path: Path, rng: np.random.Generator) -> None:
     lines.append("[none], [deg], [deg], [ft], [deg], [knot], [fpm], [s]\n")
     for row in rows():
         one = row.aircraft
+        name = "Ownship" if one is AIRCRAFT[0] else one.callsign
         lines.append(
-            f"{one.callsign}, {row.latitude:.8f}, {row.longitude:.8f}, "
+            f"{name}, {row.latitude:.8f}, {row.longitude:.8f}, "
             f"{one.altitude_m / FOOT_M:.1f}, {one.track_deg:.1f}, {row.speed_kt:.4f}, 0.0, "
             f"{row.after_s:.1f}\n"
         )
