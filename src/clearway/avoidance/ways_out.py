@@ -136,6 +136,17 @@ class WaysOut:
         turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         return np.ascontiguousarray((places_m - self._terms.origin_m) @ turned)
 
+    def saw(self, samples_m: FloatArray, sagitta_m: FloatArray) -> bool:
+        """Whether movements on from here, [n, samples, 3] in the grid frame, lead through space
+        that was seen to be free."""
+        corners = samples_m @ self._terms.grid_from_level
+        before = np.zeros(3)
+        for along, sagitta in zip(corners, sagitta_m.tolist(), strict=True):
+            if not was_seen(np.vstack([before, along]), sagitta, self._terms):
+                return False
+            before = along[-1]
+        return True
+
     def _first(
         self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms
     ) -> WayOut | None:

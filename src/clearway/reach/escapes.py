@@ -11,8 +11,10 @@ from the attitude that the vehicle really has.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +37,8 @@ MOST_DEPTH = 6
 """Movements of a beginning."""
 MOST_ESCAPES = 8000
 """From one attitude."""
+MOST_LIBRARIES = 64
+"""Kept in a process."""
 MOST_TURNS = 400
 """Movements of a loop."""
 STRAIGHTS = (1, 2, 3)
@@ -100,18 +104,22 @@ class EscapeLibrary:
         paths = movement_paths(automaton, SAMPLES)
         attitudes, following = _attitudes(automaton, paths)
         legs = _legs(paths, attitudes, following, automaton)
-        loops = [tuple(_loops(automaton, legs, at)) for at in range(len(attitudes))]
-        ways = tuple(_ways(automaton, legs, loops, at) for at in range(len(attitudes)))
-        widest_m = max(
-            (_extent_m(legs, at, loop) for at, each in enumerate(loops) for loop in each),
-            default=0.0,
-        )
-        return cls(automaton, attitudes, legs, ways, MOST_DEPTH * automaton.step_m + widest_m)
+        key = _content(automaton, legs)
+        if key not in _found:
+            while len(_found) >= MOST_LIBRARIES:
+                del _found[next(iter(_found))]
+            _found[key] = _searched(automaton, legs)
+        return cls(automaton, attitudes, legs, *_found[key])
 
     def __repr__(self) -> str:
         count = [len(ways.begins) for ways in self.ways]
         facts = (f"{len(count)} attitudes", f"{min(count)} to {max(count)} escapes from each")
         return one_line("EscapeLibrary", facts)
+
+    @cached_property
+    def key(self) -> bytes:
+        """Equal where the same escapes are found."""
+        return _content(self.automaton, self.legs)
 
     @property
     def exists(self) -> bool:
@@ -186,6 +194,31 @@ def _legs(
         following,
         np.array([movement.duration_s for movement in automaton.movements]),
     )
+
+
+_found: dict[bytes, tuple[tuple[Ways, ...], float]] = {}
+"""What was searched in this process: planners of one vehicle differ mostly by their settings."""
+
+
+def _content(automaton: MovementAutomaton, legs: Legs) -> bytes:
+    """Equal where the same escapes are found."""
+    flown = [(each.name, each.inputs.tolist()) for each in automaton.movements]
+    told = repr((flown, sorted(automaton.forbidden), automaton.pitch_limit_rad))
+    digest = hashlib.sha256(told.encode())
+    for array in legs:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.digest()
+
+
+def _searched(automaton: MovementAutomaton, legs: Legs) -> tuple[tuple[Ways, ...], float]:
+    """Escapes by attitude, and how far one may lead."""
+    attitudes = range(len(legs.following))
+    loops = [tuple(_loops(automaton, legs, at)) for at in attitudes]
+    ways = tuple(_ways(automaton, legs, loops, at) for at in attitudes)
+    widest_m = max(
+        (_extent_m(legs, at, loop) for at, each in enumerate(loops) for loop in each), default=0.0
+    )
+    return ways, MOST_DEPTH * automaton.step_m + widest_m
 
 
 # --- loops --------------------------------------------------------------------------------

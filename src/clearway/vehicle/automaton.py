@@ -139,7 +139,7 @@ class MovementAutomaton:
             ),
         )
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the movements, in order."""
         return tuple(movement.name for movement in self.movements)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, margin_slope
+from clearway.avoidance.situation import CALM, Situation, margin_slope
 from clearway.avoidance.verify import KEPT, path_clearance, sloping
 from clearway.avoidance.way_out import WayOut
 from clearway.avoidance.ways_out import WaysOut
@@ -33,6 +33,11 @@ class Checked:
     """That is asked now."""
     way_out: WayOut | None = None
     """From the end of the leg on."""
+
+
+def in_calm(situation: Situation) -> Situation:
+    """Without wind: commands are velocities over ground, and whoever follows them corrects it."""
+    return replace(situation, wind_mps=CALM, wind_sigma_mps=0.0)
 
 
 def check_leg(planner: Planner, escapes: EscapeLibrary, situation: Situation, leg: Leg) -> Checked:

@@ -30,7 +30,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.explain import explanation
-from clearway.live.guard.check import Checked, check_leg, is_endangered
+from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
 from clearway.live.guard.guarded import Guarded
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
@@ -227,7 +227,7 @@ class Guardian:
         now = self._known.catch_up(now_s)
         state = replace(self._known.own_state(now), time_s=now)
         velocity = self._own_velocity(own_velocity_mps, now)
-        around = self._known.around(state, now)
+        around = in_calm(self._known.around(state, now))
         if wish is not None:
             wished, fastest = wish, self.planner.speed_mps
             if self.planner.automaton.can_stop:
@@ -321,7 +321,7 @@ class Guardian:
         held = None if self.held is None else self.held.way_out_at(now)
         return decide(
             self.planner,
-            self._nearness.towards(wished, situation, self.planner, unsure_m),
+            self._nearness.towards(wished, in_calm(situation), self.planner, unsure_m),
             Commitment(passings=self._passings, way_out=held),
         )
 
