@@ -1,4 +1,4 @@
-"""Rows, how a benchmark makes one, and the table as text, markdown and the short form of docs/measured.md."""
+"""Rows, how a benchmark makes one, and the table as text, markdown and short, for a page."""
 
 from __future__ import annotations
 

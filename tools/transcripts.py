@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 PAGES = Path(__file__).resolve().parent.parent / "docs" / "tutorials"
 BLOCK = re.compile(r"^```console\n\$ (clearway [^\n]*)\n.*?^```$", re.MULTILINE | re.DOTALL)
-LONGEST, LINES = 160, 40
+LONGEST, LINES = 118, 18
 SLOW = re.compile(r"^(preparing reach sets|still working|compiling).*\n", re.MULTILINE)
 TIMES = re.compile(r"\b(\d+\.\d+)( ms\b)")
 
