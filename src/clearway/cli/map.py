@@ -32,6 +32,10 @@ def show_map(
     radius: Annotated[
         float, typer.Option(min=0.1, help="Metres that a mere point stands for.")
     ] = 20.0,
+    crs: Annotated[
+        str | None,
+        typer.Option(help="Reference system of a CityJSON model that states none: EPSG:7415."),
+    ] = None,
     at: Annotated[
         str | None,
         typer.Option(help="Moment such as 2025-06-01T12:00Z: zones not in force then are left out"),
@@ -52,7 +56,7 @@ def show_map(
 
     folder = ResultsFolder.checked(out or RESULTS / "map", "map", "") if plots else None
     when = None if at is None else moment("--at", at)
-    maps = read_maps(files, _origin(origin), point_radius_m=radius)
+    maps = read_maps(files, _origin(origin), point_radius_m=radius, crs=crs)
     for one in maps:
         if one.is_empty:
             say(f"{one.source}: {one.notes[-1]}")

@@ -164,6 +164,7 @@ SAMPLES = (
     _traffic("states.jsonl", "OpenSky states (JSON)", traffic.write_states),
     _traffic("states.csv", "OpenSky states (CSV)", traffic.write_states_table),
     _traffic("trajectories.json", "the `traffic` library", traffic.write_trajectories),
+    _traffic("traffic.json", "its to_json(), by column", traffic.write_trajectory_columns),
     _traffic("basestation.txt", "BaseStation lines", traffic.write_basestation),
     _traffic("encounter.daa", "DAIDALUS scenario", traffic.write_daidalus),
     _traffic("encounter.scn", "BlueSky script", traffic.write_bluesky),

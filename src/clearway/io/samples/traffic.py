@@ -122,6 +122,27 @@ def write_trajectories(path: Path, rng: np.random.Generator) -> None:
     )
 
 
+def write_trajectory_columns(path: Path, rng: np.random.Generator) -> None:
+    """The same by column, as `to_json()` of the `traffic` library and of pandas has it."""
+    del rng
+    columns: dict[str, dict[str, Any]] = {}
+    for number, row in enumerate(rows()):
+        told = {
+            "timestamp": int(1000.0 * row.time_s),
+            "icao24": row.aircraft.address,
+            "callsign": row.aircraft.callsign,
+            "latitude": round(row.latitude, 6),
+            "longitude": round(row.longitude, 6),
+            "altitude": row.altitude_ft,
+            "groundspeed": round(row.speed_kt, 1),
+            "track": row.aircraft.track_deg,
+            "vertical_rate": 0,
+        }
+        for name, value in told.items():
+            columns.setdefault(name, {})[str(number)] = value
+    path.write_text(json.dumps(columns))
+
+
 def write_basestation(path: Path, rng: np.random.Generator) -> None:
     """Lines of BaseStation (SBS-1): position, then velocity."""
     del rng

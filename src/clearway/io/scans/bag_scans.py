@@ -72,6 +72,11 @@ def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
         cause = "several topics with points: choose one (--topic, `topic` of [scan])"
     else:
         cause = "no topic with points"
+        if any("ouster" in topic.type and "Packet" in topic.type for topic in topics):
+            cause += (
+                "; it holds raw packets of an Ouster LiDAR: save them as such (`ouster-cli source "
+                "BAG save FILE.pcap`), or play them through its driver and record its points"
+            )
     valid = "; valid: " + _listed(there) if there else "; it has " + _listed(topics)
     raise InputError(str(path), cause + valid)
 
