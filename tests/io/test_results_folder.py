@@ -88,11 +88,11 @@ def test_an_error_leaves_the_run_before(tmp_path: Path) -> None:
 
 def test_a_file_is_no_folder_and_a_folder_no_file(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="--out: is a file; a folder is needed"):
+    with pytest.raises(InputError, match="--out is a file; a folder is needed"):
         ResultsFolder.checked(tmp_path / "file", "fly", "a")
     with pytest.raises(InputError, match="cannot be written"):
         ResultsFolder.checked(tmp_path / "file" / "inner", "fly", "a")
-    with pytest.raises(InputError, match="--html: is a folder; a file is needed"):
+    with pytest.raises(InputError, match="--html is a folder; a file is needed"):
         refuse_unwritable_file(tmp_path, "--html")
     with pytest.raises(InputError, match="cannot be written"):
         ResultsFolder.checked(Path("/proc/nowhere"), "fly", "a")

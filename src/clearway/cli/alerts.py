@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, show, sourced
 
 if TYPE_CHECKING:
@@ -29,7 +30,11 @@ def alerts(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object, with the bands of every second.")
     ] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder for alerts.json and alerts.png.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for alerts.json and the picture alerts.png.")
+    ] = None,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Alerts about every other aircraft, and bands of heading, climb and speed, every second."""
     from clearway.io.traffic.traffic import read_traffic
@@ -38,7 +43,7 @@ def alerts(
     from clearway.traffic.recorded import aircraft_of, without_ghosts
     from clearway.vehicle.performance import PERFORMANCES
 
-    folder = None
+    pictures, folder = drawn.pictures_of(form, dpi), None
     if out is not None:
         from clearway.io.results_folder import ResultsFolder
 
@@ -52,11 +57,13 @@ def alerts(
         show("\n".join(_lines(history)))
     if folder is not None:
         from clearway.view.plot.alerts import draw_alerts
+        from clearway.view.plot.style import house_style
 
         with folder.written() as scratch:
             (scratch / "alerts.json").write_text(json.dumps(told, allow_nan=False) + "\n")
-            draw_alerts(history).savefig(scratch / "alerts.png", dpi=110)
-        say(f"wrote alerts.json, alerts.png to {out}")
+            with house_style():
+                file = pictures.save(draw_alerts(history), scratch, "alerts")
+        say(f"wrote alerts.json, {file} to {out}")
 
 
 def _lines(history: AlertHistory) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.cli import picture_options as drawn
 from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say, show, sourced
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from clearway.avoidance.scene import SceneAssessment
     from clearway.io.results_folder import ResultsFolder
     from clearway.missions.scene_reading import SceneInput
+    from clearway.view.plot.style import Pictures
 
 Outcome: TypeAlias = "tuple[dict[str, Any], str, Callable[[], Mapping[str, Figure]]]"
 """Result, the same in words, and its pictures when they are wanted."""
@@ -118,6 +120,8 @@ def assess(
     plots: Annotated[
         bool, typer.Option("--plots/--no-plots", help="Draw pictures.", rich_help_panel=OUTPUT)
     ] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Rate one moment: detection, visibility, map and intruders per cell, and what is reachable."""
     from clearway.io.results_folder import ResultsFolder
@@ -142,6 +146,7 @@ def assess(
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }
+    pictures = drawn.pictures_of(form, dpi)
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
     with notice_when_slow():
@@ -165,7 +170,7 @@ def assess(
         print_json(result)
     else:
         show(words)
-    written = _write(read, result, draw if plots else None, folder)
+    written = _write(read, result, draw if plots else None, folder, pictures)
     say(f"wrote {', '.join(written)} to {folder.path}")
 
 
@@ -243,6 +248,7 @@ def _write(
     result: dict[str, Any],
     draw: Callable[[], Mapping[str, Figure]] | None,
     folder: ResultsFolder,
+    pictures: Pictures,
 ) -> list[str]:
     """The effective scene, the result and the pictures; all of it or nothing."""
     import json
@@ -252,8 +258,12 @@ def _write(
     with folder.written() as scratch:
         write_toml(read.tables, scratch / "scene.toml")
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
-        for name, figure in ({} if draw is None else draw()).items():
-            figure.savefig(scratch / f"{name}.png", dpi=110)
+        if draw is not None:
+            from clearway.view.plot.style import house_style
+
+            with house_style():
+                for name, figure in draw().items():
+                    pictures.save(figure, scratch, name)
         return sorted(path.name for path in scratch.iterdir())
 
 

@@ -21,6 +21,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     from clearway.studies.campaigns.run import RESULTS, chosen
     from clearway.studies.campaigns.summary import in_words
     from clearway.studies.campaigns.task import Spent, case_of, row_of, tasks_of
+    from clearway.view.plot.style import Pictures
 
     task = chosen(tasks_of(asked), key)[0]
     pictures = folder / "replays" / task.key.replace("/", "-")
@@ -36,7 +37,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
         print_json({"flight": flight, "compared": before is not None, "differs_in": other})
     else:
         print(f"{task.key} {in_words(row)}")
-    written = write_flight(run, case.setup, case.file, results, True)
+    written = write_flight(run, case.setup, case.file, results, Pictures())
     say(f"wrote {', '.join(written)} to {pictures}")
     if before is None:
         say(f"no row of this flight in {folder / RESULTS} to hold it against")

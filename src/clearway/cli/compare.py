@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from clearway.missions.setup import FlightSetup
     from clearway.sim import Run
     from clearway.studies.comparison import ComparedFlight, PlannerStanding, SetupOf
+    from clearway.view.plot.style import Pictures
 
 
 def compare(
@@ -38,6 +40,8 @@ def compare(
         typer.Option(help="Folder for the results; default clearway-out/compare-<mission>."),
     ] = None,
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
@@ -46,7 +50,7 @@ def compare(
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.comparison import standing
 
-    beside = folder_of_file(mission)
+    beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     names = _names(planners, beside)
     folder = ResultsFolder.checked(
         out or Path("clearway-out") / f"compare-{_file_name(mission)}", "compare", mission
@@ -61,7 +65,7 @@ def compare(
         print_json(result)
     else:
         _print_table(mission, standings)
-    written = _write(result, flown, setup_of(first_seed), folder, plots)
+    written = _write(result, flown, setup_of(first_seed), folder, pictures if plots else None)
     say(f"wrote {', '.join(written)} to {folder.path}")
     if standings[0].safe < standings[0].flights:
         leave(NOT_REACHED)
@@ -153,19 +157,20 @@ def _write(
     flown: Sequence[ComparedFlight],
     setup: FlightSetup,
     folder: ResultsFolder,
-    plots: bool,
+    pictures: Pictures | None,
 ) -> list[str]:
     """The results and the picture of the first seed's flights; all of it or nothing."""
     with folder.written() as scratch:
         (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
-        if plots:
+        if pictures is not None:
             from clearway.studies.figures.comparison import draw_tracks
+            from clearway.view.plot.style import house_style
 
             first = flown[0].run.seed
             runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}
             title = f"{flown[0].run.mission.name}: all planners, seed {first}"
-            figure = draw_tracks(runs, setup.world, title)
-            figure.savefig(scratch / "tracks.png", dpi=110)
+            with house_style():
+                pictures.save(draw_tracks(runs, setup.world, title), scratch, "tracks")
         return sorted(path.name for path in scratch.iterdir())
 
 

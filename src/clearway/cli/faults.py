@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced, table_console
 from clearway.io.json_values import finite
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.faults import Point
     from clearway.studies.figures.faults import Panel
+    from clearway.view.plot.style import Pictures
 
 RUN, OUTPUT = "Run", "Output"
 
@@ -56,6 +58,8 @@ def faults(
             help="Put the table between the marks of a Markdown page.", rich_help_panel=OUTPUT
         ),
     ] = None,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
@@ -67,6 +71,7 @@ def faults(
     if list_all:
         _list(as_json)
         return
+    pictures = drawn.pictures_of(form, dpi)
     wanted = _known(names or list(STUDIES))
     folder = out or Path("clearway-out") / "faults"
     if missions:
@@ -81,10 +86,10 @@ def faults(
         print_json({"points": [_record(point) for point in points]})
     else:
         _print_table(points)
-    _write(points, results)
+    _write(points, results, pictures)
     if docs is not None:
         _put(points, docs)
-    say(f"wrote faults.png, faults.csv, faults.json to {folder}")
+    say(f"wrote faults.{form}, faults.csv, faults.json to {folder}")
     if any(point.kept < len(point.flights) for point in points):
         leave(NOT_REACHED)
 
@@ -167,14 +172,16 @@ def _record(point: Point) -> dict[str, Any]:
     }
 
 
-def _write(points: Sequence[Point], folder: ResultsFolder) -> None:
+def _write(points: Sequence[Point], folder: ResultsFolder, pictures: Pictures) -> None:
     import csv
     import json
 
     from clearway.studies.figures.faults import draw_faults
+    from clearway.view.plot.style import house_style
 
     with folder.written() as scratch:
-        draw_faults(_panels(points)).savefig(scratch / "faults.png", dpi=100)
+        with house_style():
+            pictures.save(draw_faults(_panels(points)), scratch, "faults")
         told = sourced({"points": [_record(point) for point in points]})
         (scratch / "faults.json").write_text(json.dumps(told, indent=2) + "\n")
         with (scratch / "faults.csv").open("w", newline="") as file:

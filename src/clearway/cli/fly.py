@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show, sourced
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from clearway.sim import LoggedDecision, Run
     from clearway.sim.metrics import IntruderDistances
     from clearway.sim.pilot import Steering
+    from clearway.view.plot.style import Pictures
 
 
 def fly(
@@ -55,6 +57,8 @@ def fly(
     ] = None,
     planner: Annotated[str, typer.Option(help="Who decides: {planners}.")] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     mcap: Annotated[
         bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
     ] = True,
@@ -72,7 +76,7 @@ def fly(
     from clearway.missions.setup import prepare
     from clearway.sim.baselines import known_planner
 
-    beside = folder_of_file(mission)
+    beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     known_planner(planner, beside)
     if parquet:
         check_tables()
@@ -90,7 +94,8 @@ def fly(
         print_json(run.summary() | {"notes": list(setup.notes)})
     else:
         show(_in_words(run))
-    written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
+    kept = pictures if plots else None
+    written = write_flight(run, setup, file, folder, kept, mcap=mcap, parquet=parquet)
     say(f"wrote {', '.join(written)} to {folder.path}")
     if not run.safe:
         leave(NOT_REACHED)
@@ -172,7 +177,7 @@ def write_flight(
     setup: FlightSetup,
     file: MissionFile,
     folder: ResultsFolder,
-    plots: bool,
+    pictures: Pictures | None,
     *,
     mcap: bool = True,
     parquet: bool = False,
@@ -194,15 +199,18 @@ def write_flight(
             write_tables(run, scratch)
         if mcap:
             record_run(run, setup, file, scratch)
-        if plots:
-            _draw(run, setup, file, scratch)
+        if pictures is not None:
+            _draw(run, setup, file, scratch, pictures)
         return sorted(path.name for path in scratch.iterdir())
 
 
-def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:
+def _draw(
+    run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path, pictures: Pictures
+) -> None:
     from clearway.sim import decided_by_clearway
     from clearway.studies.figures.flight_set import flight_figures, track_figures
     from clearway.view.plot.flight import Margins
+    from clearway.view.plot.style import house_style
 
     body = file.vehicle.body_radius_m
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
@@ -211,8 +219,9 @@ def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Pat
         figures = flight_figures(run, margins, setup.world, setup.kept_out)
     else:
         figures = track_figures(run, setup.world, margins)
-    for name, figure in figures:
-        figure.savefig(folder / f"{name}.png", dpi=110)
+    with house_style():
+        for name, figure in figures:
+            pictures.save(figure, folder, name)
 
 
 def _in_words(run: Run[Steering]) -> str:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from clearway.missions.encounter_mission import FlownAs
     from clearway.missions.in_place import InPlaceFlight
     from clearway.traffic.recorded.picture import AirPicture
+    from clearway.view.plot.style import Pictures
 
 WELL_CLEAR_BALL_M = math.ceil(math.hypot(2000.0, 250.0) * FOOT_M)
 """About the cylinder of 2,000 ft and 250 ft."""
@@ -35,6 +36,7 @@ def fly_recorded(
     flown: FlownAs,
     out: Path | None,
     as_json: bool,
+    pictures: Pictures,
 ) -> None:
     """Fly the encounter with a number (1: the closest pair); exit status 1 if the margin was lost.
 
@@ -69,17 +71,20 @@ def fly_recorded(
         print_json(result)
     else:
         show(_in_words(result))
-    written = _write(found, result, folder)
+    written = _write(found, result, folder, pictures)
     say(f"wrote {', '.join(written)} to {folder.path}")
     if not found.run.safe:
         leave(NOT_REACHED)
 
 
-def _write(found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder) -> list[str]:
+def _write(
+    found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder, pictures: Pictures
+) -> list[str]:
     """Everything that the flights leave behind; all of it or nothing."""
     from clearway.io.toml import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.studies.figures.in_place import draw_in_place
+    from clearway.view.plot.style import house_style
 
     with folder.written() as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")
@@ -90,7 +95,8 @@ def _write(found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder) 
         write_decisions(found.run, scratch / "decisions.jsonl")
         record_run(found.run, found.setup, found.file, scratch)
         (scratch / "encounter.json").write_text(json.dumps(sourced(result), indent=2) + "\n")
-        draw_in_place(found).savefig(scratch / "encounter.png", dpi=110)
+        with house_style():
+            pictures.save(draw_in_place(found), scratch, "encounter")
         return sorted(path.name for path in scratch.iterdir())
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.base.errors import ClearwayError
+from clearway.cli import picture_options as drawn
 from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from clearway.reach.coverage import Coverage
     from clearway.reach.tree import ReachSet
     from clearway.vehicle.automaton import MovementAutomaton
+    from clearway.view.plot.style import Pictures
 
 
 def reach_set(
@@ -47,6 +49,8 @@ def reach_set(
     as_json: given.AsJson = False,
     out: given.Out = None,
     plots: given.Plots = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
     if context.invoked_subcommand is not None:
@@ -55,6 +59,7 @@ def reach_set(
     from clearway.reach.lattice import movements_deep
     from clearway.reach.sets import build_reach_set
 
+    pictures = drawn.pictures_of(form, dpi)
     folder = given.folder_of(out, "reach-set") if plots else None
     automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
     grid = given.grid_of(
@@ -76,7 +81,7 @@ def reach_set(
     else:
         print(_as_text(method, tree, automaton, coverage, build_s))
     if folder is not None:
-        say(f"picture: {_draw(tree, method, folder)}")
+        say(f"picture: {_draw(tree, method, folder, pictures)}")
 
 
 def checked_pitch(start_pitch_deg: float, automaton: MovementAutomaton) -> float:
@@ -108,14 +113,14 @@ def _warm_up(
     build_reach_set(automaton, small, method, start_pitch_rad, **tuning)
 
 
-def _draw(tree: ReachSet, method: str, folder: ResultsFolder) -> Path:
+def _draw(tree: ReachSet, method: str, folder: ResultsFolder, pictures: Pictures) -> Path:
     from clearway.view.plot.reach import draw_reach_set_views
+    from clearway.view.plot.style import house_style
 
-    name = f"reach-set-{method}-{tree.grid.layers}-layers.png"
-    with folder.written() as scratch:
+    name = f"reach-set-{method}-{tree.grid.layers}-layers"
+    with folder.written() as scratch, house_style():
         figure = draw_reach_set_views(tree, title=f"{method} reach set")
-        figure.savefig(scratch / name)
-    return folder.path / name
+        return folder.path / pictures.save(figure, scratch, name)
 
 
 def _as_json(

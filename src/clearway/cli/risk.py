@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.base.verdict import DemandVerdict
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import leave_by, number_pair, print_json, say, sourced
 from clearway.cli.risk_table import print_tables
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from clearway.studies.encounter_model import EncounterModel
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.study import RiskStudy
+    from clearway.view.plot.style import Pictures
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 
@@ -65,6 +67,8 @@ def risk(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -92,9 +96,9 @@ def risk(
     )
     planners = _planners(planner)
     network = _model(model, settings)
-    folder = _folder(out, model, only)
+    folder, pictures = _folder(out, model, only), drawn.pictures_of(form, dpi)
     if only is not None:
-        _fly_one(network, only, planners, settings, seed, folder, as_json)
+        _fly_one(network, only, planners, settings, seed, folder, as_json, pictures)
         return
     result = _flown(network, planners, range(first, first + count), settings, seed, workers)
     told = summary(result, network)
@@ -178,6 +182,7 @@ def _fly_one(
     seed: int,
     folder: ResultsFolder | None,
     as_json: bool,
+    pictures: Pictures,
 ) -> None:
     """Fly one encounter with every planner; draw it, and say what was decided when."""
     from clearway.studies.risk.replay import replayed
@@ -190,10 +195,10 @@ def _fly_one(
             print(line)
     if folder is not None:
         from clearway.studies.figures.risk import draw_encounter
+        from clearway.view.plot.style import house_style
 
-        name = f"encounter-{number}.png"
-        with folder.written() as scratch:
-            draw_encounter(told.tracks).savefig(scratch / name)
+        with folder.written() as scratch, house_style():
+            name = pictures.save(draw_encounter(told.tracks), scratch, f"encounter-{number}")
         say(f"wrote {name} to {folder.path}")
 
 

@@ -111,7 +111,9 @@ def refuse_unwritable(path: Path, option: str = "--out") -> None:
     with naming(path, "written"):
         target = path.absolute()
         if target.exists() and not target.is_dir():
-            raise InputError(str(path), f"{option}: is a file; a folder is needed")
+            raise InputError(
+                str(path), f"cannot be written: {option} is a file; a folder is needed"
+            )
         # Asking for permission is no proof: read-only media, and users that may do everything.
         probe = tempfile.mkdtemp(prefix=".clearway-", suffix=".part", dir=nearest_folder(target))
         os.rmdir(probe)
@@ -120,7 +122,7 @@ def refuse_unwritable(path: Path, option: str = "--out") -> None:
 def refuse_unwritable_file(path: Path, option: str) -> None:
     """Raise InputError unless a file can be written there."""
     if path.is_dir():
-        raise InputError(str(path), f"{option}: is a folder; a file is needed")
+        raise InputError(str(path), f"cannot be written: {option} is a folder; a file is needed")
     refuse_unwritable(path.absolute().parent, option)
 
 

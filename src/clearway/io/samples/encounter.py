@@ -15,7 +15,7 @@ METRES_A_DEGREE = 111_195.0
 KNOT_MPS, FOOT_M = 0.514444, 0.3048
 
 
-class Aircraft(NamedTuple):
+class LightAircraft(NamedTuple):
     """One that flies straight on."""
 
     address: str
@@ -31,7 +31,7 @@ class Aircraft(NamedTuple):
 class Row(NamedTuple):
     """One second of one of them."""
 
-    aircraft: Aircraft
+    aircraft: LightAircraft
     after_s: float
     latitude: float
     longitude: float
@@ -52,8 +52,8 @@ class Row(NamedTuple):
 
 
 AIRCRAFT = (
-    Aircraft("3c0001", "DEMO1", 90.0, 50.0, 1219.2, 0.0),
-    Aircraft("3c0002", "DEMO2", 0.0, 45.0, 1249.68, 120.0),
+    LightAircraft("3c0001", "DEMO1", 90.0, 50.0, 1219.2, 0.0),
+    LightAircraft("3c0002", "DEMO2", 0.0, 45.0, 1249.68, 120.0),
 )
 
 
@@ -65,7 +65,7 @@ def rows(lasts_s: int = LASTS_S, step_s: float = 1.0) -> Iterator[Row]:
             yield row_at(one, after_s)
 
 
-def row_at(one: Aircraft, after_s: float) -> Row:
+def row_at(one: LightAircraft, after_s: float) -> Row:
     """Where an aircraft is."""
     track = math.radians(one.track_deg)
     ahead = one.speed_mps * (after_s - CLOSEST_S)
