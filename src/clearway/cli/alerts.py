@@ -62,8 +62,8 @@ def alerts(
         with folder.written() as scratch:
             (scratch / "alerts.json").write_text(json.dumps(told, allow_nan=False) + "\n")
             with house_style():
-                file = pictures.save(draw_alerts(history), scratch, "alerts")
-        say(f"wrote alerts.json, {file} to {out}")
+                picture = pictures.save(draw_alerts(history), scratch, "alerts")
+        say(f"wrote alerts.json, {picture} to {out}")
 
 
 def _lines(history: AlertHistory) -> list[str]:

@@ -12,6 +12,7 @@ from clearway.io.scans.timed_scans import ScanSequence
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sections import GridSection
 from clearway.sensors import Lidar
+from clearway.sensors.estimate import RECOGNISED
 from clearway.sensors.own_airframe import NEAR_M, own_airframe
 
 LEVEL_RAD = np.radians(1.0)
@@ -21,11 +22,16 @@ THINNEST_DEG = 5.0
 SCANS_LOOKED_AT = 5
 
 
-def fitted_to(file: SceneFile, lidar: Lidar) -> tuple[SceneFile, tuple[str, ...]]:
+def fitted_to(
+    file: SceneFile, lidar: Lidar, pattern_from: str
+) -> tuple[SceneFile, tuple[str, ...]]:
     """The file with its grid no higher and no lower than the sensor looks, and a note if it was.
 
-    Rows where no beam goes would tell of nothing. A file that states elevations keeps them.
+    Rows where no beam goes would tell of nothing. A file that states elevations keeps them; and
+    where beams are estimated from returns of a sensor that nobody knows, it may look beyond them.
     """
+    if pattern_from == "estimated" and RECOGNISED not in lidar.pattern.name:
+        return file, ()
     grid = file.grid
     stated = {"elevation_deg", "elevation_edges_deg"} & grid.model_fields_set
     tilt = np.abs(lidar.mounting.attitude_rad[:2]).max()

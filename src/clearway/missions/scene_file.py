@@ -266,7 +266,7 @@ class SceneFile(Section):
             if poses is not None and (folder / poses).is_file():
                 tables["scan"]["poses"] = str((folder / poses).absolute())
         elif self.scan is not None:
-            del tables["scan"]["pattern"]
+            del tables["scan"]["pattern"], tables["scan"]["airframe_radius_m"]
             if "azimuth_deg" in tables["scan"]["simulate"]:
                 del tables["scan"]["simulate"]["beams_per_cell"]
         return tables

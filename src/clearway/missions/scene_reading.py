@@ -88,7 +88,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
     seen, notes = None, _notes_of(measured)
     if measured is not None and file.scan is not None:
         seen = _seen(source, file.scan, measured)
-        file, fitted = fitted_to(file, seen.lidar)
+        file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
         points_m = measured.cloud.points_m
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
     grid = file.grid.to_grid()

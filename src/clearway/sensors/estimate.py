@@ -34,6 +34,10 @@ NEIGHBOURS = 8
 MAX_BEAMS = 500_000
 
 
+RECOGNISED = " recognised by "
+"""In the name of a pattern whose sensor is known: its field of view is known too."""
+
+
 def estimate_pattern(points_m: FloatArray) -> BeamPattern:
     """Pattern of a scan [n, 3] in the sensor frame: a known sensor's, rings, or an even raster.
 
@@ -62,7 +66,7 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
     lasers = np.unique(known.elevation_rad)
     near = int(np.count_nonzero(spherical[:, 0] < known.min_range_m))
     name = (
-        f"estimated: {known.name} recognised by {len(rings)} of {len(lasers)} rings, "
+        f"estimated: {known.name}{RECOGNISED}{len(rings)} of {len(lasers)} rings, "
         f"azimuth step {np.degrees(step):.3g} deg measured, {sector}"
     )
     if near:

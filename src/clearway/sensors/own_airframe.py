@@ -86,7 +86,8 @@ def _near(points: FloatArray, mounting: Mounting, airframe_m: float, near_m: flo
     squared = np.einsum("ij,ij->i", points, points)
     points = points[(squared > 0.0) & (squared < near_m**2)]
     placed = points @ mounting.body_from_sensor.T + mounting.position_m
-    return points[np.einsum("ij,ij->i", placed, placed) >= airframe_m**2]
+    outside: FloatArray = points[np.einsum("ij,ij->i", placed, placed) >= airframe_m**2]
+    return outside
 
 
 def _is_met(still: FloatArray, other: FloatArray) -> BoolArray:
