@@ -8,7 +8,7 @@ closed loop.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -34,9 +34,9 @@ from clearway.avoidance.passing import (
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import Situation, goal_of, margin_slope
+from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.way_out import Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
@@ -86,11 +86,18 @@ class Decision:
     """What is flown from the end of the first movement on if no later decision finds better."""
     no_way_out: tuple[str, ...] = ()
     """First movements after which no way out was found."""
+    wind_mps: FloatArray = field(default_factory=lambda: CALM)
+    """[3] wind that was reckoned with, world frame."""
 
     @property
     def escapes(self) -> bool:
         """Whether the way out is what is flown now."""
         return self.choice.basis is Basis.WAY_OUT
+
+    @property
+    def goes_narrow(self) -> bool:
+        """Whether it leads, as the mission allows, where there is no way out."""
+        return self.choice.basis is Basis.NARROW
 
     @property
     def way_out_path_m(self) -> FloatArray:
@@ -169,6 +176,9 @@ def decide(
     settings = planner.settings
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
+    wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
+    unsure_mps = settings.sigmas * situation.wind_sigma_mps
+    prepared = prepared.in_wind(wind_in_grid, unsure_mps)
     prepared = with_slope(prepared, margin_slope(settings, situation))
     if situation.floor_m > -np.inf:
         above = above_floor(prepared, situation.frame, situation.floor_m)
@@ -216,7 +226,18 @@ def decide(
 
     ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
     held = None if commitment is None else commitment.way_out
-    leaving = Leaving(prepared, known.reach, candidates, choose_among, goal, ways, held)
+    allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
+    narrow_price_m = settings.prices.no_room * prepared.step_m if allowed else np.inf
+    leaving = Leaving(
+        prepared,
+        known.reach,
+        candidates,
+        choose_among,
+        goal,
+        ways,
+        held,
+        narrow_price_m,
+    )
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
         taken = leaving.fall_back(taken, near.hazards)
@@ -244,6 +265,7 @@ def decide(
         passings=passings_after(begun, met, near.frame, choice.node, margin),
         way_out=taken.way_out,
         no_way_out=taken.banned,
+        wind_mps=situation.wind_mps,
     )
 
 

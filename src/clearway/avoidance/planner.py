@@ -17,9 +17,9 @@ from clearway.avoidance.costs import (
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.way_out import Escape, Narrow
 from clearway.base.brief import brief, one_line
-from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
@@ -93,11 +93,15 @@ class AvoidanceSettings(EvidenceSettings):
     escape: str = "strict"
     """What must be known of the way out that every decision holds in hand, see `way_out.Escape`;
     without a range sensor "strict" is as "known"."""
+    narrow: str = "refuse"
+    """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
     body_radius_m: float = 0.1
     """Distance kept from what nobody has seen."""
     start_free_m: float | None = None
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
     where the vehicle stands; None for the length of a movement."""
+    wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """What is known of the wind before take-off, world frame; own states tell it from then on."""
     prices: Prices = field(default_factory=Prices)
 
     __repr__ = brief
@@ -108,8 +112,11 @@ class AvoidanceSettings(EvidenceSettings):
             above_zero_problem("safety_margin_m", self.safety_margin_m),
             number_problem("body_radius_m", self.body_radius_m),
         ]
+        problems.append(vector_problem("wind_mps", self.wind_mps, 3))
         if self.escape not in (*Escape,):
             problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
+        if self.narrow not in (*Narrow,):
+            problems.append(f"narrow: {self.narrow!r} is none of {', '.join(Narrow)}")
         if self.escape == Escape.STRICT and self.body_radius_m == 0.0:
             problems.append('body_radius_m: must be above 0 where escape is "strict"')
         if self.start_free_m is not None:

@@ -14,6 +14,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE
 from clearway.base.state import BoolArray, IntArray
+from clearway.reach.drifted import drifted
 from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
@@ -77,6 +78,24 @@ class PreparedReachSet:
             turns_of(reach_set),
             np.ones(reach_set.nodes, dtype=np.bool_),
             reach_of(paths_of(reach_set), reach_set.grid.range_m),
+        )
+
+    def in_wind(self, wind_mps: FloatArray, unsure_mps: float = 0.0) -> PreparedReachSet:
+        """The same trajectories in air that moves, [3] m/s in the grid frame.
+
+        unsure_mps: how far off the wind may be; the margin grows by it with the time flown.
+        """
+        if not wind_mps.any():
+            return self
+        carried = drifted(self.reach_set, wind_mps)
+        paths = paths_of(carried)
+        paths = paths._replace(sagitta_m=paths.sagitta_m + unsure_mps * paths.end_time_s)
+        return replace(
+            self,
+            reach_set=carried,
+            paths=paths,
+            loiter=loiter_circles(carried, self.loiter.radius_m),
+            reach_m=reach_of(paths, carried.grid.range_m),
         )
 
     def flown_from(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from clearway.avoidance.costs import Goal
@@ -24,13 +24,15 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import LEVEL, FloatArray, world_from_body
 from clearway.base.grid_frame import GridFrame
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import State
+from clearway.base.state import State, frozen_array
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
 from clearway.sensors.free_space import SeenSpace
 from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 
+CALM = frozen_array([0.0, 0.0, 0.0], (3,))
+"""No wind."""
 PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
 
@@ -73,6 +75,10 @@ class Situation:
     range_sigma_m: float = 0.0
     """Standard deviation of the range, by which all points grow: of the best sensor where the radii
     of the others' points hold the difference, else of the worst."""
+    wind_mps: FloatArray = field(default_factory=lambda: CALM)
+    """[3] how air carries the vehicle off where its movements lead, world frame."""
+    wind_sigma_mps: float = 0.0
+    """Standard deviation of each axis of it."""
     floor_m: float = -math.inf
     """Height of the world that no way leads below, in an emergency neither; one that is below it
     already goes no lower."""
@@ -95,6 +101,8 @@ class Situation:
             number_problem("state_age_s", self.state_age_s, 0.0, LATEST_S),
             number_problem("unsure_m", self.unsure_m, 0.0, LARGEST * LARGEST),
             number_problem("range_sigma_m", self.range_sigma_m),
+            vector_problem("wind_mps", self.wind_mps, 3),
+            number_problem("wind_sigma_mps", self.wind_sigma_mps),
             number_problem("floor_m", max(self.floor_m, -LARGEST), -LARGEST),
             _kind_problem("detections", self.detections, Detection),
             _kind_problem("intruders", self.intruders, Intruder),

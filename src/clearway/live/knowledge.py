@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.avoidance.way_out import Narrow
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
@@ -25,6 +26,7 @@ from clearway.live.readings import DataLimits, Reading
 from clearway.live.reports import reports_for
 from clearway.live.route_map import RouteMap
 from clearway.live.waiting import Waiting
+from clearway.live.wind import WindEstimate
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.detection import Rule
@@ -64,6 +66,8 @@ class Knowledge:
         self.clock = Clock(limits.state_s)
         self.waiting = Waiting(limits.ahead_s)
         self.flown = Flown(planner.automaton, limits.history_s)
+        self.wind = WindEstimate(planner.speed_mps, planner.settings.wind_mps)
+        self.flown.wind_mps = self.wind.wind_mps
         self.own_states = OwnStates(limits.history_s, self.flown)
         self.sensing = RangeSensing(
             planner,
@@ -83,6 +87,7 @@ class Knowledge:
                 planner.settings.safety_margin_m,
                 radius if np.isfinite(radius) else 0.0,
                 obstacle_map,
+                narrow=planner.settings.narrow == Narrow.ALLOW,
             )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 
@@ -123,10 +128,12 @@ class Knowledge:
 
     def _take_state(self, state: State) -> None:
         jumped = self._has_jumped(state)
+        before = self.own_states.latest if self.own_states.reach_back_to(state.time_s) else None
         flaw = self.own_states.take(state)
         if flaw:
             self.counts[flaw] += 1
             return
+        self._tell_wind(before, state, jumped=jumped)
         if jumped and self.sensing.free_space is not None:
             self.sensing.free_space.forget()
             self.counts["state: the own place jumped; what was seen to be free is forgotten"] += 1
@@ -139,14 +146,24 @@ class Knowledge:
             stays_level=self.planner.automaton.stays_level,
         )
 
+    def _tell_wind(self, before: State | None, state: State, *, jumped: bool) -> None:
+        """Compare an own state with where what was flown since the one before would have led."""
+        if before is None or self.flown.unknown_s(before.time_s, state.time_s) > 0.0:
+            self.wind.forget()
+            return
+        if jumped:
+            self.wind.forget()
+        flown = self.flown.carry_in_calm(before, state.time_s)
+        self.wind.take(before, state, flown.position_m)
+        self.flown.wind_mps = self.wind.wind_mps
+
     def _has_jumped(self, state: State) -> bool:
         """Whether an own state lies farther off what was flown than margin and deviations cover."""
         if not self.own_states.reach_back_to(state.time_s):
             return False
         latest, settings = self.own_states.latest, self.planner.settings
-        off_m = float(
-            np.linalg.norm(self.flown.carry(latest, state.time_s).position_m - state.position_m)
-        )
+        flown_m = self.flown.carry_in_calm(latest, state.time_s).position_m
+        off_m = self.wind.unexplained_m(latest, state, flown_m)
         unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
         unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)
         return off_m > settings.safety_margin_m + unsure_m + self.planner.speed_mps * unknown_s
@@ -216,6 +233,8 @@ class Knowledge:
             state_age_s=max(0.0, now - latest_s),
             unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s),
             floor_m=self.floor_m,
+            wind_mps=self.wind.wind_mps,
+            wind_sigma_mps=self.wind.sigma_mps if self.wind.wind_mps.any() else 0.0,
         )
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from clearway.avoidance.situation import CALM
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import wrap_angle
 from clearway.base.state import State
@@ -24,6 +25,8 @@ class Flown:
     def __init__(self, automaton: MovementAutomaton, history_s: float) -> None:
         self._automaton, self._history_s = automaton, history_s
         self._buffers: deque[MovementBuffer] = deque()
+        self.wind_mps = CALM
+        """[3] that carries the vehicle, world frame."""
 
     def then(self, buffer: MovementBuffer) -> None:
         """From the start of a buffer on it is flown, and no longer what was before (6.3)."""
@@ -37,7 +40,15 @@ class Flown:
             self._buffers.popleft()
 
     def carry(self, state: State, time_s: float) -> State:
-        """A state carried to a later time along all that was flown since (4.16)."""
+        """A state carried to a later time along all that was flown since (4.16), and by wind."""
+        carried = self.carry_in_calm(state, time_s)
+        if carried is state or not self.wind_mps.any():
+            return carried
+        by_wind_m = self.wind_mps * (time_s - state.time_s)
+        return replace(carried, position_m=carried.position_m + by_wind_m)
+
+    def carry_in_calm(self, state: State, time_s: float) -> State:
+        """The same without any wind."""
         if time_s - state.time_s <= 1e-9:
             return state
         vector = state.vector

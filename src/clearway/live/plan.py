@@ -77,7 +77,10 @@ class Plan:
         start = self.decision.state
         flown, _ = self.flown_until(time_s).split(time_s)
         vector = flown.rollout(self.automaton, start.vector, np.inf).states[-1]
-        return replace(start, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+        carried_m = self.decision.wind_mps * (time_s - self.buffer.start_s)
+        return replace(
+            start, position_m=vector[:3] + carried_m, attitude_rad=vector[3:], time_s=time_s
+        )
 
     def flown_until(self, time_s: float) -> MovementBuffer:
         """The buffer, with as many rounds of the way out as reach beyond a time."""

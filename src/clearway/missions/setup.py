@@ -36,6 +36,7 @@ from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
 from clearway.traffic import TrackerSettings
+from clearway.traffic.volumes import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 100
@@ -68,6 +69,8 @@ class FlightSetup:
     tracker: TrackerSettings | None
     recorded: RecordedAir | None = None
     """Real traffic that plays around the flight."""
+    volumes: VolumeSet | None = None
+    """What to alert on about other aircraft."""
     lies: tuple[LyingLidar, ...] = ()
     """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
@@ -104,6 +107,7 @@ class FlightSetup:
             follow_movers=self.follow_movers,
             tracker=self.tracker,
             address=OWN_ADDRESS,
+            volumes=self.volumes,
         )
 
     def refuse_impossible(self) -> None:
@@ -209,6 +213,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         follow_movers=file.follows_dynamic_objects,
         tracker=file.traffic.to_tracker(),
         recorded=recorded,
+        volumes=file.to_volumes(),
         lies=tuple(lie for lie in lies if lie is not None),
         notes=maps.notes
         + (recorded.notes if recorded is not None else ())

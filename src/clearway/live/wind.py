@@ -1,0 +1,113 @@
+"""The wind, told by own states: how far off they lie from where what was flown would have led.
+
+Whatever carries the vehicle evenly off its predictions counts, air above all. For a vehicle whose
+loops hold its way over the ground nothing is left over, and that is right: its movements lead where
+they are said to lead.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.situation import CALM
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+
+WINDOW_S = 10.0
+"""Wind is what carried the vehicle for so long."""
+LEAST_S = 2.5
+"""Before so much has been flown, nothing is said."""
+SURE = 4.0
+"""Deviations that a wind must have to count: noise alone is no wind."""
+LEAST_OF_SPEED = 0.03
+"""Share of the own speed below which there is no wind."""
+
+
+class Step(NamedTuple):
+    """What one own state told."""
+
+    duration_s: float
+    """Since the state before it."""
+    carried_m: FloatArray
+    """[3] how far it lies off what was flown since, world frame."""
+    position_std_m: float
+    """Of the state."""
+    wandering_m2: float
+    """Variance that the step adds, by the attitude that was flown from and not known."""
+
+
+class WindEstimate:
+    """Estimates a wind that changes little in ten seconds: a line through how far the vehicle was
+    carried off, fitted by least squares. What was told before take-off counts until then.
+
+    told_mps: [3] world frame. Raises ClearwayError unless finite.
+    """
+
+    def __init__(self, speed_mps: float, told_mps: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+        told = np.array(told_mps, dtype=np.float64)
+        if told.shape != (3,) or not np.all(np.isfinite(told)):
+            raise ClearwayError(f"wind_mps: must be three finite numbers, got {told_mps}")
+        told.setflags(write=False)
+        self._speed_mps = speed_mps
+        self.wind_mps = told
+        """[3] world frame; the way that air, or whatever it is, carries the vehicle."""
+        self.sigma_mps = 0.0
+        """Standard deviation of each axis, as far as the noise that states declare tells."""
+        self._steps: deque[Step] = deque()
+        self._last_mps = CALM
+
+    def unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
+        """How far off an own state lies that no wind explains, neither the present one nor that of
+        the last step; arguments as of `take`."""
+        carried, duration = after.position_m - flown_m, after.time_s - before.time_s
+        winds = (self.wind_mps, self._last_mps)
+        return min(float(np.linalg.norm(carried - wind * duration)) for wind in winds)
+
+    def take(self, before: State, after: State, flown_m: FloatArray) -> None:
+        """Take two own states, one after the other, between which all that was flown is known.
+
+        flown_m: [3] where, without any wind, it would have led from the first one.
+        """
+        duration = after.time_s - before.time_s
+        if not duration > 0.0:
+            return
+        length = float(np.linalg.norm(flown_m - before.position_m))
+        wandering = (length * before.attitude_std_rad) ** 2
+        carried = after.position_m - flown_m
+        self._last_mps = carried / duration
+        self._steps.append(Step(duration, carried, after.position_std_m, wandering))
+        while sum(step.duration_s for step in self._steps) > WINDOW_S + 1e-6:
+            self._steps.popleft()
+        self._fit()
+
+    def forget(self) -> None:
+        """What was flown is not known, or the own place jumped: steps no longer belong together."""
+        self._steps.clear()
+        self._last_mps = CALM
+
+    def _fit(self) -> None:
+        times = np.cumsum([0.0, *(step.duration_s for step in self._steps)])
+        if times[-1] < LEAST_S or len(times) < 4:
+            return
+        carried = np.cumsum([np.zeros(3), *(step.carried_m for step in self._steps)], axis=0)
+        away = times - times.mean()
+        weight = away / float(away @ away)
+        slope = weight @ carried
+        stated = max(step.position_std_m for step in self._steps)
+        residual = carried - carried.mean(axis=0) - away[:, None] * slope
+        spread = float(np.sqrt(np.square(residual).sum(axis=0).max() / (len(times) - 2)))
+        noise = max(stated, spread)
+        # Gusts wander: what a step adds stays in all places after it.
+        steps_m = np.diff(residual, axis=0)
+        gusts = max(0.0, float(np.square(steps_m).mean(axis=0).max()) - 2.0 * stated**2)
+        after = np.cumsum(weight[::-1])[::-1][1:]
+        wandering = float(after**2 @ [gusts + step.wandering_m2 for step in self._steps])
+        self.sigma_mps = float(np.sqrt(noise**2 * float(weight @ weight) + wandering))
+        least = max(SURE * self.sigma_mps, LEAST_OF_SPEED * self._speed_mps)
+        slope.setflags(write=False)
+        self.wind_mps = slope if float(np.linalg.norm(slope)) > least else CALM
