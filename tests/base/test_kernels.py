@@ -123,6 +123,7 @@ def test_where_nothing_can_be_written_it_runs_and_says_so(package):
     assert "CLEARWAY_CACHE" in said
 
 
+@pytest.mark.nightly
 def test_the_users_cache_is_next_and_a_named_one_first(package, tmp_path):
     (package / "clearway" / "__pycache__").write_text("no folder")
     home = {"HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
