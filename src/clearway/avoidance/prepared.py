@@ -44,6 +44,8 @@ class PreparedReachSet:
     """[nodes] whether the path to the node's end keeps the automaton's pitch limit."""
     reach_m: float
     """How far from the vehicle its paths lead, at least the range of the grid."""
+    may_stay: bool = False
+    """Whether trajectories that lead nowhere count too, for costs that know what they are worth."""
 
     __repr__ = brief
 

@@ -65,13 +65,16 @@ class WayOut:
     """Distance that it keeps from what is known."""
     certain: bool
     """Whether it is what was asked for; in strict mode, whether it was seen to be free."""
+    path_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    """[n, 3] its places up to the end of the first round, world frame."""
+    room_m: float = np.inf
+    """Distance from intruders on the first round, no more than twice the margin; inf without any,
+    and where nobody has looked."""
     for_s: float = np.inf
     """For how long it was verified: for ever where it comes back to where it began, which wind does
     not allow."""
     under_way_s: float | None = None
     """What is left of its first movement, where that is being flown already; else None."""
-    path_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    """[n, 3] its places up to the end of the first round, world frame."""
 
     def __repr__(self) -> str:
         return one_line("WayOut", (runs(self.begins + self.loop), f"{self.margin_m:.3g} m clear"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, margin_slope
 from clearway.avoidance.way_out import Escape, UnderWay, WayOut
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.base.state import IntArray
+from clearway.base.state import IntArray, State
 from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, Ways, names_of
 from clearway.reach.lattice import grid_from_level
 from clearway.reach.upwind import ways_in_wind
@@ -78,7 +79,7 @@ class WaysOut:
         self.library = library
         self.under_way = under_way
         self._start = library.nearest(roll, pitch)
-        self._legs = library.legs_at(roll, pitch)
+        self._tilt = (roll, pitch)
         off = library.attitudes[self._start] - [roll, pitch]
         self._closes = under_way is None or bool(np.all(np.abs(off) <= CLOSES_RAD))
         self._full_m = near.margin_m
@@ -87,7 +88,6 @@ class WaysOut:
         self.strict = settings.escape in (Escape.STRICT, Escape.MAPPED) and seen is not None
         self.windy = bool(situation.wind_mps.any())
         self._speed_mps = planner.speed_mps
-        self._attitude = (roll, pitch)
         self._terms = EscapeTerms(
             *(NOTHING_SEEN if seen is None else seen),
             self.strict,
@@ -115,6 +115,11 @@ class WaysOut:
         less._terms = self._terms._replace(least_s=0.5 * self._terms.least_s)
         less._after = {}
         return less
+
+    @cached_property
+    def _legs(self) -> Legs:
+        """Where movements lead from the attitude of the decision."""
+        return self.library.legs_at(*self._tilt)
 
     def standing_turns(self) -> dict[int, float]:
         """Movements that turn on the spot from here, and by how much; none for most vehicles."""
@@ -194,14 +199,35 @@ class WaysOut:
         and roll and pitch at its end."""
         automaton = self.library.automaton
         movement = automaton[under_way.movement]
-        start = np.array([0.0, 0.0, 0.0, *self._attitude, 0.0])
+        start = np.array([0.0, 0.0, 0.0, *self._tilt, 0.0])
         shares = under_way.left_s * np.arange(1, SAMPLES + 1) / SAMPLES
         along = np.array([automaton.predict(start, movement, float(share)) for share in shares])
         length = np.linalg.norm(np.diff(along[:, :3], axis=0, prepend=0.0), axis=1).sum()
-        bend = np.hypot(along[-1, 5], along[-1, 4] - self._attitude[1])
+        bend = np.hypot(along[-1, 5], along[-1, 4] - self._tilt[1])
         sagitta_m = float(length * bend / (8.0 * SAMPLES**2))
         path = np.ascontiguousarray(along[:, [0, 1, 2, 5]])
         return path, sagitta_m, (float(along[-1, 3]), float(along[-1, 4]))
+
+    def was_seen(self, corners_m: FloatArray, sagitta_m: float) -> bool:
+        """Whether the body stays in space that was seen to be free, where that is asked for, on its
+        way through corners [n, 3] of the world."""
+        level = self._level(corners_m)
+        return not self.strict or was_seen(level, sagitta_m, self._terms)
+
+    def after_flight(self, there: State, start_s: float) -> WayOut | None:
+        """The way out from where something ends that is no movement, so long from now."""
+        roll, pitch, yaw = there.attitude_rad.tolist()
+        start, legs = self.library.nearest(roll, pitch), self.library.legs_at(roll, pitch)
+        # Poses are those in still air, by which wind has not carried the vehicle yet.
+        place = self._level(there.position_m[None])[0] - start_s * self._terms.wind_mps
+        pose = np.array([*place, yaw - self._terms.yaw_rad])
+        return self._first(start, pose, start_s, self._with(True, self._full_m), legs)
+
+    def _level(self, places_m: FloatArray) -> FloatArray:
+        """[n, 3] places of the world, in the level frame of the decision."""
+        cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
+        turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        return np.ascontiguousarray((places_m - self._terms.origin_m) @ turned)
 
     def saw(self, samples_m: FloatArray, sagitta_m: FloatArray) -> bool:
         """Whether movements on from here, [n, samples, 3] in the grid frame, lead through space
@@ -237,11 +263,11 @@ class WaysOut:
     def _first(
         self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
     ) -> WayOut | None:
-        ways, loops = self._searched(start, float(pose[3]))
-        escape = -1
+        ways, loops = self._searched(start, float(pose[3]), legs)
+        escape, room_m = -1, 0.0
         for unseen_m in self._aloof(terms):
             wary = terms._replace(unseen_m=unseen_m)
-            escape, _ = first_escape(ways, legs, loops, start, pose, start_s, wary)
+            escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, wary)
             if escape >= 0:
                 break
         if escape < 0:
@@ -250,9 +276,9 @@ class WaysOut:
         places = self._places(self._numbers(begins + loop), (start, pose, start_s), legs)
         certain = terms.must_see or not self.strict
         for_s = self._for_s(terms)
-        return WayOut(begins, loop, terms.margin_m, certain, for_s, path_m=places)
+        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, for_s)
 
-    def _searched(self, start: int, yaw_rad: float) -> tuple[Ways, FloatArray]:
+    def _searched(self, start: int, yaw_rad: float, legs: Legs) -> tuple[Ways, FloatArray]:
         """Escapes from an attitude, and the places of their loops, where those are looked up."""
         if self.windy:
             x, y, z = self._terms.wind_mps.tolist()
@@ -260,8 +286,10 @@ class WaysOut:
             turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
             return ways_in_wind(self.library, start, turned, self._speed_mps), NOWHERE
         ways = self.library.ways[start]
+        if legs is not self._legs:
+            return ways, loop_places(ways, legs)
         if start not in self._loops:
-            self._loops[start] = loop_places(ways, self._legs)
+            self._loops[start] = loop_places(ways, legs)
         return ways, self._loops[start]
 
     def _for_s(self, terms: EscapeTerms) -> float:
