@@ -332,8 +332,8 @@ def test_the_list_of_targets(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("figure-6.2",), "no target 'figure-6.2'; valid: "),
-        ((TARGET, "tables"), "no target 'tables'; valid: "),
+        (("figure-6.2",), "no target 'figure-6.2' (did you mean 'figure-6.1'?); valid: "),
+        ((TARGET, "tables"), "no target 'tables' (did you mean 'table-6.2'?); valid: "),
         ((), "nothing to reproduce: name at least one target; valid: "),
         (("figures-5.5-5.8", "--out", "taken"), "taken: cannot be written"),
         (("figures-5.5-5.8", "--docs", "taken/page.md"), "taken: cannot be written"),

@@ -33,6 +33,7 @@ from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
 from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
+from clearway.cli.warm_up import warm_up
 
 app = typer.Typer(
     name="clearway",
@@ -61,6 +62,7 @@ app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
 app.command("sample", cls=Command)(run_guarded(sample))
 app.command("traffic", cls=Command)(run_guarded(traffic))
+app.command("warm-up", cls=Command)(run_guarded(warm_up))
 app.command("alerts", cls=Command)(run_guarded(alerts))
 
 

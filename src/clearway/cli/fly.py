@@ -82,7 +82,7 @@ def fly(
         check_tables()
     file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
     folder = ResultsFolder.checked(out or folder_of(file.mission.name), "fly", file.mission.name)
-    say("preparing reach sets and sensors; the first run compiles, which takes a while")
+    say("preparing reach sets and sensors")
     setup = prepare(file, say)
     for note in setup.notes:
         say(note)

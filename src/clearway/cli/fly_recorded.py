@@ -61,7 +61,7 @@ def fly_recorded(
     part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
     name = mission_name(part)
     folder = ResultsFolder.checked(out or folder_of(name), "traffic --fly", name)
-    say("preparing reach sets; the first run compiles, which takes a while")
+    say("preparing reach sets")
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
         say(note)

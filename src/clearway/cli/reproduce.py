@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
-from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
@@ -56,10 +55,9 @@ def reproduce(
     if docs is not None:
         refuse_unwritable_file(docs, "--docs")
     made = {}
-    with notice_when_slow():
-        for target in targets_named(targets or []):
-            say(f"{target.name}: {target.title}")
-            made[target] = target.make()
+    for target in targets_named(targets or []):
+        say(f"{target.name}: {target.title}")
+        made[target] = target.make()
     result = sourced(as_values(made))
     if as_json:
         print_json(result)
