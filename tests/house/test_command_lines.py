@@ -26,6 +26,8 @@ BLOCK = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 OTHERS = ("pip", "make", "python", "git", "cd", "export", "mkdocs", "docker")
+STUDIES = ("campaign", "compare", "encounters", "risk")
+"""They fly more than once: a night run tries them."""
 DRAWS = ("assess", "compare", "fly", "map", "pursuit", "reach-set", "reproduce")
 
 
@@ -91,15 +93,30 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("page", sorted({line.page for line in LINES if not line.kind}))
-def test_every_other_command_line_runs_on_the_samples(page: str, samples: Path) -> None:
+RUN = [line for line in LINES if not line.kind]
+QUICK = [line for line in RUN if line.words[1] not in STUDIES]
+
+
+@pytest.mark.parametrize("page", sorted({line.page for line in QUICK}))
+def test_command_lines_run_on_the_samples(page: str, samples: Path) -> None:
     """In the order of the page: later lines may use what earlier ones wrote."""
-    for line in dict.fromkeys(one for one in LINES if one.page == page and not one.kind):
-        words = line.words[1:]
-        more = ["--no-plots"] if words[0] in DRAWS and "--no-plots" not in words else []
-        if words[0] == "replay" and "--html" not in words:
-            more = ["--html", "page.html"]  # instead of serving it until somebody ends it
-        done = clearway(*words, *more, cwd=samples)
-        # Too few encounters show nothing, and a planner of one's own may hit something.
-        assert done.exit_code in (0, 1, 3), f"{line.text}: {done.stderr}"
-        assert done.stdout.strip() or "--html" in more + words, line.text
+    for line in dict.fromkeys(one for one in QUICK if one.page == page):
+        run(line, samples)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("page", sorted({line.page for line in RUN if line not in QUICK}))
+def test_all_command_lines_run_on_the_samples(page: str, samples: Path) -> None:
+    for line in dict.fromkeys(one for one in RUN if one.page == page):
+        run(line, samples)
+
+
+def run(line: Line, folder: Path) -> None:
+    words = line.words[1:]
+    more = ["--no-plots"] if words[0] in DRAWS and "--no-plots" not in words else []
+    if words[0] == "replay" and "--html" not in words:
+        more = ["--html", "page.html"]  # instead of serving it until somebody ends it
+    done = clearway(*words, *more, cwd=folder)
+    # Too few encounters show nothing, and a planner of one's own may hit something.
+    assert done.exit_code in (0, 1, 3), f"{line.text}: {done.stderr}"
+    assert done.stdout.strip() or "--html" in more + words, line.text

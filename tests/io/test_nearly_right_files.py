@@ -12,12 +12,13 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.io.maps.maps import read_maps
-from clearway.io.samples import maps, plans, scans, traffic
+from clearway.io.samples import maps, plans, scans, telemetry, traffic
 from clearway.io.scans.scan_formats import read_points
 from clearway.io.traffic.traffic import read_traffic
 from clearway.io.what_file import what_content
 from clearway.missions.world_file import read_mission
 
+TLOG_CUTS = (0.3, 0.5, 0.77, 0.999)
 RNG = np.random.default_rng(0)
 
 
@@ -128,8 +129,8 @@ def test_fences_alone_serve_a_mission_with_waypoints_of_its_own(
 @pytest.mark.parametrize(
     ("head", "told"),
     [
-        (b"\x00\x06\x25\x80" + bytes(4) + b"\xfd\x09\x00\x00", "telemetry log of MAVLink"),
-        (b"\x00\x05\x25\x80" + bytes(4) + b"\xfe\x09\x00\x00", "telemetry log of MAVLink"),
+        (b"\x00\x06\x25\x80" + bytes(4) + b"\xfd\x09\x00\x00", "`clearway traffic` takes it"),
+        (b"\x00\x05\x25\x80" + bytes(4) + b"\xfe\x09\x00\x00", "`clearway traffic` takes it"),
         (b"\xa3\x95\x80\x80\x59FMT", "DataFlash log"),
         (struct.pack("<II", 100, 24) + b"OSF!" + bytes(20), "OSF recording"),
         (b"PK\x03\x04\x14\x00", "a zip archive: unpack it"),
@@ -137,3 +138,41 @@ def test_fences_alone_serve_a_mission_with_waypoints_of_its_own(
 )
 def test_what_no_command_takes_is_told_by_name(head: bytes, told: str) -> None:
     assert told in what_content(head)
+
+
+def test_a_telemetry_log_has_the_own_way_and_what_was_heard(tmp_path: Path) -> None:
+    pytest.importorskip("pymavlink")
+    telemetry.write_telemetry(tmp_path / "a.tlog", RNG)
+    traffic.write_states_table(tmp_path / "a.csv", RNG)
+    recording, other = read_traffic(tmp_path / "a.tlog"), read_traffic(tmp_path / "a.csv")
+    assert recording.heard == {"own": 121, "3c0001": 121, "3c0002": 121}
+    assert recording.own_address == "own"
+    heard = [one for one in recording.reports if one.address != "own"]
+    for mine, theirs in zip(heard, other.reports, strict=True):
+        assert (mine.address, mine.callsign) == (theirs.address, theirs.callsign)
+        assert mine.time_s == pytest.approx(theirs.time_s, abs=0.02)
+        for name in ("latitude_deg", "longitude_deg"):
+            assert getattr(mine, name) == pytest.approx(getattr(theirs, name), abs=1e-6)
+        for name in ("altitude_m", "ground_speed_mps", "track_rad"):
+            assert getattr(mine, name) == pytest.approx(getattr(theirs, name), abs=0.01)
+    own = [one for one in recording.reports if one.address == "own"]
+    assert own[0].altitude_m == pytest.approx(168.0)
+    assert own[0].altitude_kind == "geometric"
+
+
+@pytest.mark.parametrize("kept", TLOG_CUTS)
+def test_a_telemetry_log_that_is_cut_or_damaged_is_read_around_it(
+    tmp_path: Path, kept: float
+) -> None:
+    pytest.importorskip("pymavlink")
+    telemetry.write_telemetry(tmp_path / "a.tlog", RNG)
+    content = (tmp_path / "a.tlog").read_bytes()
+    end = int(kept * len(content))
+    (tmp_path / "a.tlog").write_bytes(content[:end])
+    cut = read_traffic(tmp_path / "a.tlog")
+    assert 0 < len(cut.reports) < 363
+    # Somewhere in the middle other bytes: what is before and behind them is read.
+    (tmp_path / "a.tlog").write_bytes(content[:end] + b"\x00\xff" * 9 + content[end:])
+    damaged = read_traffic(tmp_path / "a.tlog")
+    assert len(damaged.reports) >= 360 or kept > 0.99
+    assert damaged.left_out.get("damaged", 0) + damaged.left_out.get("cut off", 0) >= 1

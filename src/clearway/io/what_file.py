@@ -36,8 +36,8 @@ KNOWN = (
     (rb"\Aply\n", "a point cloud: `clearway assess --scan` takes it"),
     (rb"(?s)\A.{8}OSF!", "an OSF recording of an Ouster LiDAR: save it as packets "
      "(`ouster-cli source FILE.osf save FILE.pcap`), which `clearway assess --scan` takes"),
-    (rb"(?s)\A\0[\4-\7].{6}[\xfd\xfe]", "a telemetry log of MAVLink (.tlog): no command "
-     "takes it yet; the log on board (ULog) says more, and `clearway traffic` takes that"),
+    (rb"(?s)\A\0[\4-\7].{6}[\xfd\xfe]", "a telemetry log of MAVLink (.tlog): "
+     "`clearway traffic` takes it"),
     (rb"\A\xa3\x95\x80\x80", "a DataFlash log of ArduPilot (.bin): no command takes it yet"),
     (rb"\APK\x03\x04", "a zip archive: unpack it (`unzip`), and give what is in it"),
     (rb"\A\x1f\x8b", "a file packed by gzip: unpack it (`clearway traffic` reads it packed)"),

@@ -16,7 +16,17 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.io.results_folder import ResultsFolder
-from clearway.io.samples import maps, mode_s, packets, plans, recordings, scans, traffic, ulog
+from clearway.io.samples import (
+    maps,
+    mode_s,
+    packets,
+    plans,
+    recordings,
+    scans,
+    telemetry,
+    traffic,
+    ulog,
+)
 from clearway.missions import samples as own
 
 Write = Callable[[Path, np.random.Generator], None]
@@ -158,6 +168,8 @@ SAMPLES = (
     Sample("survey-mission.toml", "mission", "through that survey", own.write_survey_mission, ""),
     Sample("log.ulg", "traffic", "log of PX4: own way, and aircraft heard of", ulog.write_ulog,
            "clearway traffic log.ulg", "ulog"),
+    Sample("flight.tlog", "traffic", "telemetry log of MAVLink", telemetry.write_telemetry,
+           "clearway traffic flight.tlog", "mavlink"),
     _traffic("day.jsonl.gz", "readsb aircraft, one a line, gzip", traffic.write_readsb_lines),
     _traffic("aircraft.json", "readsb snapshots", traffic.write_readsb),
     _traffic("trace.json", "readsb trace of one aircraft", traffic.write_trace),

@@ -16,6 +16,7 @@ from clearway.io.traffic.mode_s_hex import columns_of, read_hex, read_json_frame
 from clearway.io.traffic.opensky import read_states
 from clearway.io.traffic.readsb_trace import read_trace
 from clearway.io.traffic.sbs import read_sbs
+from clearway.io.traffic.telemetry_log import RECORD, read_telemetry_log
 from clearway.io.traffic.traffic_table import is_table, read_table
 from clearway.io.traffic.trajectories import read_trajectories, read_trajectory_columns
 from clearway.traffic.recorded.report import TrafficRecording
@@ -108,6 +109,14 @@ FORMATS = (
         "`ULog`; own GPS positions (`own`), `transponder_report`",
         "UTC where GPS told it",
         "`[ulog]`",
+    ),
+    Format(
+        "telemetry log of MAVLink (.tlog)",
+        lambda content: RECORD.match(content) is not None,
+        read_telemetry_log,
+        "times of 8 bytes before `fd` or `fe`; own GPS positions (`own`), `ADSB_VEHICLE`",
+        "of the ground station, UTC",
+        "`[mavlink]`",
     ),
     Format(
         "Beast binary",
