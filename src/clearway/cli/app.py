@@ -30,6 +30,7 @@ from clearway.cli.replay import replay
 from clearway.cli.report import run, run_guarded
 from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
+from clearway.cli.ros2 import ros2
 from clearway.cli.traffic import traffic
 
 app = typer.Typer(
@@ -56,6 +57,7 @@ app.command("mavlink", cls=Command)(run_guarded(mavlink))
 app.command("replay", cls=Command)(run_guarded(replay))
 app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
+app.command("ros2", cls=Command)(run_guarded(ros2))
 app.command("traffic", cls=Command)(run_guarded(traffic))
 app.command("alerts", cls=Command)(run_guarded(alerts))
 
