@@ -73,14 +73,14 @@ def ros2(
     try:
         with _stop_rule(link, CHECKED_S if check else duration, arrival=end_on_arrival) as stop:
             report = loop.run(stop, _NodeWatch().show)
+        result, missing = _result(link, report), link.missing()
+        words = _in_words(result, link)
     finally:
         link.close()
-    result = _result(link, report)
-    missing = link.missing()
     if as_json:
         print_json(sourced(result | {"missing": missing}))
     else:
-        print(_in_words(result, link))
+        print(words)
         if check:
             print("\n".join(["missing:", *missing]) if missing else "all is there")
     good = not missing if check else bool(result["decisions"])
