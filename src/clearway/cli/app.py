@@ -32,6 +32,7 @@ from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
 from clearway.cli.ros2 import ros2
 from clearway.cli.traffic import traffic
+from clearway.cli.warm_up import warm_up
 
 app = typer.Typer(
     name="clearway",
@@ -59,6 +60,7 @@ app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
 app.command("ros2", cls=Command)(run_guarded(ros2))
 app.command("traffic", cls=Command)(run_guarded(traffic))
+app.command("warm-up", cls=Command)(run_guarded(warm_up))
 app.command("alerts", cls=Command)(run_guarded(alerts))
 
 
