@@ -31,6 +31,7 @@ from clearway.cli.replay import replay
 from clearway.cli.report import run, run_guarded
 from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
+from clearway.cli.ros2 import ros2
 from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
 from clearway.cli.warm_up import warm_up
@@ -60,6 +61,7 @@ app.command("mavlink", cls=Command)(run_guarded(mavlink))
 app.command("replay", cls=Command)(run_guarded(replay))
 app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
+app.command("ros2", cls=Command)(run_guarded(ros2))
 app.command("sample", cls=Command)(run_guarded(sample))
 app.command("traffic", cls=Command)(run_guarded(traffic))
 app.command("warm-up", cls=Command)(run_guarded(warm_up))
