@@ -76,3 +76,18 @@ def test_a_guessed_sensor_drops_no_return() -> None:
     near = estimate_pattern(directions * ranges[:, None])
     assert near.min_range_m == 0.0
     assert "30 returns nearer than its blind range of 0.5 m kept" in near.name
+
+
+def test_a_bench_about_the_sensor_is_told_as_such_and_with_its_end() -> None:
+    rng = np.random.default_rng(2)
+    turn = rng.uniform(-np.pi, np.pi, 4000)
+    bench = rng.uniform(0.5, 1.1, (4000, 1)) * np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1)
+    found = own_airframe(scans(3, bench, noise_m=0.001), Mounting())
+    assert found is not None
+    assert 1.1 < found.radius_m <= 1.25
+    assert "a rig or a bench about the sensor (89 %" in found.in_words()
+
+
+def test_a_wall_that_begins_farther_away_is_no_airframe() -> None:
+    wall = np.stack(np.meshgrid([1.2], np.linspace(-1, 1, 40), np.linspace(-1, 1, 40)), -1)
+    assert own_airframe(scans(3, wall.reshape(-1, 3), noise_m=0.001), Mounting()) is None
