@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from clearway.base.frames import FloatArray
 from clearway.obstacles.world import World
 from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY
@@ -16,7 +17,9 @@ from clearway.view.plot.flight import PLANNED, WAYPOINT
 from clearway.view.plot.ground_plan import draw_ground_plan
 from clearway.view.plot.style import OWN, line_of
 
-INTRUDER = "#d98ad9"
+INTRUDER = "#8a8a8a"
+SPARE = 0.08
+"""Of the longer side, about what was flown; intruders come from farther away."""
 
 
 def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> Figure:
@@ -33,11 +36,20 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
         color, line = (OWN, "-") if own else line_of(others.index(planner))
         _draw_run(above, near, run, planner, (color, line, own or len(runs) == 1))
     _finish(above, near, next(iter(runs.values())))
+    _frame(above, np.concatenate([tracks_m, next(iter(runs.values())).mission.waypoints_m]))
     handles, labels = above.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=min(6, len(labels)), frameon=False
     )
     return figure
+
+
+def _frame(axes: Axes, places_m: FloatArray) -> None:
+    """Show what was flown, and where to: equal scales, nothing of the ways of others beyond it."""
+    low, high = places_m[:, :2].min(axis=0), places_m[:, :2].max(axis=0)
+    spare = SPARE * float((high - low).max()) + 1.0
+    axes.set_xlim(low[0] - spare, high[0] + spare)
+    axes.set_ylim(low[1] - spare, high[1] + spare)
 
 
 def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:
