@@ -125,7 +125,13 @@ class Plan:
         """What the next decision should stay with."""
         held = self.intended.at(now_s + TIME_TOLERANCE_S)
         passings = () if self.decision is None else self.decision.passings
-        return Commitment(self.side, held.name if held else "", passings, self._way_out_at(now_s))
+        return Commitment(
+            self.side,
+            held.name if held else "",
+            passings,
+            self._way_out_at(now_s),
+            None if self.decision is None else self.decision.long_range,
+        )
 
     def _way_out_at(self, now_s: float) -> WayOut | None:
         """What of the way out is left at a time between two movements; else None."""

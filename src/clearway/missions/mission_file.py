@@ -104,6 +104,8 @@ class MissionFile(Section):
             raise ValueError("traffic.volumes: leave it out where there are [[volume]] tables")
         if self.volume:
             said(lambda: volumes_of(self.volume))
+        elif self.traffic.keep_volumes and self.traffic.volumes is None:
+            raise ValueError("traffic.keep_volumes: there are no volumes; name some by volumes")
         return self
 
     @model_validator(mode="after")
@@ -171,6 +173,7 @@ class MissionFile(Section):
             intruder_models=self.traffic.models,
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,
+            volumes=self.to_volumes() if self.traffic.keep_volumes else None,
         )
 
     def effective(self) -> dict[str, Any]:
