@@ -41,7 +41,7 @@ def steady(course_rad: float, climb_mps: float):  # type: ignore[no-untyped-def]
 
 def test_turns_and_climbs_take_their_time() -> None:
     """Nothing moves before the reaction, then rates come on, and never exceed what is possible."""
-    near = met([500.0, 0.0, 4000.0], [0.0, 0.0, 0.0], 60.0)
+    near = met([500.0, 0.0, 2000.0], [0.0, 0.0, 0.0], 60.0)
     kind = replace(KIND, surveillance="perfect")
     flown = fly_long(near, steady(np.pi / 2, 5.0), kind)
     able = performance_of(kind)

@@ -223,10 +223,9 @@ def decide(
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()
     met = meetings(prepared.reach_set, near.hazards.moving, names)
-    rules = (*planner.rules, *passing_rules(begun, met)) if met else planner.rules
     afar = _afar(planner, situation, prepared, goal, commitment)
-    if afar is not None:
-        rules = (*afar.rules(planner.grid.range_m), *rules)
+    rules = planner.rules if afar is None else (*planner.rules, *afar.rules(planner.grid.range_m))
+    rules = (*rules, *passing_rules(begun, met)) if met else rules
     ruling = None
     if rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)

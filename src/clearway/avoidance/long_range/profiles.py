@@ -60,8 +60,13 @@ def profiles(
     performance: Performance,
     floor_m: float = -math.inf,
     ceiling_m: float = math.inf,
+    *,
+    only_wanted: bool = False,
 ) -> Profiles:
-    """The profiles of a vehicle, none of which leaves floor or ceiling that it is within."""
+    """The profiles of a vehicle, none of which leaves floor or ceiling that it is within.
+
+    only_wanted: the first of each alone.
+    """
     around = np.concatenate([[0.0], 2.0 * np.pi * np.arange(1, COURSES - 1) / (COURSES - 1)])
     course = np.concatenate([wanted.course_rad + around, [motion.course_rad]])
     fast, slow = wanted.speed_mps, _slow(wanted.speed_mps, performance)
@@ -77,6 +82,8 @@ def profiles(
         ]
     )
     begins = np.concatenate([np.zeros(2 + 2 * len(rates)), LATER_S, LATER_S])
+    if only_wanted:
+        course, speed, climb, begins = course[:1], speed[:1], climb[:1], begins[:1]
     off = wanted.height_m - float(motion.position_m[2])
     climb[0] = np.clip(off, -performance.sink_mps, performance.climb_mps)
     level = _level_ways(

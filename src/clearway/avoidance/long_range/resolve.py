@@ -39,30 +39,31 @@ class Sense(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RiskPrices:
-    """What risk and detours cost; one stands for turning right round."""
+    """What risk and detours cost, beside each other; tuned on 47 encounters of seed 77, copter and
+    wing, that no comparison flies."""
 
-    inner: float = 12.0
+    inner: float = 30.0
     """Per chance of being inside the innermost volume."""
-    outer: float = 4.0
+    outer: float = 12.0
     """Per chance of being inside the outermost one."""
-    tier: tuple[float, ...] = (0.4, 1.5, 6.0)
+    tier: tuple[float, ...] = (1.2, 4.5, 18.0)
     """For entering the outermost volume with its buffer, itself, and all further ones, if nobody
     manoeuvres."""
     fades_s: float = 60.0
     """Time constant with which that weighs less for what is entered later."""
-    turn: float = 1.0
+    turn: float = 0.4
     """For a course right opposed to the one wanted."""
     slow: float = 0.15
     """For the slower speed."""
-    climb: float = 0.25
+    climb: float = 0.12
     """For the steepest climb or descent."""
-    off_height: float = 0.15
+    off_height: float = 0.06
     """For being as far off the height wanted as the outermost volume is high."""
-    other_side: float = 0.5
+    other_side: float = 3.0
     """For leaving the side begun."""
-    other_sense: float = 0.5
+    other_sense: float = 3.0
     """For leaving the sense begun."""
-    rerouted: float = 0.05
+    rerouted: float = 0.15
     """For any other course or climb than the last one."""
 
 
@@ -91,6 +92,8 @@ class LongRangeChoice:
         return self.side is not PassingSide.AHEAD or self.sense is not Sense.LEVEL
 
 
+QUIET = 0.005
+"""Nobody weighs a detour against less risk."""
 SMALL_TURN_RAD = math.radians(5.0)
 
 
@@ -108,6 +111,11 @@ def resolve(
 ) -> LongRangeChoice:
     """The best pair of profiles against others, committed to what was chosen before."""
     prices = prices or RiskPrices()
+    if before is None or not before.avoids:
+        ways = profiles(motion, wanted, performance, floor_m, ceiling_m, only_wanted=True)
+        found = rated(ways, others, volumes)
+        if not found.tier[0, 0] and float(found.probability[0, 0, 0]) < QUIET:
+            return told_of(ways, found, wanted, 0, 0)
     ways = profiles(motion, wanted, performance, floor_m, ceiling_m)
     found = rated(ways, others, volumes)
     cost = _cost(ways, found, wanted, performance, volumes, before, prices)

@@ -78,7 +78,7 @@ class LongRange:
         """[nodes] of risk, and of leaving the side or the sense begun."""
         outer = self.found.probability[0][self.level, self.climb]
         inner = self.found.probability[-1][self.level, self.climb]
-        price = self.prices.outer * outer + self.prices.inner * inner
+        price: FloatArray = self.prices.outer * outer + self.prices.inner * inner
         price = np.where(price < LEAST_RISK * self.prices.outer, 0.0, price)
         before = self.before
         # With nobody ahead any more there is no side to keep.

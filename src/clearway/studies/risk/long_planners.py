@@ -91,6 +91,8 @@ class LongTuning:
     zone: float
     """Of the outermost volume, buffers included."""
     horizon_s: float
+    climb_weight: float = 3.0
+    """How much dearer a metre a second of climb is than one of level velocity."""
 
 
 MVP_TUNING = LongTuning(1.1, 60.0)
@@ -151,7 +153,7 @@ def velocity_obstacle(view: LongView, tuning: LongTuning = VO_TUNING) -> Steer:
         )
         free &= ~np.isfinite(within)
         enters = np.minimum(enters, within)
-    away = np.linalg.norm((velocity - wished) * [1.0, 1.0, 3.0], axis=1)
+    away = np.linalg.norm((velocity - wished) * [1.0, 1.0, tuning.climb_weight], axis=1)
     best = int(np.argmin(away + 1e6 * ~free - np.where(free, 0.0, 1e3 * np.minimum(enters, 1e3))))
     return _steered(view, velocity[best], best != 0)
 

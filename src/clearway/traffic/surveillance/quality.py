@@ -87,9 +87,10 @@ class Surveillance:
 
 
 def by_categories(
-    name: str, about: str, range_m: float, nacp: int, nacv: int, **others: float
+    name: str, about: str, range_m: float, nacp: int, nacv: int, latency_s: float, untold_s: float
 ) -> Surveillance:
-    """ADS-B of accuracy categories: half of the variance is bias, half of it wanders."""
+    """ADS-B of accuracy categories: half of the variance is bias, half of it wanders; heights in
+    steps of 25 ft with a deviation of 10 m between two altimeters, one report in ten lost."""
     part = NACP_EPU_M[nacp] / RADIUS_95 / math.sqrt(2.0)
     return Surveillance(
         name,
@@ -98,18 +99,17 @@ def by_categories(
         bias_m=part,
         drift_m=part,
         velocity_mps=NACV_95_MPS[nacv] / RADIUS_95,
-        **others,
+        climb_mps=0.5,
+        altitude_bias_m=10.0,
+        altitude_step_m=25.0 * FOOT_M,
+        latency_s=latency_s,
+        untold_s=untold_s,
+        report_s=1.0,
+        lost=0.1,
+        burst_s=3.0,
     )
 
 
-ADS_B = {
-    "climb_mps": 0.5,
-    "altitude_bias_m": 10.0,
-    "altitude_step_m": 25.0 * FOOT_M,
-    "report_s": 1.0,
-    "lost": 0.1,
-    "burst_s": 3.0,
-}
 SURVEILLANCES: Variants[Surveillance] = Variants(
     "surveillance",
     {
@@ -124,7 +124,6 @@ SURVEILLANCES: Variants[Surveillance] = Variants(
                 2,
                 latency_s=1.0,
                 untold_s=0.2,
-                **ADS_B,
             ),
             by_categories(
                 "ads-b-minimum",
@@ -134,7 +133,6 @@ SURVEILLANCES: Variants[Surveillance] = Variants(
                 1,
                 latency_s=2.0,
                 untold_s=0.6,
-                **ADS_B,
             ),
             Surveillance(
                 "remote-id",

@@ -44,7 +44,7 @@ class SmoothTrack(NamedTuple):
 
     @property
     def turns(self) -> bool:
-        return abs(self.turn_rps) > TURNS_RPS
+        return abs(self.turn_rps) > float(TURNS_RPS)
 
     @property
     def climbs(self) -> bool:
