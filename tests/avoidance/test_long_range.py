@@ -172,7 +172,7 @@ def test_a_decision_stays_with_the_side_of_the_last_one(planner) -> None:  # typ
         place = np.array([2600.0 - 70.0 * second, 60.0 * rng.normal(), 5.0 * rng.normal()])
         near = cw.Intruder(place, np.array([-50.0, 0.0, 0.0]), name="x")
         decision = cw.decide(keeps, cw.Situation(here, there, intruders=(near,)),
-                             Commitment(long_range=before))  # fmt: skip
+                             commitment=Commitment(long_range=before))  # fmt: skip
         before = decision.long_range
         assert before is not None
         chosen.append((before.side, before.sense))

@@ -28,6 +28,14 @@ def risk(
             help="Encounter model (MIT-LL text format); made-up numbers where none is given."
         ),
     ] = None,
+    curves: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Fly nothing: draw the results of earlier studies at real scale (risk.json) into "
+            "--out; may be repeated.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
     planner: Annotated[
         list[str] | None,
         typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
@@ -120,6 +128,9 @@ def risk(
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.summary import summary
 
+    if curves:
+        _draw_curves(curves, out)
+        return
     position_std, velocity_std = number_pair("--noise", noise, "15,1")
     asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40"))
     if vehicle is not None or surveillance is not None:
@@ -161,6 +172,19 @@ def risk(
         for measure in told["planners"][planners[0]].values()
         if isinstance(measure, dict) and "verdict" in measure
     )
+
+
+def _draw_curves(files: Sequence[Path], out: Path | None) -> None:
+    from clearway.base.errors import InputError
+    from clearway.io.staging import staged
+    from clearway.studies.figures.risk_curves import draw_risk_curves, read_study
+
+    if out is None:
+        raise InputError("--curves", "needs --out, a folder for risk-curves.png")
+    figure = draw_risk_curves([read_study(file) for file in files])
+    with staged(out) as scratch:
+        figure.savefig(scratch / "risk-curves.png", dpi=90)
+    say(f"wrote risk-curves.png to {out}")
 
 
 def _layers(text: str) -> tuple[int, ...]:

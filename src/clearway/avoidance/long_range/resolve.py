@@ -85,6 +85,11 @@ class LongRangeChoice:
     wanted_tier: int
     """Of what would be flown without traffic."""
     reason: str
+    begun_side: PassingSide = PassingSide.AHEAD
+    """The side that was begun about an aircraft that is ahead yet, even where this choice is on
+    none."""
+    begun_sense: Sense = Sense.LEVEL
+    """Likewise of the height."""
 
     @property
     def avoids(self) -> bool:

@@ -18,6 +18,7 @@ from clearway.avoidance.costs import Goal
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
 from clearway.avoidance.long_range.rating import Other, Rated, rated
 from clearway.avoidance.long_range.resolve import (
+    SMALL_TURN_RAD,
     LongRangeChoice,
     PassingSide,
     RiskPrices,
@@ -27,7 +28,7 @@ from clearway.avoidance.long_range.resolve import (
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray, wrap_angle
-from clearway.base.state import IntArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet
 from clearway.traffic import Intruder
 from clearway.traffic.growth import LIGHT_AIRCRAFT
@@ -35,7 +36,9 @@ from clearway.traffic.tracking.smooth import CLIMBS_MPS, TURNS_RPS
 from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.performance import Performance
 
-RISK = "long-range risk"
+RISK, BEGUN = "long-range risk", "side and sense begun"
+LEVEL_MPS = 0.1
+"""Slower climbs are none."""
 LEAST_RISK = 0.01
 """Differences of risk below this change no course."""
 
@@ -67,33 +70,43 @@ class LongRange:
             Rule(names[depth - 1], partial(_forbids, tier, depth))
             for depth in range(len(names), 0, -1)
         ]
+        # What was begun is left for a volume less, not for a little of its buffer.
+        rules.insert(-1, Rule(BEGUN, partial(_leaves, self._leaves_begun())))
         return (*rules, Rule(RISK, partial(_prices, unit_m * self._risk_price())))
 
     def told(self, node: int) -> LongRangeChoice:
         """What flying to a node comes to at long range."""
         level, climb = int(self.level[node]), int(self.climb[node])
-        return told_of(self.ways, self.found, self.wanted, level, climb)
+        choice = told_of(self.ways, self.found, self.wanted, level, climb)
+        side, sense = choice.side, choice.sense
+        if self.before is not None and choice.wanted_tier:
+            side = self.before.begun_side if side is PassingSide.AHEAD else side
+            sense = self.before.begun_sense if sense is Sense.LEVEL else sense
+        return replace(choice, begun_side=side, begun_sense=sense)
 
     def _risk_price(self) -> FloatArray:
-        """[nodes] of risk, and of leaving the side or the sense begun."""
+        """[nodes] of risk."""
         outer = self.found.probability[0][self.level, self.climb]
         inner = self.found.probability[-1][self.level, self.climb]
         price: FloatArray = self.prices.outer * outer + self.prices.inner * inner
-        price = np.where(price < LEAST_RISK * self.prices.outer, 0.0, price)
+        return np.where(price < LEAST_RISK * self.prices.outer, 0.0, price)
+
+    def _leaves_begun(self) -> BoolArray:
+        """[nodes] whether the course lies on the other side than the one begun, or the height goes
+        the other way."""
+        leaves = np.zeros(len(self.level), dtype=np.bool_)
         before = self.before
         # With nobody ahead any more there is no side to keep.
         if before is None or not self.found.tier[0, 0]:
-            return price
+            return leaves
         off = wrap_angle(self.ways.course_rad[self.level] - self.wanted.course_rad)
-        if before.side is not PassingSide.AHEAD:
-            sign = 1.0 if before.side is PassingSide.LEFT else -1.0
-            price = price + self.prices.other_side * (sign * off < -0.1)
-        if before.sense is not Sense.LEVEL:
-            sign = 1.0 if before.sense is Sense.UP else -1.0
-            price = price + self.prices.other_sense * (
-                sign * self.ways.climb_mps[self.climb] < -0.1
-            )
-        return price
+        if before.begun_side is not PassingSide.AHEAD:
+            sign = 1.0 if before.begun_side is PassingSide.LEFT else -1.0
+            leaves |= sign * off < -SMALL_TURN_RAD
+        if before.begun_sense is not Sense.LEVEL:
+            sign = 1.0 if before.begun_sense is Sense.UP else -1.0
+            leaves |= sign * self.ways.climb_mps[self.climb] < -LEVEL_MPS
+        return leaves
 
 
 def long_range(
@@ -171,6 +184,12 @@ def _forbids(tier: IntArray, depth: int, view: RuleView) -> Verdict | None:
     if not forbidden.any():
         return None
     return Verdict("entered within a minute if all fly straight on", forbidden)
+
+
+def _leaves(leaves: BoolArray, view: RuleView) -> Verdict | None:
+    """Ways that change the side or the sense begun."""
+    del view
+    return Verdict("begun about an aircraft ahead", leaves) if leaves.any() else None
 
 
 def _prices(price_m: FloatArray, view: RuleView) -> Verdict | None:

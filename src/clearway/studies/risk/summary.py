@@ -13,6 +13,7 @@ from clearway.base.verdict import at_most
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import STRAIGHT
+from clearway.studies.risk.long_flight import surveillance_of
 from clearway.studies.risk.ratios import (
     LIMITS,
     MEASURES,
@@ -41,6 +42,7 @@ def summary(
         "model": Path(model.source).name,
         "kind": result.settings.in_words,
         "margin_m": result.settings.margin_m,
+        **_at_real_scale(result.settings),
         "encounters": len(result.outcomes),
         "seed": result.seed,
         "effective": {name: effective_number(result, name) for name in LIMITS},
@@ -53,6 +55,17 @@ def summary(
         },
         "layers": _layers(result),
         "provenance": provenance([model.source]),
+    }
+
+
+def _at_real_scale(settings: RiskSettings) -> dict[str, Any]:
+    """Vehicle and surveillance, where it is flown in the true world."""
+    if not settings.vehicle:
+        return {}
+    return {
+        "vehicle": settings.vehicle,
+        "surveillance": settings.surveillance,
+        "range_m": surveillance_of(settings).range_m,
     }
 
 
