@@ -289,7 +289,16 @@ def _afar(
     if volumes is None:
         return None
     before = None if commitment is None else commitment.long_range
-    return long_range(volumes, planner.performance, situation, prepared.reach_set, goal, before)
+    heights_m = (planner.settings.lowest_m, planner.settings.highest_m)
+    return long_range(
+        volumes,
+        planner.performance,
+        situation,
+        prepared.reach_set,
+        goal,
+        before,
+        heights_m=heights_m,
+    )
 
 
 def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Taken]) -> Taken:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -109,6 +110,10 @@ class AvoidanceSettings(EvidenceSettings):
     volumes: VolumeSet | None = None
     """What no aircraft should share with us in the next minute, beside the margin; None looks no
     farther than trajectories lead."""
+    lowest_m: float = -math.inf
+    """Height below which nobody flies on in the next minute: of a rule, which itself holds it."""
+    highest_m: float = math.inf
+    """Likewise above."""
 
     __repr__ = brief
 

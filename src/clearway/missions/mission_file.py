@@ -174,6 +174,8 @@ class MissionFile(Section):
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,
             volumes=self.to_volumes() if self.traffic.keep_volumes else None,
+            lowest_m=-np.inf if self.rules.floor_m is None else self.rules.floor_m,
+            highest_m=np.inf if self.rules.ceiling_m is None else self.rules.ceiling_m,
         )
 
     def effective(self) -> dict[str, Any]:

@@ -117,8 +117,12 @@ def long_range(
     goal: Goal,
     before: LongRangeChoice | None,
     prices: RiskPrices | None = None,
+    heights_m: tuple[float, float] = (-math.inf, math.inf),
 ) -> LongRange | None:
-    """The long range of a decision; None where nobody is heard of."""
+    """The long range of a decision; None where nobody is heard of.
+
+    heights_m: lowest and highest that are flown at.
+    """
     if not situation.intruders:
         return None
     prices = prices or RiskPrices()
@@ -133,7 +137,8 @@ def long_range(
     others = [_other(intruder, state.time_s) for intruder in situation.intruders]
     # Movements begin at once, and the next one comes within a second or so.
     able = replace(performance, reaction_s=0.0)
-    ways = profiles(motion, wanted, able, situation.floor_m)
+    lowest_m = max(heights_m[0], situation.floor_m)
+    ways = profiles(motion, wanted, able, lowest_m, heights_m[1])
     found = rated(ways, others, volumes)
     level, climb = _ends(reach_set, ways, course, performance)
     return LongRange(ways, found, wanted, volumes, level, climb, before, prices)

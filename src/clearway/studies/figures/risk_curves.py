@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from clearway.base.errors import InputError
 
-COLOURS = {"clearway": "#0072B2", "mvp": "#E69F00", "velocity-obstacle": "#009E73"}
-OTHERS = ("#CC79A7", "#56B4E9", "#000000")
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
+"""Of planners, in the order in which studies name them."""
 MARKS = {"copter": "o", "wing": "^"}
 MEASURES = (
     ("near_collision", "near mid-air collision"),
@@ -37,9 +37,10 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     rows = figure.subplots(2, 2)
     for (ranges, detours), (measure, title) in zip(rows, MEASURES, strict=True):
-        for number, study in enumerate(studies):
+        names = list(dict.fromkeys(name for study in studies for name in study["planners"]))
+        for study in studies:
             for planner, told in study["planners"].items():
-                style = COLOURS.get(planner, OTHERS[number % len(OTHERS)])
+                style = COLOURS[names.index(planner) % len(COLOURS)]
                 mark = MARKS.get(study["vehicle"], "s")
                 label = f"{planner}, {study['vehicle']}"
                 _point(ranges, study["range_m"] / 1e3, told[measure], style, mark, label)

@@ -23,12 +23,11 @@ from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import ModelEncounter
 from clearway.studies.risk.long_flight import fly_long
 from clearway.studies.risk.settings import COLLISION, NEAR_COLLISION, WELL_CLEAR, RiskSettings
+from clearway.studies.risk.settings import STRAIGHT as STRAIGHT
 from clearway.traffic import Intruder
 from clearway.traffic.volumes.named import SMALL_WELL_CLEAR
 from clearway.vehicle.automaton import MovementAutomaton
 
-STRAIGHT = "straight"
-"""Straight flight needs no simulation: what happens without any avoidance."""
 INTRUDER = "intruder"
 BODY_SHARE = 0.25
 """Body radius that the margins (6.14) and (6.15) are told, of the margin: as 0.3 of 1.2 m."""

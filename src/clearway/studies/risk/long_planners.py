@@ -23,6 +23,8 @@ from clearway.avoidance.long_range.resolve import (
 )
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.variants import Variants
+from clearway.sim.pilot import CLEARWAY
+from clearway.studies.risk.settings import STRAIGHT
 from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.performance import Performance
 
@@ -215,10 +217,10 @@ def _steered(view: LongView, velocity: FloatArray, avoids: bool) -> Steer:
 LONG_PLANNERS: Variants[LongPlanner] = Variants(
     "planner",
     {
-        "clearway": by_resolver,
+        CLEARWAY: by_resolver,
         "mvp": modified_voltage,
         "velocity-obstacle": velocity_obstacle,
-        "straight": straight_on,
+        STRAIGHT: straight_on,
     },
 )
 """Planners of encounters at real scale; the others of `PLANNERS` know the stretched world alone."""

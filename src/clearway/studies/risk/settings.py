@@ -26,6 +26,8 @@ NEAR_COLLISION = Cylinder(500.0 * FOOT_M, 100.0 * FOOT_M)
 """Near mid-air collision."""
 COLLISION = Cylinder(15.0, 5.0)
 """Two aircraft touch: about half of both spans, and of both heights."""
+STRAIGHT = "straight"
+"""Straight flight needs no simulation: what happens without any avoidance."""
 WIDER = 1.5
 """What intruders are drawn into, over well clear: some that just miss may be made worse."""
 
