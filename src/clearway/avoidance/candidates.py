@@ -17,7 +17,7 @@ from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
@@ -45,7 +45,10 @@ class Commitment:
     passings: tuple[Passing, ...] = ()
     """Intruders that are being passed, each on its side."""
     way_out: WayOut | None = None
-    """What is flown from now on if nothing better is found."""
+    """What is flown from now on if nothing better is found; after the movement under way, if there
+    is one."""
+    under_way: UnderWay | None = None
+    """The movement in the middle of which the decision is taken; None between two."""
     long_range: LongRangeChoice | None = None
     """Side and sense begun about aircraft kilometres away."""
 
