@@ -14,6 +14,7 @@ from clearway.base.errors import InputError
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
 """Of planners, in the order in which studies name them."""
+ASIDE_KM = 0.05
 MARKS = {"copter": "o", "wing": "^"}
 MEASURES = (
     ("near_collision", "near mid-air collision"),
@@ -40,10 +41,13 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
         names = list(dict.fromkeys(name for study in studies for name in study["planners"]))
         for study in studies:
             for planner, told in study["planners"].items():
-                style = COLOURS[names.index(planner) % len(COLOURS)]
+                number = names.index(planner)
+                style = COLOURS[number % len(COLOURS)]
                 mark = MARKS.get(study["vehicle"], "s")
                 label = f"{planner}, {study['vehicle']}"
-                _point(ranges, study["range_m"] / 1e3, told[measure], style, mark, label)
+                # Beside each other, or intervals would hide each other.
+                beside = ASIDE_KM * (2 * number + (mark != MARKS["copter"]))
+                _point(ranges, study["range_m"] / 1e3 + beside, told[measure], style, mark, label)
                 _point(detours, told["mean_aside_m"], told[measure], style, mark, label)
         for axes in (ranges, detours):
             axes.set_ylabel(f"risk ratio, {title}")
