@@ -19,7 +19,7 @@ Truth = Callable[[float], tuple[FloatArray, FloatArray]]
 """(time) -> true position and velocity [3] of the aircraft."""
 
 
-class Heard(NamedTuple):
+class HeardOf(NamedTuple):
     """One report as it is heard."""
 
     time_s: float
@@ -51,9 +51,9 @@ class Watch:
         self._height_m = kind.altitude_bias_m * rng.normal()
         self._lost = _lost(kind, count, rng)
         self._next = 0
-        self._waits: list[tuple[float, Heard]] = []
+        self._waits: list[tuple[float, HeardOf]] = []
 
-    def until(self, time_s: float, own_m: FloatArray) -> list[Heard]:
+    def until(self, time_s: float, own_m: FloatArray) -> list[HeardOf]:
         """What is heard up to a time, of reports sent since the last call while we were at a place
         [3]: times ascend from call to call."""
         kind = self._kind
@@ -77,7 +77,7 @@ class Watch:
         velocity: FloatArray,
         own_m: FloatArray,
         range_m: float,
-    ) -> Heard:
+    ) -> HeardOf:
         kind, told = self._kind, position.copy()
         told[:2] += self._level[at] + kind.noise_m * self._noise[at, :2]
         if kind.bearing_rad:
@@ -93,7 +93,7 @@ class Watch:
         if kind.tells_velocity:
             wrong = np.array([*self._velocity[at], self._climb[at]])
             moves = velocity + wrong
-        return Heard(
+        return HeardOf(
             sent_s + kind.untold_s,
             told,
             moves,

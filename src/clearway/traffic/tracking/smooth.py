@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.traffic.surveillance.heard import Heard
+from clearway.traffic.surveillance.heard import HeardOf
 
 LEVEL_MPS2 = 1.5
 """How hard traffic is taken to turn or speed up: the gain of a velocity that is told well is then
@@ -63,7 +63,7 @@ class SmoothTrack(NamedTuple):
         )
 
 
-def begun(heard: Heard) -> SmoothTrack:
+def begun(heard: HeardOf) -> SmoothTrack:
     """The track of a first report."""
     told = heard.velocity_mps is not None
     mean = np.zeros(6)
@@ -82,7 +82,7 @@ def begun(heard: Heard) -> SmoothTrack:
     )
 
 
-def followed(track: SmoothTrack | None, heard: Heard) -> SmoothTrack:
+def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
     """The track after its next report; late ones are left out, a long silence begins anew."""
     if track is None or heard.time_s - track.time_s > COAST_S:
         return begun(heard)
