@@ -24,6 +24,8 @@ from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.leaving import Leaving, Taken
 from clearway.avoidance.loiter import NO_LOITER
+from clearway.avoidance.long_range.resolve import LongRangeChoice
+from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import (
     Passing,
     meetings,
@@ -88,6 +90,9 @@ class Decision:
     """First movements after which no way out was found."""
     wind_mps: FloatArray = field(default_factory=lambda: CALM)
     """[3] wind that was reckoned with, world frame."""
+    long_range: LongRangeChoice | None = None
+    """What it comes to in the next minute: side, sense, speed and reason; None where no volumes are
+    kept, or nobody is heard of."""
     under_way_s: float | None = None
     """What is left of the first movement, where a decision in the middle of one finds nothing
     better than to finish it and fly the way out; else None."""
@@ -224,7 +229,9 @@ def decide(
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()
     met = meetings(prepared.reach_set, near.hazards.moving, names)
-    rules = (*planner.rules, *passing_rules(begun, met)) if met else planner.rules
+    afar = _afar(planner, situation, prepared, goal, commitment)
+    rules = planner.rules if afar is None else (*planner.rules, *afar.rules(planner.grid.range_m))
+    rules = (*rules, *passing_rules(begun, met)) if met else rules
     ruling = None
     if rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)
@@ -283,6 +290,31 @@ def decide(
         way_out=taken.way_out,
         no_way_out=taken.banned,
         wind_mps=situation.wind_mps,
+        long_range=None if afar is None else afar.told(choice.node),
+    )
+
+
+def _afar(
+    planner: Planner,
+    situation: Situation,
+    prepared: PreparedReachSet,
+    goal: Goal,
+    commitment: Commitment | None,
+) -> LongRange | None:
+    """What the next minute says of every trajectory, where volumes are kept."""
+    volumes = planner.settings.volumes
+    if volumes is None:
+        return None
+    before = None if commitment is None else commitment.long_range
+    heights_m = (planner.settings.lowest_m, planner.settings.highest_m)
+    return long_range(
+        volumes,
+        planner.performance,
+        situation,
+        prepared.reach_set,
+        goal,
+        before,
+        heights_m=heights_m,
     )
 
 
