@@ -23,7 +23,8 @@ from clearway.studies.samples import SAMPLES
 from in_process import clearway
 
 LONG = ("campaign", "compare", "risk")
-"""Commands that fly more than once; a night run tries them too."""
+"""Commands that fly more than once, or long: a night run tries them too."""
+SLOW = "survey-mission.toml"
 DRAWS = ("assess", "fly", "map", "compare")
 COMMANDS = [one.command for one in SAMPLES if one.command]
 
@@ -112,7 +113,9 @@ def test_every_kind_of_plans_and_poses_has_a_sample() -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        pytest.param(command, marks=pytest.mark.nightly) if command.split()[1] in LONG else command
+        pytest.param(command, marks=pytest.mark.nightly)
+        if command.split()[1] in LONG or SLOW in command
+        else command
         for command in COMMANDS
     ],
 )

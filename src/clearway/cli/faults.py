@@ -75,10 +75,10 @@ def faults(
     wanted = _known(names or list(STUDIES))
     folder = out or Path("clearway-out") / "faults"
     if missions:
-        results = ResultsFolder.checked(folder, "faults --missions", "", adds=True)
+        results = ResultsFolder.checked(folder, "faults", "", adds=True)
         _write_missions(wanted, seed, results, as_json)
         return
-    results = ResultsFolder.checked(folder, "faults", "")
+    results = ResultsFolder.checked(folder, "faults", "", adds=True)
     if docs is not None:
         refuse_unwritable_file(docs, "--docs")
     points = _flown(wanted, range(seed, seed + flights), workers or os.cpu_count() or 1)
