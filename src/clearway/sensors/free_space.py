@@ -41,6 +41,9 @@ FINE = 0.7
 """Of a voxel at the farthest place marked, that bins of directions are wide at least."""
 WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 """Part of the window's width that is always there on either side of the vehicle."""
+VoxelBox = tuple[int, int, int, int, int, int]
+"""First and last voxel along each axis."""
+NO_VOXELS: VoxelBox = (0, -1, 0, -1, 0, -1)
 
 
 class SeenSpace(NamedTuple):
@@ -88,16 +91,39 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
 
     free, window: of a `SeenSpace`.
     """
+    if is_declared(window, x, y, z, radius):
+        return True
+    return is_box_free(free, window, box_about(window, x, y, z, radius), NO_VOXELS)
+
+
+@compiled
+def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
+    """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
     inside = window[7] - radius
     if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
         return True
-    if _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius):
-        return True
+    return _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius)
+
+
+@compiled
+def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -> VoxelBox:
+    """Voxels that the box about a ball meets."""
     per_m = window[3]
-    a0, a1 = int(np.floor((x - radius) * per_m)), int(np.floor((x + radius) * per_m))
-    b0, b1 = int(np.floor((y - radius) * per_m)), int(np.floor((y + radius) * per_m))
-    c0, c1 = int(np.floor((z - radius) * per_m)), int(np.floor((z + radius) * per_m))
+    return (
+        int(np.floor((x - radius) * per_m)),
+        int(np.floor((x + radius) * per_m)),
+        int(np.floor((y - radius) * per_m)),
+        int(np.floor((y + radius) * per_m)),
+        int(np.floor((z - radius) * per_m)),
+        int(np.floor((z + radius) * per_m)),
+    )
+
+
+@compiled
+def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox) -> bool:
+    """Whether all voxels of a box were seen to be free; those of another are known to be."""
+    a0, a1, b0, b1, c0, c1 = box
     if a0 < window[0] or b0 < window[1] or c0 < window[2]:
         return False
     columns, rows = free.shape[0], free.shape[2]
@@ -105,12 +131,18 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
         return False
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
-            for c in range(c0, c1 + 1):
+            aside = known[0] <= a <= known[1] and known[2] <= b <= known[3]
+            c = c0
+            while c <= c1:
+                if aside and known[4] <= c <= known[5]:
+                    c = known[5] + 1
+                    continue
                 if not (
                     free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
                     or _declared(window, a, b, c)
                 ):
                     return False
+                c += 1
     return True
 
 
