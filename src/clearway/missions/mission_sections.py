@@ -13,6 +13,7 @@ from clearway.missions.sections import Attitude, NotNegative, Point, Positive, S
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
+from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
 
 OF_MULTIROTORS = ("climb_mps", "spot_turn_deg", "slow_mps")
@@ -51,6 +52,9 @@ class VehicleSection(Section):
     kind: Literal["plane", "multirotor"] = "plane"
     """A plane keeps its speed and cannot hover; a multirotor can hold, turn on the spot, climb and
     sink straight up and down, and fly slower."""
+    plant: Annotated[str, OneOf(PLANTS)] | None = None
+    """What truly moves in the simulator; default: what does as the movements say, turning at once.
+    Where no `kind` is given, the plant's own movements are flown; see [plants.md](plants.md)."""
     speed_mps: Positive = 1.0
     """Of a plane kept throughout, of a multirotor the fastest."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
@@ -84,7 +88,16 @@ class VehicleSection(Section):
             raise ValueError(f"slow_mps: speeds must differ, got {list(self.slow_mps)}")
         return self
 
+    def to_plant(self) -> PlantKind | None:
+        """What truly moves; None for what does as the automaton predicts."""
+        return None if self.plant is None else PLANTS.named(self.plant)
+
     def to_automaton(self) -> MovementAutomaton:
+        plant = self.to_plant()
+        if plant is not None and plant.movements and "kind" not in self.model_fields_set:
+            given = {"speed_mps", "movement_s"} & self.model_fields_set
+            keys = {"speed_mps": "speed_mps", "movement_s": "duration_s"}
+            return plant.movements(**{keys[name]: getattr(self, name) for name in given})
         if self.kind == "multirotor":
             return MovementAutomaton.multirotor(
                 self.speed_mps,
@@ -208,6 +221,8 @@ class SimulationSection(Section):
     """Bound of the disturbance v (3.20), as a share of speed and of the turn rate."""
     wind_mps: Point = (0.0, 0.0, 0.0)
     """Steady wind that carries the vehicle, world frame; unknown to it."""
+    gusts_mps: NotNegative = 0.0
+    """Standard deviation of gusts along and across the flight, by MIL-F-8785C (Dryden)."""
     position_sigma_m: NotNegative = 0.0
     """Standard deviation of the own position as measured; stated to the vehicle."""
     attitude_sigma_deg: NotNegative = 0.0

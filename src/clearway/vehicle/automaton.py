@@ -219,6 +219,15 @@ class MovementAutomaton:
         """Fastest speed along the path of any movement."""
         return max(movement.pace_mps for movement in self.movements)
 
+    @property
+    def start_mps(self) -> float:
+        """Speed that a flight begins with: none for what can stop, else that of the first movement
+        that goes straight on."""
+        if self.can_stop:
+            return 0.0
+        straight = (m.speed_mps for m in self.movements if not m.turn_rate_rps and not m.climb_mps)
+        return next(straight, self.fastest_mps)
+
     @cached_property
     def stands(self) -> tuple[bool, ...]:
         """Per movement whether it stays where it is, and may be repeated for ever.
