@@ -177,6 +177,27 @@ def test_a_goal_that_cannot_be_is_denied_with_the_reason() -> None:
     assert bench.system.mission.goals_m[-1] == pytest.approx([30.0, 0.0, 0.0])
 
 
+@pytest.mark.parametrize("place_e7", [(0, 0), (0, 2**31 - 1), (900_000_001, 0), (-(2**31),) * 2])
+@pytest.mark.parametrize("height_m", [5.0, 3e38, -3e38, math.nan, math.inf])
+@pytest.mark.parametrize("how", ["command", "target"])
+def test_a_goal_that_is_nowhere_is_refused(
+    how: str, height_m: float, place_e7: tuple[int, int]
+) -> None:
+    bench = flying_bench()
+    if how == "command":
+        message = mavlink.MAVLink_command_int_message(
+            1, 196, 5, 192, 0, 0, -1, 0, 0, 0, *place_e7, height_m
+        )
+    else:
+        message = mavlink.MAVLink_set_position_target_global_int_message(
+            0, 1, 196, 5, 0xFF8, *place_e7, height_m, *[0.0] * 8
+        )
+    bench.tell(1002.1, message, system=255, component=190)
+    outcome = bench.session.tick(1002.1)
+    assert any("refused, " in note for note in outcome.notes)
+    assert bench.system.mission.goals_m[-1] == pytest.approx([30.0, 0.0, 0.0])
+
+
 # --- parameters ---------------------------------------------------------------------------------
 
 

@@ -29,6 +29,7 @@ class Basis(StrEnum):
     VERIFIED = "verified, though cell ratings are below the threshold"
     AGAINST_RULES = "verified, but against a rule, since nothing that obeys keeps the margin"
     NO_LOITER = "verified, but without a way out at its end"
+    NARROW = "verified, through a place that leaves no way out: no guarantee"
     WAY_OUT = "escape: the way out in hand, since nothing else leaves one"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 

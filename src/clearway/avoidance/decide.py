@@ -36,7 +36,7 @@ from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.way_out import Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
@@ -93,6 +93,11 @@ class Decision:
     def escapes(self) -> bool:
         """Whether the way out is what is flown now."""
         return self.choice.basis is Basis.WAY_OUT
+
+    @property
+    def goes_narrow(self) -> bool:
+        """Whether it leads, as the mission allows, where there is no way out."""
+        return self.choice.basis is Basis.NARROW
 
     @property
     def way_out_path_m(self) -> FloatArray:
@@ -221,7 +226,18 @@ def decide(
 
     ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
     held = None if commitment is None else commitment.way_out
-    leaving = Leaving(prepared, known.reach, candidates, choose_among, goal, ways, held)
+    allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
+    narrow_price_m = settings.prices.no_room * prepared.step_m if allowed else np.inf
+    leaving = Leaving(
+        prepared,
+        known.reach,
+        candidates,
+        choose_among,
+        goal,
+        ways,
+        held,
+        narrow_price_m,
+    )
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
         taken = leaving.fall_back(taken, near.hazards)

@@ -41,6 +41,8 @@ class Taken:
     @property
     def good(self) -> bool:
         """Whether it was verified, and its way out too."""
+        if self.choice.basis is Basis.NARROW:
+            return True
         return self.leaves and self.choice.basis is not Basis.EMERGENCY
 
 
@@ -57,12 +59,16 @@ class Leaving:
     """None where no way out is asked for."""
     held: WayOut | None
     """The way out in hand: what would be flown from now on without this decision."""
+    narrow_price_m: float = np.inf
+    """What leaves none is flown, as far as it was seen to be free, where everything else costs more
+    by this; inf where the mission does not allow it."""
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
         where none is, the emergency rule's."""
         allowed, banned = self.candidates, list[str]()
         best: Choice | None = None
+        narrow: Choice | None = None
         while len(allowed.nodes):
             choice = self.choose_among(hazards, allowed)
             best = best or choice
@@ -71,10 +77,17 @@ class Leaving:
             first = int(self.prepared.first_movement[choice.node])
             way = self._after(self.ways, first, strict)
             if way is not None:
+                if narrow is not None and choice.cost_m > narrow.cost_m + self.narrow_price_m:
+                    break
                 return Taken(choice, hazards, way, banned=tuple(banned))
+            if narrow is None and strict and self._may_be_flown(self.ways, choice.node):
+                narrow = choice
             banned.append(self._name(first))
             allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
         assert best is not None  # There are always candidates.
+        if narrow is not None:
+            without = replace(narrow, basis=Basis.NARROW)
+            return Taken(without, hazards, banned=tuple(banned), leaves=False)
         if self.ways is not None and best.basis is not Basis.EMERGENCY:
             best = replace(best, basis=Basis.NO_LOITER)
         return Taken(best, hazards, banned=tuple(banned), leaves=self.ways is None)
@@ -158,6 +171,16 @@ class Leaving:
         if way is not None or held is None or held.movements[0] != self._name(first):
             return way
         return ways.holds(held.after_one, after=first) if held.certain or not strict else None
+
+    def _may_be_flown(self, ways: WaysOut, node: int) -> bool:
+        """Whether the way to a node may be flown without a way out: the mission allows it, and its
+        first half leads through seen space."""
+        if not self.narrow_price_m < np.inf:
+            return False
+        reach_set = self.prepared.reach_set
+        nodes = reach_set.path(node)
+        half = nodes[: (len(nodes) + 1) // 2]
+        return ways.saw(reach_set.samples_m[half], reach_set.sagitta_m[half])
 
     def _name(self, movement: int) -> str:
         return self.prepared.reach_set.movement_names[movement]

@@ -17,7 +17,7 @@ from clearway.avoidance.costs import (
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.way_out import Escape, Narrow
 from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.errors import ClearwayError, InputError
@@ -93,6 +93,8 @@ class AvoidanceSettings(EvidenceSettings):
     escape: str = "strict"
     """What must be known of the way out that every decision holds in hand, see `way_out.Escape`;
     without a range sensor "strict" is as "known"."""
+    narrow: str = "refuse"
+    """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
     body_radius_m: float = 0.1
     """Distance kept from what nobody has seen."""
     start_free_m: float | None = None
@@ -113,6 +115,8 @@ class AvoidanceSettings(EvidenceSettings):
         problems.append(vector_problem("wind_mps", self.wind_mps, 3))
         if self.escape not in (*Escape,):
             problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
+        if self.narrow not in (*Narrow,):
+            problems.append(f"narrow: {self.narrow!r} is none of {', '.join(Narrow)}")
         if self.escape == Escape.STRICT and self.body_radius_m == 0.0:
             problems.append('body_radius_m: must be above 0 where escape is "strict"')
         if self.start_free_m is not None:

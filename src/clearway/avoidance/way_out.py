@@ -35,6 +35,16 @@ class Escape(StrEnum):
     """None is asked for."""
 
 
+class Narrow(StrEnum):
+    """What becomes of places that leave no way out because a vehicle cannot turn there."""
+
+    REFUSE = "refuse"
+    """They are entered only where a way out leads on through them."""
+    ALLOW = "allow"
+    """They are flown through, without one, where every way that leaves one is longer by the price
+    of no room to turn."""
+
+
 @dataclass(frozen=True, eq=False)
 class WayOut:
     """Movements that can be flown from some moment on, for ever."""

@@ -15,6 +15,7 @@ from clearway.avoidance.escape_search import (
     leg_keeps,
     loop_places,
     pose_after,
+    was_seen,
 )
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import with_ground
@@ -107,6 +108,17 @@ class WaysOut:
         first = 0 if after is None else 1
         places = self._places(movements, self._start, STANDING)[first * SAMPLES :]
         return replace(way, margin_m=share * self._full_m, path_m=places)
+
+    def saw(self, samples_m: FloatArray, sagitta_m: FloatArray) -> bool:
+        """Whether movements on from here, [n, samples, 3] in the grid frame, lead through space
+        that was seen to be free."""
+        corners = samples_m @ self._terms.grid_from_level
+        before = np.zeros(3)
+        for along, sagitta in zip(corners, sagitta_m.tolist(), strict=True):
+            if not was_seen(np.vstack([before, along]), sagitta, self._terms):
+                return False
+            before = along[-1]
+        return True
 
     def _first(
         self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms

@@ -13,6 +13,7 @@ import typer
 
 from clearway.base.provenance import began_as
 from clearway.base.version import __version__
+from clearway.cli.alerts import alerts
 from clearway.cli.assess import assess
 from clearway.cli.campaign import campaign
 from clearway.cli.choices import Command, Group
@@ -56,6 +57,7 @@ app.command("replay", cls=Command)(run_guarded(replay))
 app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
 app.command("traffic", cls=Command)(run_guarded(traffic))
+app.command("alerts", cls=Command)(run_guarded(alerts))
 
 
 def _print_version(wanted: bool) -> None:

@@ -92,6 +92,18 @@ def _plans() -> str:
     return in_words(list(PLANS))
 
 
+def _volumes() -> str:
+    from clearway.traffic.volumes import VOLUME_SETS
+
+    return VOLUME_SETS.choices
+
+
+def _vehicles() -> str:
+    from clearway.vehicle.performance import PERFORMANCES
+
+    return PERFORMANCES.choices
+
+
 LISTS: Mapping[str, Callable[[], str]] = {
     "campaigns": _campaigns,
     "clouds": _clouds,
@@ -106,6 +118,8 @@ LISTS: Mapping[str, Callable[[], str]] = {
     "ratings": _ratings,
     "recordings": _recordings,
     "traffic": _traffic,
+    "vehicles": _vehicles,
+    "volumes": _volumes,
 }
 """What stands in braces in help texts."""
 

@@ -135,7 +135,7 @@ def flown_with_bar(setup: FlightSetup, planner: str, folder: Path | None = None)
             bar.show(_flown_length(setup, entry), status=status)
             if flight.mode == "emergency":
                 bar.print_above(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
-            elif flight.mode in ("escape", "hold"):
+            elif flight.mode in ("escape", "hold", "narrow"):
                 change = mode_change(flight)
                 if change:
                     bar.print_above(f"[magenta]{flight.time_s:.1f} s: {change}")
@@ -256,7 +256,9 @@ def _ways_out_in_words(run: Run[Steering]) -> str:
         return flown
     if begins is None:
         return f"{flown}; none was ever in hand"
-    return f"{flown}; in hand from {begins:.1f} s on, {without} decisions after that without one"
+    said = f"{flown}; in hand from {begins:.1f} s on, {without} decisions after that without one"
+    spans = " and ".join(f"{begin:.1f} to {end:.1f} s" for begin, end in summary["no_guarantee_s"])
+    return f"{said}; no guarantee held from {spans}" if spans else said
 
 
 def _straight_in_words(straight: IntruderDistances) -> str:

@@ -30,6 +30,8 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
         )
     if mode is Mode.HOLD:
         parts.insert(0, f"holds safely: goal {NOT_REACHABLE}")
+    if decision.goes_narrow:
+        parts.insert(0, "no way out is in hand here, as the mission allows: no guarantee")
     if decision.no_way_out:
         parts.append(f"no way out after {', '.join(decision.no_way_out)}")
     if decision.way_out is not None and not decision.way_out.certain:

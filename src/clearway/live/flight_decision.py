@@ -8,6 +8,7 @@ from clearway.avoidance.decide import Decision
 from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table
 from clearway.base.state import State
+from clearway.live.alerting import TrafficPicture
 from clearway.live.mission import Mode
 from clearway.live.modes import ModeState
 
@@ -27,6 +28,8 @@ class FlightDecision:
     """Age of the oldest scan used; NaN without any."""
     counts: dict[str, int]
     """Data left out since the last decision, by reason."""
+    traffic: TrafficPicture | None = None
+    """Alerts and bands; None where no volumes are asked for."""
 
     def __repr__(self) -> str:
         return one_line(

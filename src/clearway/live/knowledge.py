@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.avoidance.way_out import Narrow
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
@@ -86,6 +87,7 @@ class Knowledge:
                 planner.settings.safety_margin_m,
                 radius if np.isfinite(radius) else 0.0,
                 obstacle_map,
+                narrow=planner.settings.narrow == Narrow.ALLOW,
             )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 

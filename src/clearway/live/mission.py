@@ -28,6 +28,7 @@ class Mode(StrEnum):
     AVOIDANCE = "avoidance"
     ESCAPE = "escape"
     HOLD = "hold"
+    NARROW = "narrow"
     EMERGENCY = "emergency"
     LANDING = "landing"
 

@@ -65,6 +65,12 @@ def _escape(decision: Decision, _progress: Progress, _mission: Mission) -> str:
     return f"no way out after {after}" if after else "nothing else is verified"
 
 
+def _narrow(decision: Decision, _progress: Progress, _mission: Mission) -> str:
+    if not decision.goes_narrow:
+        return ""
+    return f"no room to turn after {', '.join(decision.no_way_out)}: no guarantee, as allowed"
+
+
 def _landing(_decision: Decision, progress: Progress, mission: Mission) -> str:
     return "the last waypoint is behind" if progress.landing(mission) else ""
 
@@ -85,6 +91,7 @@ def _navigation(_decision: Decision, _progress: Progress, _mission: Mission) -> 
 
 GUARDS = (
     Guard(Mode.EMERGENCY, "nothing verified keeps the margin, no way out is in hand", _emergency),
+    Guard(Mode.NARROW, "no room to turn is left, as the mission allows", _narrow),
     Guard(Mode.ESCAPE, "the way out is flown: nothing else leaves one", _escape),
     Guard(Mode.HOLD, "no way leads to the goal as far as is seen", _hold),
     Guard(Mode.LANDING, "the last waypoint is behind", _landing),

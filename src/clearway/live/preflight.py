@@ -6,9 +6,11 @@ every movement a way out through what was seen is looked for. What cannot hold t
 
 from __future__ import annotations
 
+import hashlib
+import pickle
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -24,6 +26,8 @@ from clearway.sensors import AnySensor, Lidar, Scan, range_sensors
 
 WIDER = (1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 """Ranges that are tried where the sensor's own does not do, in its own."""
+MOST_PLANS = 64
+"""Kept in a process."""
 SETTLED = 6
 """Movements in a row that must have a way out in hand."""
 
@@ -45,10 +49,31 @@ class EscapePlan:
 
 def escape_plan(planner: Planner, sensors: Sequence[AnySensor]) -> EscapePlan:
     """What the sensors, the vehicle and the margin allow of what was asked for."""
-    return _escape_plan(planner, tuple(sensors))
+    key = _content(planner, sensors)
+    if key is None:
+        return _escape_plan(planner, tuple(sensors))
+    if key not in _plans:
+        while len(_plans) >= MOST_PLANS:
+            del _plans[next(iter(_plans))]
+        _plans[key] = _escape_plan(planner, tuple(sensors))
+    return _plans[key]
 
 
-@lru_cache(maxsize=4)
+_plans: dict[bytes, EscapePlan] = {}
+"""What was tried in this process: campaigns and batches fly one vehicle a thousand times."""
+
+
+def _content(planner: Planner, sensors: Sequence[AnySensor]) -> bytes | None:
+    """Equal where the same is tried; None where a sensor of one's own cannot be told by content."""
+    library = planner.escapes
+    tried = (planner.settings, planner.grid.range_m, planner.horizon_s, tuple(sensors))
+    try:
+        told = pickle.dumps(tried)
+    except Exception:  # whatever an own sensor holds
+        return None
+    return hashlib.sha256(told + (b"" if library is None else library.key)).digest()
+
+
 def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
     asked = planner.settings.escape
     library = planner.escapes
@@ -121,15 +146,23 @@ def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySens
         f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see; "
         "unseen space counts as free, so there is no guarantee"
     )
-    for factor in WIDER:
-        wider = tuple(
-            replace(
-                one,
-                pattern=replace(one.pattern, max_range_m=factor * one.clears_to_m),
-                dark_range_m=None,
-            )
-            for one in lidars
-        )
-        if lidars and settles(planner, library, wider) is not None:
-            return f"{lacks}; a range of {factor * reach:.3g} m would do"
+    first = bisect_left(
+        WIDER,
+        True,
+        key=lambda factor: settles(planner, library, _reaching(lidars, factor)) is not None,
+    )
+    if lidars and first < len(WIDER):
+        return f"{lacks}; a range of {WIDER[first] * reach:.3g} m would do"
     return f"{lacks}; no range up to {WIDER[-1] * reach:.3g} m would do, the field of view may"
+
+
+def _reaching(lidars: Sequence[Lidar], factor: float) -> tuple[Lidar, ...]:
+    """The same LiDARs with more range."""
+    return tuple(
+        replace(
+            one,
+            pattern=replace(one.pattern, max_range_m=factor * one.clears_to_m),
+            dark_range_m=None,
+        )
+        for one in lidars
+    )

@@ -34,6 +34,8 @@ UNSEEN = 2.0
 """Price of a metre that nobody has seen."""
 NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 """Price of a metre within a turning radius, and half of one, of something, beside the margin."""
+NARROW = (1.25, 1.5)
+"""The same prices where the mission allows narrow places."""
 TALL = 50.0
 """Price of a metre that nobody has seen above or below what stands: most of it stands on."""
 IN_VAIN = 1.0
@@ -64,7 +66,8 @@ class RouteMap:
     """Cells about the vehicle that move along with it.
 
     voxel_m: of the free space that it is told of. margin_m, turning_radius_m: of the vehicle; 0
-    for one that turns on the spot. obstacle_map: what is known before.
+    for one that turns on the spot. obstacle_map: what is known before. narrow: whether what leaves
+    no room to turn may be flown through.
     """
 
     def __init__(
@@ -73,7 +76,10 @@ class RouteMap:
         margin_m: float,
         turning_radius_m: float,
         obstacle_map: ObstacleMap | None = None,
+        *,
+        narrow: bool = False,
     ) -> None:
+        self._no_room, self._hardly_room = NARROW if narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
         self._per_cell = COARSE if coarse else FINE
         self.width_m = float(self._per_cell * voxel_m)
@@ -169,8 +175,8 @@ class RouteMap:
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
         price[~self._seen & stands] *= TALL
-        price[nearest < self.rooms_m[1]] *= NO_ROOM_TO_TURN
-        price[nearest < self.rooms_m[0]] *= HARDLY_ROOM / NO_ROOM_TO_TURN
+        price[nearest < self.rooms_m[1]] *= self._no_room
+        price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
         price[barred] = np.inf
         return Cells(

@@ -21,6 +21,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
+from clearway.live.alerting import TrafficPicture, performance_of, traffic_picture
 from clearway.live.danger import endangered
 from clearway.live.dead_end import out_of_dead_end, warm_up_ways
 from clearway.live.explain import explanation
@@ -36,6 +37,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan
 from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder, TrackerSettings
+from clearway.traffic.volumes import Alerts, VolumeSet
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
@@ -58,6 +60,7 @@ class AvoidanceSystem:
     own, repeated, late and stale ones.
     address: the own transponder's, by which the tracker knows own echoes; by place where empty.
     follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
+    volumes: what to alert on about other aircraft, at every decision; None alerts on nothing.
     lidars: LiDARs, and whatever else is a `sensors.RangeSensor`; with several of them, those that
     the others contradict are no longer believed (see `sensors.trust`).
 
@@ -85,6 +88,7 @@ class AvoidanceSystem:
         tracker: TrackerSettings | None = None,
         address: str = "",
         follow_movers: bool = False,
+        volumes: VolumeSet | None = None,
     ) -> None:
         self.escape = escape_plan(planner, lidars)
         """Which ways out this flight keeps in hand, and why."""
@@ -112,6 +116,9 @@ class AvoidanceSystem:
         self._address = address
         self._follow_dynamic_objects = follow_movers
         self._plan = Plan(planner.automaton)
+        self._volumes = volumes
+        self._performance = None if volumes is None else performance_of(planner.automaton)
+        self._alerts = Alerts()
         self._mode: ModeState | None = None
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
         self._told: Counter[str] = Counter()
@@ -254,10 +261,24 @@ class AvoidanceSystem:
         situation, scan_age = self._situation(now)
         decision = decide(self.planner, situation, self._plan.commitment(now))
         self._kept_m = widest_margin_m(self.planner, situation)
-        return self._adopt(decision, now, now_s, scan_age)
+        picture = self._looked_at(situation)
+        return self._adopt(decision, now, now_s, scan_age, picture)
+
+    def _looked_at(self, situation: Situation) -> TrafficPicture | None:
+        """Alerts and bands, where volumes are asked for."""
+        if self._volumes is None or self._performance is None:
+            return None
+        picture = traffic_picture(self._alerts, self._volumes, self._performance, situation)
+        self._alerts = picture.alerts
+        return picture
 
     def _adopt(
-        self, decision: Decision, now: float, told_s: float, scan_age: float
+        self,
+        decision: Decision,
+        now: float,
+        told_s: float,
+        scan_age: float,
+        picture: TrafficPicture | None,
     ) -> FlightDecision:
         goal = self.progress.goal
         self._plan = self._plan.after(decision, now, goal)
@@ -271,7 +292,11 @@ class AvoidanceSystem:
         words = explanation(decision, self._mode.mode, self.obstacle_map)
         if self._known.clock.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
-        return FlightDecision(told_s, self._mode, goal, decision, words, scan_age, dict(fresh))
+        if picture is not None and picture.alerts.level:
+            words += f"; {picture.in_words}"
+        return FlightDecision(
+            told_s, self._mode, goal, decision, words, scan_age, dict(fresh), picture
+        )
 
     def leave_plan(self) -> None:
         """Nobody flies the plan any more: the next question asks for a decision."""

@@ -20,6 +20,7 @@ ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 """MAV_RESULT."""
 ABOVE_HOME, ABOVE_SEA = (3, 6), (0, 5)
 """MAV_FRAME."""
+FARTHEST_DEG = np.array([90.0, 180.0])
 NO_POSITION = 0x007
 """Bits of a type mask that leave the position out."""
 MAVLINK_2, COMMAND_INTS = 8192, 8
@@ -80,7 +81,8 @@ class Answers:
         return [ack, *said]
 
     def _goal(self, what: str, place: FloatArray, frame: int) -> int:
-        if frame not in (*ABOVE_HOME, *ABOVE_SEA) or not np.all(np.isfinite(place)):
+        on_earth = bool(np.all(np.abs(place[:2]) <= FARTHEST_DEG))  # False for NaN too
+        if frame not in (*ABOVE_HOME, *ABOVE_SEA) or not (on_earth and np.isfinite(place[2])):
             why: str | None = "needs a place on Earth, its height above the home or the sea"
         else:
             why = self._new_goal(place, frame in ABOVE_HOME)

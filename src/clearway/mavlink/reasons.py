@@ -22,6 +22,7 @@ SEVERITY = {
     Mode.EMERGENCY: 2,
     Mode.ESCAPE: 4,
     Mode.HOLD: 4,
+    Mode.NARROW: 4,
     Mode.AVOIDANCE: 5,
     Mode.NAVIGATION: 6,
     Mode.LANDING: 6,

@@ -33,9 +33,11 @@ from clearway.missions.mission_sections import (
 from clearway.missions.place_sections import MapSection, PointCloudSection, WorldObstacleSection
 from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
-from clearway.missions.sections import GridSection, values_for
+from clearway.missions.sections import GridSection, said, values_for
 from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
+from clearway.missions.volume_section import VolumeSection, volumes_of
+from clearway.traffic.volumes import VOLUME_SETS, VolumeSet
 
 OWN_ADDRESS = "ownship"
 """What the ownship's own transponder would report; no intruder of a mission has it."""
@@ -72,6 +74,7 @@ class MissionFile(Section):
     sensor: Annotated[tuple[SensorSection, ...], Field(strict=False)] = ()
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
     keep_out: Annotated[tuple[KeepOutSection, ...], Field(strict=False)] = ()
+    volume: Annotated[tuple[VolumeSection, ...], Field(strict=False)] = ()
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
@@ -93,6 +96,14 @@ class MissionFile(Section):
             raise ValueError("traffic.recording: mission.origin_geodetic is needed to place it")
         if self.intruder:
             raise ValueError("traffic.recording: there can be no [[intruder]] beside a recording")
+        return self
+
+    @model_validator(mode="after")
+    def _volumes_are_nested(self) -> Self:
+        if self.volume and self.traffic.volumes is not None:
+            raise ValueError("traffic.volumes: leave it out where there are [[volume]] tables")
+        if self.volume:
+            said(lambda: volumes_of(self.volume))
         return self
 
     @model_validator(mode="after")
@@ -141,6 +152,13 @@ class MissionFile(Section):
         """Whether what LiDAR alone sees move counts as traffic, said or by default."""
         said = self.traffic.follow_movers
         return any(not one.transponder for one in self.intruder) if said is None else said
+
+    def to_volumes(self) -> VolumeSet | None:
+        """Volumes about other aircraft to alert on; None where none are asked for."""
+        if self.volume:
+            return volumes_of(self.volume)
+        named = self.traffic.volumes
+        return None if named is None else VOLUME_SETS.named(named)
 
     def to_avoidance(self) -> AvoidanceSettings:
         """How decisions are taken."""

@@ -144,6 +144,11 @@ class SafetySection(Section):
     space that was seen to be free; mapped: a map is complete, and what is unseen is free; known:
     what is unseen is free, without guarantee; off: none is asked for. Where sensors see too little
     for strict, known is flown, and said before take-off; see [safety.md](safety.md)."""
+    narrow: Literal["refuse", "allow"] = "refuse"
+    """Places in which the vehicle cannot turn. refuse: they are entered only where a way out leads
+    on through them; allow: they are flown through without one, as far as they are seen, where every
+    way that leaves one costs more by `prices.no_room`. No guarantee holds there, and the log and
+    the summary say from when to when."""
     start_free_m: NotNegative | None = None
     """Radius of the ball about the start that counts as seen to be free, never over a return;
     default: the length of a movement."""

@@ -118,6 +118,7 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
             for other in choice.ruled_out
         ],
         "rules": [asdict(note) for note in choice.rules],
+        **({} if flight.traffic is None else {"traffic": flight.traffic.as_dict()}),
         "scan_age_s": rounded(flight.scan_age_s),
         "data_left_out": flight.counts,
         "decide_within_s": rounded(decision.decide_within_s),

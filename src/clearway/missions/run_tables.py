@@ -39,6 +39,7 @@ TEXTS = (
     "limited_by",
     "side",
     "explanation",
+    "alert",
 )
 COUNTS = ("goal", "candidates", "below_threshold")
 AXES = ("x_m", "y_m", "z_m"), ("roll_rad", "pitch_rad", "yaw_rad")
@@ -118,6 +119,7 @@ def decision_table(run: Run[Steering]) -> pyarrow.Table:
 
 def _row(record: dict[str, Any]) -> dict[str, Any]:
     row = dict(record)
+    row["alert"] = row.pop("traffic", {}).get("level")
     for names, values in zip(AXES, (row.pop("position_m"), row.pop("attitude_rad")), strict=True):
         row |= dict(zip(names, values, strict=True))
     for name in ("ruled_out_by", "data_left_out"):

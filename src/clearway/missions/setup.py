@@ -37,6 +37,7 @@ from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.plants import PlantKind
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
 from clearway.traffic import TrackerSettings
+from clearway.traffic.volumes import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 100
@@ -71,6 +72,8 @@ class FlightSetup:
     """Real traffic that plays around the flight."""
     plant: PlantKind | None = None
     """What truly moves; None for what does as the automaton predicts."""
+    volumes: VolumeSet | None = None
+    """What to alert on about other aircraft."""
     lies: tuple[LyingLidar, ...] = ()
     """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
@@ -107,6 +110,7 @@ class FlightSetup:
             follow_movers=self.follow_movers,
             tracker=self.tracker,
             address=OWN_ADDRESS,
+            volumes=self.volumes,
         )
 
     def refuse_impossible(self) -> None:
@@ -215,6 +219,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         tracker=file.traffic.to_tracker(),
         recorded=recorded,
         plant=file.vehicle.to_plant(),
+        volumes=file.to_volumes(),
         lies=tuple(lie for lie in lies if lie is not None),
         notes=maps.notes
         + (recorded.notes if recorded is not None else ())

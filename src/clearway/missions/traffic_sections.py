@@ -7,12 +7,14 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.scene_file import ModelName
 from clearway.missions.sections import NotNegative, Point, Positive, said, values_for
 from clearway.sim.scripted import ScriptedIntruder, Spawn, TrafficSettings
 from clearway.traffic import Intruder, TrackerSettings
 from clearway.traffic.recorded.aircraft import LONGEST_GAP_S
+from clearway.traffic.volumes import VOLUME_SETS
 
 COAST_S = 30.0
 """How long an aircraft of a recording is believed to fly on without a report."""
@@ -55,6 +57,10 @@ class TrafficSection(Section):
     """Altitudes of the recording that count; the two are never mixed."""
     heard_within_m: Positive = 20_000.0
     """Reports from farther away, horizontally, are not heard."""
+
+    volumes: Annotated[str | None, OneOf(VOLUME_SETS)] = None
+    """Volumes about other aircraft to alert on, in every decision's record; see
+    [volumes.md](volumes.md). Your own as `[[volume]]` tables."""
 
     def to_settings(self) -> TrafficSettings:
         return TrafficSettings(**values_for(TrafficSettings, self))

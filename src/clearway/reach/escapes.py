@@ -14,6 +14,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -114,6 +115,11 @@ class EscapeLibrary:
         count = [len(ways.begins) for ways in self.ways]
         facts = (f"{len(count)} attitudes", f"{min(count)} to {max(count)} escapes from each")
         return one_line("EscapeLibrary", facts)
+
+    @cached_property
+    def key(self) -> bytes:
+        """Equal where the same escapes are found."""
+        return _content(self.automaton, self.legs)
 
     @property
     def exists(self) -> bool:

@@ -151,17 +151,19 @@ class Run(Generic[D]):
         """The summary as one flat row of a table, and whether the flight was safe.
 
         Columns as of `summary` without `provenance`, the three decision times apart
-        (`decision_ms_p50` ...), and the number of data left out in place of the reasons. A list of
-        rows makes a DataFrame of pandas.
+        (`decision_ms_p50` ...), and in place of the reasons the number of data left out, of spans
+        without a way out their length. A list of rows makes a DataFrame of pandas.
         """
         row = self.summary()
         row.pop("provenance")
         times, left_out = row.pop("decision_ms"), row.pop("data_left_out")
+        spans = row.pop("no_guarantee_s")
         return {
             **row,
             "safe": self.safe,
             **{f"decision_ms_{name}": value for name, value in times.items()},
             "data_left_out": sum(left_out.values()),
+            "no_guarantee_s": round(sum(end - begin for begin, end in spans), 6),
         }
 
 
@@ -189,6 +191,24 @@ def _way_out_from_s(run: Run[Any]) -> float | None:
 def _without_way_out(run: Run[Any]) -> int | None:
     in_hand = _in_hand(run)
     return in_hand[in_hand.index(True) :].count(False) if any(in_hand) else None
+
+
+def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
+    """From when to when there was no way out in hand, after the first."""
+    in_hand = _in_hand(run)
+    spans: list[list[float]] = []
+    if not any(in_hand):
+        return spans
+    ends = [entry.flight.time_s for entry in run.decisions[1:]] + [float(run.time_s[-1])]
+    for at in range(in_hand.index(True), len(in_hand)):
+        if in_hand[at]:
+            continue
+        begin, end = round(run.decisions[at].flight.time_s, 6), round(ends[at], 6)
+        if spans and not in_hand[at - 1]:
+            spans[-1][1] = end
+        else:
+            spans.append([begin, end])
+    return spans
 
 
 def _held(run: Run[Any]) -> str | None:
@@ -251,6 +271,10 @@ METRICS: Variants[Metric] = Variants(
         "escape_why": Metric("Why these.", lambda run: run.ways_out and run.ways_out.why),
         "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
         "without_way_out": Metric("Decisions after that without one.", _without_way_out),
+        "no_guarantee_s": Metric(
+            "From when to when there was none, after the first: [[from, to], ...].",
+            _no_guarantee_s,
+        ),
         "held": Metric("Why it held at its end, short of its goal.", _held),
         "decisions": Metric("How many.", lambda run: len(run.decisions)),
         "decision_ms": Metric(

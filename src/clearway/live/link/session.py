@@ -37,6 +37,8 @@ SLOWEST = 0.3
 MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
 """At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
 new one is decided."""
+FARTHEST_GOAL_M = 1e6
+"""From the vehicle: beyond it a goal is a mistake."""
 HOLDS = 3
 """How often a last set-point to hold is sent: one may get lost."""
 
@@ -200,6 +202,8 @@ class Session:
             return "the own place is not known"
         if not np.all(np.isfinite(goals)):
             return "it is no place"
+        if np.linalg.norm(goals[0] - self._own.position_m) > FARTHEST_GOAL_M:
+            return f"it is more than {FARTHEST_GOAL_M / 1000.0:,.0f} km away"
         refusal = self.terms.floor.refusal(self._ground_m, goals, radius)
         if refusal is None:
             self._held_height_m = None

@@ -17,6 +17,7 @@ MODES = {
     "avoidance": "#e08a00",
     "escape": "#8e44ad",
     "hold": "#5a6b7d",
+    "narrow": "#c2408a",
     "emergency": "#d62728",
 }
 NAMES = {
@@ -25,6 +26,7 @@ NAMES = {
     "avoidance": "orange",
     "escape": "violet",
     "hold": "grey",
+    "narrow": "pink",
     "emergency": "red",
 }
 

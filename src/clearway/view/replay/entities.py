@@ -91,6 +91,7 @@ def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
         Mode.EMERGENCY: fox.LogLevel.Error,
         Mode.ESCAPE: warning,
         Mode.HOLD: warning,
+        Mode.NARROW: warning,
         Mode.AVOIDANCE: warning,
     }
     return fox.Log(

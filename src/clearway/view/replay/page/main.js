@@ -152,7 +152,7 @@ class Player {
       " ": () => this.play(!this.playing),
       ArrowLeft: () => step(-1), ArrowRight: () => step(1),
       Home: () => this.seek(this.run.start), End: () => this.seek(this.run.end),
-      n: () => this.step(1, ({ mode }) => ["avoidance", "escape", "hold", "emergency"].includes(mode)),
+      n: () => this.step(1, ({ mode }) => ["avoidance", "escape", "hold", "narrow", "emergency"].includes(mode)),
       c: () => this.set("colouring",
         colourings[(colourings.indexOf(this.show.colouring) + 1) % colourings.length]),
       f: () => this.set("follow", !this.show.follow),

@@ -1,0 +1,1 @@
+"""Kilometres and minutes: which courses, speeds and climbs keep out of whose volumes."""

@@ -1,0 +1,66 @@
+"""`clearway alerts`: a recording looked at through volumes, as one of its aircraft would."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from clearway.cli.report import print_json, say, show
+
+if TYPE_CHECKING:
+    from clearway.missions.alert_history import AlertHistory
+
+
+def alerts(
+    file: Annotated[Path, typer.Argument(help="Recording: {traffic}; gzip too.")],
+    own: Annotated[
+        str, typer.Option(help="Address or callsign of the aircraft that looks.")
+    ] = "Ownship",
+    volumes: Annotated[
+        str,
+        typer.Option(help="{volumes}, or a .toml file with [[volume]] tables."),
+    ] = "f3442",
+    vehicle: Annotated[
+        str, typer.Option(help="How it can manoeuvre, for the bands: {vehicles}.")
+    ] = "wing",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object, with the bands of every second.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for alerts.json and alerts.png.")] = None,
+) -> None:
+    """Alerts about every other aircraft, and bands of heading, climb and speed, every second."""
+    from clearway.base.provenance import provenance
+    from clearway.io.traffic.traffic import read_traffic
+    from clearway.missions.alert_history import alert_history
+    from clearway.missions.volume_section import volumes_named
+    from clearway.traffic.recorded import aircraft_of, without_ghosts
+    from clearway.vehicle.performance import PERFORMANCES
+
+    kept, able = volumes_named(volumes), PERFORMANCES.named(vehicle)
+    history = alert_history(without_ghosts(aircraft_of(read_traffic(file))), own, kept, able)
+    told = history.as_dict() | {"vehicle": vehicle, "provenance": provenance([file])}
+    if as_json:
+        print_json(told)
+    else:
+        show("\n".join(_lines(history)))
+    if out is not None:
+        from clearway.io.staging import staged
+        from clearway.view.plot.alerts import draw_alerts
+
+        with staged(out) as scratch:
+            (scratch / "alerts.json").write_text(json.dumps(told, allow_nan=False) + "\n")
+            draw_alerts(history).savefig(scratch / "alerts.png", dpi=110)
+        say(f"wrote alerts.json, alerts.png to {out}")
+
+
+def _lines(history: AlertHistory) -> list[str]:
+    changes = history.changes()
+    if not changes:
+        return [f"{history.volumes.name}: no alert in {len(history.seconds)} s"]
+    lines = [f"{history.volumes.about}"]
+    for time_s, name, level in changes:
+        lines.append(f"{time_s:10.0f} s  {level.name.lower():10}  {name}")
+    return lines
