@@ -25,8 +25,9 @@ class Gains(NamedTuple):
     """Of the loops, all per second or per second squared."""
 
     velocity: float = 4.0
-    velocity_sum: float = 1.5
-    heading: float = 2.0
+    velocity_sum: float = 0.4
+    drag_per_s: float = 0.45
+    """Deceleration by drag per speed, as known of the airframe: leant into before it is felt."""
     attitude: float = 300.0
     rates: float = 32.0
     turn: float = 30.0
@@ -59,6 +60,7 @@ def wanted_acceleration(
     )
     for i in range(3):
         wanted[i] += gains.velocity * (asked[i] - velocity[i]) + led.sum_mps[i]
+        wanted[i] += gains.drag_per_s * asked[i] * (i < 2)
     return wanted
 
 

@@ -6,10 +6,11 @@ North is the world's x, west its y. JSBSim is the extra `plants`; nothing of it 
 from __future__ import annotations
 
 import ctypes
+import io
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any
 
 import numpy as np
@@ -24,14 +25,15 @@ ABOVE_SEA_M = 500.0
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """JSBSim tells of its data on standard output and error, past Python: here it does not."""
+    """JSBSim tells of its data on standard output, through Python and past it: here it does not."""
     sys.stdout.flush()
     kept = [(number, os.dup(number)) for number in (1, 2)]
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         for number, _ in kept:
             os.dup2(nowhere, number)
-        yield
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            yield
     finally:
         ctypes.CDLL(None).fflush(None)
         for number, copy in kept:

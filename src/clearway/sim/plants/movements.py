@@ -12,8 +12,10 @@ from clearway.vehicle.multirotor import MultirotorModel
 GRAVITY_MPS2 = 9.81
 
 
-def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.0) -> MovementAutomaton:
-    """Those of a multirotor, with turns of 20 deg; straight up and down at 1.5 m/s."""
+def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.5) -> MovementAutomaton:
+    """Those of a multirotor, with turns of 20 deg, straight up and down at 1.5 m/s.
+
+    Longer than it takes to stop: what came before the movement before then hardly matters."""
     return MovementAutomaton.multirotor(
         speed_mps, 20.0, duration_s, steepest_deg=20.0, climb_mps=1.5, diagonals=False
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from clearway.base.frames import FloatArray
 from clearway.base.variants import Variants
 from clearway.sim.plants.air import Air
@@ -43,7 +45,7 @@ PLANTS: Variants[PlantKind] = Variants(
         "F450": PlantKind(
             "JSBSim's F450 quadrotor; its rate loops led by velocity and tilt (extra `plants`).",
             _f450,
-            quadrotor_movements,
+            partial(quadrotor_movements, speed_mps=3.0, duration_s=2.0),
         ),
     },
     own_plant,
