@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from clearway.io.maps.maps import read_map
     from clearway.io.traffic.traffic import read_traffic
     from clearway.live import AvoidanceSystem
+    from clearway.live.guard.guardian import Guardian
     from clearway.live.mission import Mission
     from clearway.missions.assess import assess
     from clearway.missions.fly import fly
@@ -50,6 +51,7 @@ __all__ = [
     "BeamPattern",
     "ClearwayError",
     "Decision",
+    "Guardian",
     "Intruder",
     "Lidar",
     "Mission",
@@ -92,6 +94,7 @@ _ROOM_OF = {
     "BeamPattern": "sensors",
     "ClearwayError": "base.errors",
     "Decision": "avoidance.decide",
+    "Guardian": "live.guard.guardian",
     "Intruder": "traffic",
     "Lidar": "sensors",
     "Mission": "live.mission",

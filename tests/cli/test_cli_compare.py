@@ -10,18 +10,25 @@ from own_process import run_clearway as run
 
 def test_a_comparison_is_one_table_one_file_and_one_picture(tmp_path):
     done = run(
-        "compare", "forest", "--planners", "clearway,straight", "--seeds", 2, "--json", cwd=tmp_path
+        "compare",
+        "balls-100",
+        "--planners",
+        "clearway,straight",
+        "--seeds",
+        2,
+        "--json",
+        cwd=tmp_path,
     )
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert result["seeds"] == [0, 1]
     clearway, straight = result["planners"]
     assert (clearway["planner"], clearway["safe"], clearway["crashed"]) == ("clearway", 2, 0)
-    assert (straight["planner"], straight["reached"], straight["crashed"]) == ("straight", 0, 2)
-    assert straight["time_s"] is None
-    assert [one["mission"] for one in clearway["runs"]] == ["forest-0", "forest-1"]
+    assert (straight["planner"], straight["reached"], straight["crashed"]) == ("straight", 1, 1)
+    assert straight["runs"][0]["reached"] is not straight["runs"][1]["reached"]
+    assert [one["mission"] for one in clearway["runs"]] == ["balls-100-0", "balls-100-1"]
     assert {one["planner"] for one in straight["runs"]} == {"straight"}
-    folder = tmp_path / "clearway-out" / "compare-forest"
+    folder = tmp_path / "clearway-out" / "compare-balls-100"
     assert json.loads((folder / "comparison.json").read_text()) == result
     assert (folder / "tracks.png").stat().st_size > 10_000
 

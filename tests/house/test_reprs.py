@@ -48,6 +48,7 @@ def values() -> dict[str, Any]:
             "printed", unknown=0.123, threshold=0.789, verify=False, sigmas=4.56
         ),
         "simulation": cw.SimulationSettings(7, 0.01234, 0.5, 0.1, 0.1, (1.0, 2.0, 3.0), 0.123),
+        "guardian": cw.Guardian(setup.planner, cw.State(np.zeros(3))),
         "library": cw.ReachLibrary.load_or_build(setup.planner.automaton, setup.planner.grid),
         "error": InputError("/very/long/path" * 30, ["something\nis wrong " * 30] * 30),
     }

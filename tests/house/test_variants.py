@@ -140,8 +140,9 @@ def test_a_new_metric_needs_no_other_place(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setitem(METRICS.built_in, "throw_away", metric)
     assert run.summary() == before | {"throw_away": len(run.movements)}
     assert run.to_row() == row | {"throw_away": len(run.movements)}
-    assert "| `throw_away` | A throw-away. |" in page()
-    assert all(f"| `{name}` | {METRICS.about(name)} |" in page() for name in METRICS)
+    text = page()
+    assert "| `throw_away` | A throw-away. |" in text
+    assert all(f"| `{name}` | {METRICS.about(name)} |" in text for name in METRICS)
 
 
 def test_a_new_metric_of_campaigns_is_one_field() -> None:

@@ -210,23 +210,30 @@ def flown_following(world: World, to_fly: object, **simulation: object) -> Avoid
     return system
 
 
+@pytest.mark.nightly
 def test_nothing_moves_in_the_static_mission() -> None:
     flown_following(static_world(), STATIC, seed=0)
     flown_following(static_world(), STATIC, seed=1, position_sigma_m=0.1)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [2, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (0, 1, 3))]
+)
 def test_nothing_moves_among_balls(seed: int) -> None:
     world, to_fly = ball_world(seed)
     flown_following(world, to_fly, seed=seed)
 
 
-@pytest.mark.parametrize("wall", ["tall wall", "gap of 4 m to one side"])
+@pytest.mark.parametrize(
+    "wall", ["tall wall", pytest.param("gap of 4 m to one side", marks=pytest.mark.nightly)]
+)
 def test_nothing_moves_along_walls(wall: str) -> None:
     flown_following(ObstacleMap(WALLS[wall]), mission((40, 0, 0)), seed=1)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [2, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (0, 1))]
+)
 def test_nothing_moves_in_woods(seed: int) -> None:
     """Trunks, and crowns that beams pass through here and there."""
     rng = np.random.default_rng(seed)

@@ -20,7 +20,9 @@ PLANNER = planner()
 FIVE_DEG = np.radians(5.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(1, 6))]
+)
 def test_with_an_attitude_off_by_what_is_stated_the_margin_is_kept(seed):
     world, there = ball_world(seed)
     run = simulate(

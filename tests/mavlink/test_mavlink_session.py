@@ -239,7 +239,7 @@ def test_a_flood_of_50_000_messages_neither_stops_nor_moves_the_flight() -> None
     assert bench.inbox.received["LOCAL_POSITION_NED"] == 11
 
 
-@settings(max_examples=40)
+@settings(max_examples=200)
 @given(
     told=st.lists(
         st.tuples(st.sampled_from(sorted(KEPT)), st.binary(min_size=1, max_size=60)), max_size=12

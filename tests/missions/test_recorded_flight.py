@@ -365,8 +365,20 @@ def test_a_mission_amid_a_recording(tmp_path: Path) -> None:
     ("file", "pair", "own", "index_m"),
     [
         ("tracks_brc_20min_20230830.jsonl", {"a23e55", "a27d3c"}, "a23e55", (240.0, 0.0)),
-        ("tracks_monterey_20250601.jsonl.gz", {"aa0415", "ab0a19"}, "ab0a19", None),
-        ("tracks_monterey_20250601.jsonl.gz", {"a4ff9c", "a7dbd2"}, "a7dbd2", (280.0, 350.0)),
+        pytest.param(
+            "tracks_monterey_20250601.jsonl.gz",
+            {"aa0415", "ab0a19"},
+            "ab0a19",
+            None,
+            marks=pytest.mark.nightly,
+        ),
+        pytest.param(
+            "tracks_monterey_20250601.jsonl.gz",
+            {"a4ff9c", "a7dbd2"},
+            "a7dbd2",
+            (280.0, 350.0),
+            marks=pytest.mark.nightly,
+        ),
     ],
 )
 def test_real_encounters(

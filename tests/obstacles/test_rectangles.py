@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 shapely = pytest.importorskip("shapely")
@@ -65,7 +65,8 @@ def test_splinters_keep_a_width():
     assert all(min(one.size_m) >= 1e-3 for one in cover([splinter]).rectangles)
 
 
-@settings(max_examples=30)
+@settings(max_examples=60)
+@example([8.0, 8.0, 40.75, 8.0, 45.0, 36.0, 58.255859375, 8.4375, 8.0, 12.0, 42.0, 9.0, 8.0], 0.0)
 @given(st.lists(st.floats(8.0, 60.0), min_size=3, max_size=24), st.floats(0.0, 6.0))
 def test_rectangles_cover_any_star_shaped_polygon(radii, start):
     angles = start + 2.0 * np.pi * np.arange(len(radii)) / len(radii)

@@ -23,6 +23,7 @@ def tree(automaton, layers):
     return FootprintTree(automaton, AvoidanceGrid.uniform(float(layers), layers))
 
 
+@pytest.mark.nightly
 def test_five_movements_and_ten_layers():
     full = count_full(tree(FIVE, 10))
     assert full.nodes == 11_041_942

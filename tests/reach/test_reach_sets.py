@@ -230,6 +230,7 @@ def test_cover_reaches_every_cell_with_few_smooth_nodes(layers, cells, nodes):
     assert covered.smoothness >= 0.4
 
 
+@pytest.mark.nightly
 def test_late_branches_make_many_footprints_of_few_nodes():
     late = measure(build_reach_set(FREE, AvoidanceGrid.uniform(15.0, 15), "late"))
     assert late.footprints >= 1000

@@ -129,7 +129,14 @@ def test_made_worlds_come_from_their_seed_and_leave_room_at_both_ends(family):
     assert not np.isinf(setup(f"{family}:1").world.distance_m(np.zeros((1, 3)))).any()
 
 
-@pytest.mark.parametrize("family", ["balls-100", "forest", "street", "wires", "walls"])
+@pytest.mark.parametrize(
+    "family",
+    [
+        "balls-100",
+        "wires",
+        *(pytest.param(name, marks=pytest.mark.nightly) for name in ("forest", "street", "walls")),
+    ],
+)
 def test_clearway_is_safe_where_straight_flight_is_not(family):
     mission = f"{family}:2"
     assert flown("clearway", mission).safe

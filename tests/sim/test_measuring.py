@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from clearway.reach.store import ReachLibrary
 from clearway.sim.plants.measuring import Measured, MeasureSettings, measure, round_of_pairs
 from clearway.sim.plants.plant import PlantKind, own_plant
 from clearway.vehicle.automaton import MovementAutomaton
-from in_process import called
+from in_process import clearway
 
 SETTINGS = MeasureSettings(flights=2, held_out=1, seed=3)
 ASKED = MovementAutomaton.multirotor(2.0, 15.0, 2.0, climb_mps=0.5, diagonals=False)
@@ -58,7 +59,7 @@ def measured(kind: PlantKind) -> Measured:
 def test_a_round_of_pairs_flies_each_after_each_once(count: int, seed: int):
     names = [f"m{n}" for n in range(count)]
     way = round_of_pairs(names, np.random.default_rng(seed))
-    pairs = list(zip(way, way[1:], strict=False))
+    pairs = list(pairwise(way))
     assert len(pairs) == len(set(pairs)) == count**2
     assert way[0] == way[-1]
 
@@ -124,10 +125,10 @@ def test_a_file_holds_all_of_it(measured: Measured, tmp_path: Path):
     expected = measured.automaton.rollout(state, names).states
     np.testing.assert_allclose(read.rollout(state, names).states, expected, atol=1e-9)
     assert read.can_stop
-    shown = called(["automaton", "show", str(file), "--json"])
+    shown = clearway("automaton", "show", file, "--json")
     told = json.loads(shown.stdout)
     assert len(told["pair"]) == len(ASKED.names) ** 2
-    assert "13 movements, 169 of 169 pairs" in called(["automaton", "show", str(file)]).stdout
+    assert "13 movements, 169 of 169 pairs" in clearway("automaton", "show", file).stdout
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Three flights of each family of the campaign `dead-ends`: no collision, by geometry of the tests'
+"""A flight of each family of the campaign `dead-ends`: no collision, by geometry of the tests'
 own. All 2,600 are flown by `clearway campaign dead-ends`."""
 
 from __future__ import annotations
@@ -7,12 +7,13 @@ import pytest
 
 from dead_end_flights import BODY_M, flown, labels
 
+EASIER = ("-wide", "-few", "-fine")
 TIME_S = 45.0
 """Enough to be in, and out or dashed."""
 FLIGHTS = [
-    (label, seed)
+    pytest.param(label, seed, marks=[pytest.mark.nightly] if seed or label.endswith(EASIER) else [])
     for label in labels()
-    for seed in ((0,) if label.endswith(("-wide", "-few", "-fine")) else (0, 1))
+    for seed in (0, 1)
 ]
 
 

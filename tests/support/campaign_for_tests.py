@@ -21,6 +21,6 @@ label = "balls-60"
 parameters = { balls = 60 }
 seeds = 2
 leave_out = ["potential-field"]
-changes.simulation = { scan_latency_s = 1.0 }
+changes.simulation = { scan_latency_s = 1.0, time_limit_s = 12.0 }
 changes.lidar = { dropout = 0.5 }
 """

@@ -273,6 +273,7 @@ def test_a_run_without_cells_is_shown_too(browser, tmp_path):
     assert len(np.unique(browser.screenshot()[:480, :560].reshape(-1, 3), axis=0)) > 300
 
 
+@pytest.mark.nightly
 def test_the_page_of_ten_minutes_is_small(browser, tmp_path):
     setup, run = ten_minutes_flown()
     assert run.metrics.time_s > 600.0

@@ -137,6 +137,8 @@ def _complete_nodes(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) ->
     if goal.final:
         complete = (complete & ~arrived.reached) | arrived.first
     nodes = np.flatnonzero(complete & prepared.flyable)
+    if prepared.may_stay:
+        return nodes
     return nodes[_leads_on(prepared, nodes) | (arrived.reached[nodes] & goal.final)]
 
 

@@ -48,6 +48,8 @@ class PreparedReachSet:
     """How far from the vehicle its paths lead, at least the range of the grid."""
     tube_m: FloatArray | None = None
     """[nodes] within how far of its prediction the vehicle is on a movement; None for there."""
+    may_stay: bool = False
+    """Whether trajectories that lead nowhere count too, for costs that know what they are worth."""
 
     __repr__ = brief
 

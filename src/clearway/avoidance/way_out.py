@@ -59,6 +59,9 @@ class WayOut:
     """Whether it is what was asked for; in strict mode, whether it was seen to be free."""
     path_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     """[n, 3] its places up to the end of the first round, world frame."""
+    room_m: float = np.inf
+    """Distance from intruders on the first round, no more than twice the margin; inf without any,
+    and where nobody has looked."""
 
     def __repr__(self) -> str:
         return one_line("WayOut", (runs(self.begins + self.loop), f"{self.margin_m:.3g} m clear"))

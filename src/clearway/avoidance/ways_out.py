@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,8 +25,8 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, margin_slope
 from clearway.avoidance.way_out import Escape, WayOut
 from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
-from clearway.reach.escapes import SAMPLES, EscapeLibrary, names_of
+from clearway.base.state import IntArray, State
+from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, names_of
 from clearway.reach.lattice import grid_from_level
 from clearway.sensors.free_space import NOTHING_SEEN
 
@@ -42,8 +43,7 @@ class WaysOut:
         state, settings = situation.state, planner.settings
         roll, pitch, yaw = state.attitude_rad.tolist()
         self.library = library
-        self._start = library.nearest(roll, pitch)
-        self._legs = library.legs_at(roll, pitch)
+        self._start, self._tilt = library.nearest(roll, pitch), (roll, pitch)
         self._full_m = near.margin_m
         grown = near.margin_m - settings.safety_margin_m
         seen = situation.seen
@@ -64,6 +64,11 @@ class WaysOut:
         )
         self._loops: dict[int, FloatArray] = {}
         self._after: dict[tuple[int, bool], WayOut | None] = {}
+
+    @cached_property
+    def _legs(self) -> Legs:
+        """Where movements lead from the attitude of the decision."""
+        return self.library.legs_at(*self._tilt)
 
     def standing_turns(self) -> dict[int, float]:
         """Movements that turn on the spot from here, and by how much; none for most vehicles."""
@@ -106,8 +111,30 @@ class WaysOut:
         if not chain_keeps(movements, self._start, STANDING, 0.0, self._legs, terms):
             return None
         first = 0 if after is None else 1
-        places = self._places(movements, self._start, STANDING)[first * SAMPLES :]
+        places = self._places(movements, self._start, STANDING, self._legs)[first * SAMPLES :]
         return replace(way, margin_m=share * self._full_m, path_m=places)
+
+    def was_seen(self, corners_m: FloatArray, sagitta_m: float) -> bool:
+        """Whether the body stays in space that was seen to be free, where that is asked for, on its
+        way through corners [n, 3] of the world."""
+        level = self._level(corners_m)
+        return not self.strict or was_seen(level, sagitta_m, self._terms)
+
+    def after_flight(self, there: State, start_s: float) -> WayOut | None:
+        """The way out from where something ends that is no movement, so long from now."""
+        roll, pitch, yaw = there.attitude_rad.tolist()
+        start, legs = self.library.nearest(roll, pitch), self.library.legs_at(roll, pitch)
+        place = self._level(there.position_m[None])[0]
+        pose = np.array([*place, yaw - self._terms.yaw_rad])
+        loops = loop_places(self.library.ways[start], legs)
+        terms = self._with(True, self._full_m)
+        return self._first_of(start, pose, start_s, terms, legs, loops)
+
+    def _level(self, places_m: FloatArray) -> FloatArray:
+        """[n, 3] places of the world, in the level frame of the decision."""
+        cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
+        turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        return np.ascontiguousarray((places_m - self._terms.origin_m) @ turned)
 
     def saw(self, samples_m: FloatArray, sagitta_m: FloatArray) -> bool:
         """Whether movements on from here, [n, samples, 3] in the grid frame, lead through space
@@ -123,23 +150,32 @@ class WaysOut:
     def _first(
         self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms
     ) -> WayOut | None:
-        ways = self.library.ways[start]
         if start not in self._loops:
-            self._loops[start] = loop_places(ways, self._legs)
-        escape = -1
+            self._loops[start] = loop_places(self.library.ways[start], self._legs)
+        return self._first_of(start, pose, start_s, terms, self._legs, self._loops[start])
+
+    def _first_of(
+        self,
+        start: int,
+        pose: FloatArray,
+        start_s: float,
+        terms: EscapeTerms,
+        legs: Legs,
+        loops: FloatArray,
+    ) -> WayOut | None:
+        ways = self.library.ways[start]
+        escape, room_m = -1, 0.0
         for unseen_m in self._aloof(terms):
             wary = terms._replace(unseen_m=unseen_m)
-            escape, _ = first_escape(
-                ways, self._legs, self._loops[start], start, pose, start_s, wary
-            )
+            escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, wary)
             if escape >= 0:
                 break
         if escape < 0:
             return None
         begins, loop = names_of(self.library, start, escape)
-        places = self._places(self._numbers(begins + loop), start, pose)
+        places = self._places(self._numbers(begins + loop), start, pose, legs)
         certain = terms.must_see or not self.strict
-        return WayOut(begins, loop, terms.margin_m, certain, places)
+        return WayOut(begins, loop, terms.margin_m, certain, places, room_m)
 
     def _aloof(self, terms: EscapeTerms) -> tuple[float, ...]:
         """Distances from the unseen, the best first: what shows there then costs no margin."""
@@ -157,13 +193,13 @@ class WaysOut:
         number = self.library.automaton.names.index
         return np.array([number(name) for name in names], dtype=np.int64)
 
-    def _places(self, movements: IntArray, start: int, pose: FloatArray) -> FloatArray:
+    def _places(self, movements: IntArray, start: int, pose: FloatArray, legs: Legs) -> FloatArray:
         """[n, 3] world frame."""
         corners, at = [], start
         for m in movements.tolist():
-            path = self._legs.path[at, m]
+            path = legs.path[at, m]
             corners.append(corners_of(pose, path)[1:])
-            pose, at = pose_after(pose, path), int(self._legs.following[at, m])
+            pose, at = pose_after(pose, path), int(legs.following[at, m])
         places = np.concatenate(corners) if corners else np.zeros((0, 3))
         cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
         turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

@@ -22,7 +22,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 
 class Interval(NamedTuple):
-    """A figure and the interval that holds it with the confidence asked for."""
+    """A figure and the interval that holds it with the confidence asked for; NaN without any."""
 
     value: float
     low: float

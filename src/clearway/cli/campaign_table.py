@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.intervals import Interval
 from clearway.io.json_values import finite
 from clearway.studies.campaigns.pages import mean_in_words
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
-    Mean,
     Rate,
     failures,
     in_words,
@@ -61,7 +61,7 @@ def _rate_values(rate: Rate) -> dict[str, Any]:
     return {"flights": rate.number, "wilson_95": list(rate.interval)}
 
 
-def _mean_values(mean: Mean) -> dict[str, Any]:
+def _mean_values(mean: Interval) -> dict[str, Any]:
     return {"mean": finite(mean.value), "bootstrap_95": [finite(mean.low), finite(mean.high)]}
 
 

@@ -39,6 +39,11 @@ class Flown:
         while self._buffers[0].end_s < oldest or not self._buffers[0].entries:
             self._buffers.popleft()
 
+    def until(self, time_s: float) -> None:
+        """From a time on it is not known what is flown."""
+        if self._buffers:
+            self._buffers[-1], _ = self._buffers[-1].split(time_s)
+
     def carry(self, state: State, time_s: float) -> State:
         """A state carried to a later time along all that was flown since (4.16), and by wind."""
         carried = self.carry_in_calm(state, time_s)

@@ -71,7 +71,7 @@ def cover(rings_m: Sequence[FloatArray]) -> Cover:
         shape = shapely.make_valid(shape)
     pieces = _cut(shapely, _parts(shapely, shape), EXCESS * shape.area)
     rectangles = tuple(_rectangle(shapely, piece) for piece in pieces)
-    covered = union_of(shapely, [shapely.oriented_envelope(piece) for piece in pieces])
+    covered = union_of(shapely, [shapely.Polygon(_smallest(shapely, piece)) for piece in pieces])
     return Cover(rectangles, float(shape.area), float(covered.area))
 
 
@@ -96,7 +96,8 @@ def _parts(shapely: ModuleType, shape: Any) -> list[Any]:
 
 def _waste(shapely: ModuleType, piece: Any) -> tuple[float, float]:
     """Area of the smallest rectangle beyond the piece, and of the rectangle."""
-    around = float(shapely.oriented_envelope(piece).area)
+    corners = _smallest(shapely, piece)
+    around = float(np.prod(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1)))
     return around - float(piece.area), around
 
 
@@ -172,9 +173,27 @@ def _halves(
     ]
 
 
+def _smallest(shapely: ModuleType, piece: Any) -> FloatArray:
+    """Corners [4, 2] of the smallest rectangle around a piece: along a side of its convex hull.
+
+    `oriented_envelope` of GEOS 3.14 gives a rectangle without area for some pieces that have one.
+    """
+    hull = shapely.get_coordinates(shapely.convex_hull(piece))
+    sides = np.diff(hull, axis=0)
+    lengths = np.hypot(sides[:, 0], sides[:, 1])
+    along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    u, v = hull @ along.T, hull @ across.T
+    low_u, high_u, low_v, high_v = u.min(axis=0), u.max(axis=0), v.min(axis=0), v.max(axis=0)
+    best = int(np.argmin((high_u - low_u) * (high_v - low_v)))
+    x, y = along[best], across[best]
+    at = [(low_u, low_v), (high_u, low_v), (high_u, high_v), (low_u, high_v)]
+    return np.array([one[best] * x + other[best] * y for one, other in at])
+
+
 def _rectangle(shapely: ModuleType, piece: Any) -> Rectangle:
     """The smallest rectangle around a piece."""
-    corners = shapely.get_coordinates(shapely.oriented_envelope(piece))[:4]
+    corners = _smallest(shapely, piece)
     along, across = corners[1] - corners[0], corners[2] - corners[1]
     return Rectangle(
         center_m=0.5 * (corners[0] + corners[2]),

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.avoidance.hazards import PointHazards
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, cartesian_from_spherical
-from clearway.sim.baselines.known import KnownBalls
 
 BIN_RAD = np.radians(6.0)
 COLUMNS = 60
@@ -35,7 +35,11 @@ def bin_directions(steepest_rad: float) -> FloatArray:
 
 
 def histogram_at(
-    place_m: FloatArray, balls: KnownBalls, directions: FloatArray, spare_m: float, horizon_m: float
+    place_m: FloatArray,
+    balls: PointHazards,
+    directions: FloatArray,
+    spare_m: float,
+    horizon_m: float,
 ) -> Histogram:
     """The histogram seen from a place [3], with every ball widened by `spare_m`."""
     return Histogram(

@@ -8,22 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import Hazards, MovingHazards
+from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
 
 MAP_SPACING_RAD = np.radians(5.0)
 """Between the directions in which the map is looked at."""
-
-
-class KnownBalls(NamedTuple):
-    """Solid balls in the level frame: origin at the vehicle, x along its heading, z up."""
-
-    position_m: FloatArray
-    """[n, 3]"""
-    radius_m: FloatArray
-    """[n]"""
 
 
 class MovingBalls(NamedTuple):
@@ -44,15 +35,16 @@ def hazards_around(planner: Planner, situation: Situation) -> Hazards:
     return in_reach(planner, situation).hazards
 
 
-def balls_around(planner: Planner, situation: Situation) -> KnownBalls:
-    """The same as balls: intruders where they come nearest, map surfaces at spaced directions."""
+def balls_around(planner: Planner, situation: Situation) -> PointHazards:
+    """The same as solid balls in the level frame (origin at the vehicle, x along its heading):
+    intruders where they come nearest, map surfaces at spaced directions."""
     hazards = hazards_around(planner, situation)
     moving = _where_nearest(hazards.moving, planner)
     charted = _map_surfaces(situation, planner.grid.range_m)
     position = np.concatenate([hazards.points.position_m, moving.position_m, charted.position_m])
     radius = np.concatenate([hazards.points.radius_m, moving.radius_m, charted.radius_m])
     level_from_grid = world_from_body([0.0, float(situation.state.attitude_rad[1]), 0.0])
-    return KnownBalls(np.ascontiguousarray(position @ level_from_grid.T), radius)
+    return PointHazards(np.ascontiguousarray(position @ level_from_grid.T), radius)
 
 
 def moving_balls_around(planner: Planner, situation: Situation) -> MovingBalls:
@@ -72,29 +64,29 @@ def moving_balls_around(planner: Planner, situation: Situation) -> MovingBalls:
     )
 
 
-def _where_nearest(moving: MovingHazards, planner: Planner) -> KnownBalls:
+def _where_nearest(moving: MovingHazards, planner: Planner) -> PointHazards:
     """What moves, at the closest approach to a vehicle that flies straight on, grown until then."""
     horizon = planner.grid.range_m / planner.speed_mps
     relative = moving.velocity_mps - np.array([planner.speed_mps, 0.0, 0.0])
     closing = -np.einsum("ij,ij->i", moving.position_m, relative)
     speed2 = np.maximum(np.einsum("ij,ij->i", relative, relative), 1e-12)
     when = np.clip(closing / speed2, 0.0, horizon)
-    return KnownBalls(
+    return PointHazards(
         moving.position_m + when[:, None] * moving.velocity_mps,
         moving.radius_m + when * moving.growth_mps,
     )
 
 
-def _map_surfaces(situation: Situation, range_m: float) -> KnownBalls:
+def _map_surfaces(situation: Situation, range_m: float) -> PointHazards:
     """Where rays meet the map, in the grid frame, with half the spacing there as radius."""
     charted = situation.obstacle_map
     if charted is None or not len(charted):
-        return KnownBalls(np.zeros((0, 3)), np.zeros(0))
+        return PointHazards(np.zeros((0, 3)), np.zeros(0))
     frame, rays = situation.frame, _directions()
     towards = np.ascontiguousarray(frame.world_vectors(rays))
     distance = charted.cast(frame.origin_m, towards, range_m)
     hit = np.isfinite(distance)
-    return KnownBalls(distance[hit, None] * rays[hit], 0.5 * MAP_SPACING_RAD * distance[hit])
+    return PointHazards(distance[hit, None] * rays[hit], 0.5 * MAP_SPACING_RAD * distance[hit])
 
 
 @cache

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
-from clearway.sim.baselines.known import KnownBalls, balls_around
+from clearway.sim.baselines.known import balls_around
 from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.sim.baselines.routes import routes
 
@@ -60,7 +61,7 @@ def potential_field(craft: Craft, tuning: FieldTuning | None = None) -> Rule:
 
 
 def _repulsion(
-    balls: KnownBalls, goal: FloatArray, influence: float, margin: float, tuning: FieldTuning
+    balls: PointHazards, goal: FloatArray, influence: float, margin: float, tuning: FieldTuning
 ) -> FloatArray:
     """[3] sum of the repulsions, level frame."""
     centre = np.linalg.norm(balls.position_m, axis=1)

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
 from clearway.sim.baselines.histogram import Histogram, bin_directions, histogram_at
-from clearway.sim.baselines.known import KnownBalls, balls_around
+from clearway.sim.baselines.known import balls_around
 from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.sim.baselines.routes import routes
 
@@ -99,7 +100,7 @@ class _LookAhead:
 
     def direction(
         self,
-        balls: KnownBalls,
+        balls: PointHazards,
         nose: FloatArray,
         wished: FloatArray,
         goal: FloatArray,
@@ -125,7 +126,7 @@ class _LookAhead:
         place: FloatArray,
         nose: FloatArray,
         direction: FloatArray,
-        balls: KnownBalls,
+        balls: PointHazards,
         target_m: FloatArray,
         steps: int,
     ) -> float:
@@ -148,7 +149,7 @@ class _LookAhead:
             for at in tried
         )
 
-    def _histogram(self, place: FloatArray, balls: KnownBalls, goal: FloatArray) -> Histogram:
+    def _histogram(self, place: FloatArray, balls: PointHazards, goal: FloatArray) -> Histogram:
         directions = np.concatenate([self.bins, goal[None]])
         return histogram_at(place, balls, directions, self.spare_m, self.horizon_m)
 

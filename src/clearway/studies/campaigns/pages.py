@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from clearway.base.errors import InputError, naming
+from clearway.base.intervals import Interval
 from clearway.studies.campaigns.families import FAMILIES
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
-    Mean,
     Rate,
     in_words,
     seconds,
@@ -123,7 +123,7 @@ def _rate(rate: Rate) -> str:
     return f"{rate.number} of {rate.flights} ({low:.0f}-{high:.0f} %)"
 
 
-def mean_in_words(mean: Mean, digits: int) -> str:
+def mean_in_words(mean: Interval, digits: int) -> str:
     """A mean with its interval."""
     if not np.isfinite(mean.value):
         return "-"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.intervals import bootstrap_mean, wilson
+from clearway.base.intervals import Interval, bootstrap_mean, wilson
 from clearway.studies.campaigns.row import FlightRow
 
 NAN = float("nan")
@@ -24,14 +24,6 @@ class Rate(NamedTuple):
     def interval(self) -> tuple[float, float]:
         """95 % Wilson interval of the share."""
         return wilson(self.number, self.flights)
-
-
-class Mean(NamedTuple):
-    """A mean and its 95 % bootstrap interval; NaN without any value."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +44,9 @@ class FamilyStanding:
     nearest_min_m: float
     """To any surface; NaN where there is none."""
     nearest_median_m: float
-    path_ratio: Mean
+    path_ratio: Interval
     """Path by straight length, of flights that reached the last waypoint."""
-    time_s: Mean
+    time_s: Interval
     """Of the same."""
     decision_ms: float
     """Median over flights of their median."""
@@ -110,8 +102,8 @@ def _standing(rows: Sequence[FlightRow]) -> FamilyStanding:
     )
 
 
-def _mean(values: Sequence[float]) -> Mean:
-    return Mean(float(np.mean(values)) if values else NAN, *bootstrap_mean(values))
+def _mean(values: Sequence[float]) -> Interval:
+    return Interval(float(np.mean(values)) if values else NAN, *bootstrap_mean(values))
 
 
 def seconds(table: Sequence[FamilyStanding]) -> list[Second]:

@@ -1,0 +1,95 @@
+"""Whether a wish may pass: its leg keeps the margin, and leaves a way out behind it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance.evidence import in_reach
+from clearway.avoidance.hazards import Cause
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import CALM, Situation, margin_slope
+from clearway.avoidance.verify import KEPT, path_clearance, sloping
+from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.ways_out import WaysOut
+from clearway.base.frames import FloatArray
+from clearway.live.guard.held import Held
+from clearway.live.guard.leg import SAMPLES, Leg, LegPart
+from clearway.reach.escapes import EscapeLibrary
+
+FLOOR_M = 1e-6
+"""By rounding."""
+WHAT = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """What was found out about a wish."""
+
+    flaw: str
+    """Why it may not pass; empty if it may."""
+    margin_m: float
+    """That is asked now."""
+    way_out: WayOut | None = None
+    """From the end of the leg on."""
+
+
+def in_calm(situation: Situation) -> Situation:
+    """Without wind: commands are velocities over ground, and whoever follows them corrects it."""
+    return replace(situation, wind_mps=CALM, wind_sigma_mps=0.0)
+
+
+def check_leg(planner: Planner, escapes: EscapeLibrary, situation: Situation, leg: Leg) -> Checked:
+    """Hold a leg against all that is known."""
+    slope = margin_slope(planner.settings, situation)
+    paths = sloping(leg.paths(situation.frame), slope)
+    reach_m = leg.length_m + planner.escape_reach_m
+    near = in_reach(planner, situation, reach_m, planner.horizon_s)
+    margin = near.margin_m
+    found = path_clearance(paths, len(leg.parts) - 1, near.hazards)
+    if not found.distance_m >= KEPT * margin:
+        what = WHAT[found.cause]
+        return Checked(
+            f"comes within {found.distance_m:.2f} m of {what}, {margin:.2f} m asked", margin
+        )
+    lowest = min(situation.floor_m, float(leg.start.position_m[2]))
+    if leg.lowest_m < lowest - FLOOR_M and leg.end.position_m[2] < lowest - FLOOR_M:
+        return Checked(f"leads below the floor of {situation.floor_m:.1f} m", margin)
+    ways = WaysOut(planner, escapes, situation, near)
+    for corners, sagitta_m in _ways(leg):
+        if not ways.was_seen(corners, sagitta_m):
+            return Checked("leads where nobody has looked", margin)
+    way = ways.after_flight(leg.end, leg.end_s)
+    if way is None:
+        return Checked("leaves no way out", margin)
+    if not way.room_m >= KEPT * margin:
+        return Checked("leaves no way out past an intruder", margin)
+    return Checked("", margin, way)
+
+
+def is_endangered(held: Held, planner: Planner, around: Situation, now_s: float) -> bool:
+    """Whether anything is nearer than the margin to what is flown next of what is in hand."""
+    until_s = max(held.renew_s, now_s + planner.automaton.movements[0].duration_s)
+    times = now_s + (until_s - now_s) * np.arange(1, SAMPLES + 1) / SAMPLES
+    states = [held.at(float(time_s)) for time_s in times]
+    part = LegPart(
+        until_s - now_s,
+        np.array([state.position_m for state, _ in states]),
+        np.array([velocity for _, velocity in states]),
+        np.array([state.attitude_rad for state, _ in states]),
+        0.0,
+    )
+    leg = Leg(around.state, states[0][1], (part,))
+    paths = sloping(leg.paths(around.frame), margin_slope(planner.settings, around))
+    near = in_reach(planner, around, leg.length_m, planner.horizon_s)
+    return path_clearance(paths, 0, near.hazards).distance_m < KEPT * near.margin_m
+
+
+def _ways(leg: Leg) -> list[tuple[FloatArray, float]]:
+    """The parts of a leg as corners of the world, and how far the way may lie off them."""
+    ways, begins = [], leg.start.position_m
+    for part in leg.parts:
+        ways.append((np.concatenate([begins[None], part.places_m]), part.sagitta_m))
+        begins = part.places_m[-1]
+    return ways

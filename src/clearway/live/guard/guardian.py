@@ -1,0 +1,363 @@
+"""The guardian: whoever flies keeps the say while what is wished leaves a way out.
+
+A wish that is verified with a way out behind it passes unchanged. Else the nearest safe trajectory
+is flown: the wish is the cost, everything else is `decide`. What was verified last stays in hand
+and is flown on where nothing better is found, or nobody asks any more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.chosen import Basis
+from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.passing import Passing
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation
+from clearway.avoidance.way_out import WayOut
+from clearway.base.brief import one_line
+from clearway.base.checks import above_zero_problem, found
+from clearway.base.errors import ClearwayError, InputError
+from clearway.base.frames import FloatArray
+from clearway.base.positional import keywords_beyond_two
+from clearway.base.state import State
+from clearway.live.explain import explanation
+from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
+from clearway.live.guard.guarded import Guarded
+from clearway.live.guard.held import Held
+from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
+from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
+from clearway.live.guard.wish import PathWish, VelocityWish, Wish
+from clearway.live.knowledge import Knowledge
+from clearway.live.link.set_point import SetPoint
+from clearway.live.mission import Mission, Mode
+from clearway.live.preflight import escape_plan
+from clearway.live.readings import DataLimits, Reading, reading_of
+from clearway.live.warm_up import warm_up_moments, with_something_near
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import AnySensor, Scan
+from clearway.traffic import Intruder, TrackerSettings
+
+LEVEL_RAD = math.radians(2.0)
+"""A pitch that is no farther off counts as one that movements keep."""
+PASSES = "the wish keeps the margin and leaves a way out"
+NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
+
+
+@keywords_beyond_two
+class Guardian:
+    """Feed it with `update`; ask it with `guard_velocity` or `guard_path` at a set rate.
+
+    start: where it takes over. lidars, obstacle_map, limits, tracker, address, follow_movers: as of
+    `AvoidanceSystem`. hold_s: for how long a wish counts; after that a vehicle that can stop
+    brakes, and then the way out is flown, until the next call. acceleration_mps2: at which a
+    vehicle that can stop changes its velocity; a finite one adds the room to brake. Raises
+    ClearwayError for a planner that asks for no ways out, or a vehicle that has none.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> wall = cw.ObstacleMap([cw.Obstacle.cuboid([3.0, 0.0, 0.0], [1.0, 9.0, 9.0])])
+    >>> here = cw.State(np.zeros(3))
+    >>> guardian = cw.Guardian(cw.Planner.of(library), here, obstacle_map=wall)
+    >>> guardian.update(here)
+    >>> guardian.guard_velocity([1.0, 0.0, 0.0], 0.0).passed
+    True
+    >>> guardian.update(cw.State(np.array([1.6, 0.0, 0.0]), time_s=1.0))
+    >>> guardian.guard_velocity([1.0, 0.0, 0.0], 1.0).passed
+    False
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        start: State,
+        lidars: Sequence[AnySensor] = (),
+        obstacle_map: ObstacleMap | None = None,
+        limits: DataLimits | None = None,
+        tracker: TrackerSettings | None = None,
+        address: str = "",
+        follow_movers: bool = False,
+        hold_s: float = 0.5,
+        acceleration_mps2: float = math.inf,
+    ) -> None:
+        problems = found([above_zero_problem("hold_s", hold_s)])
+        if not acceleration_mps2 > 0.0:
+            problems.append("acceleration_mps2: must be above 0")
+        if problems:
+            raise InputError("guardian", problems)
+        self.escape = escape_plan(planner, lidars)
+        """Which ways out are kept in hand, and why."""
+        self._nearness = NearnessToWish()
+        settings = replace(planner.settings, escape=self.escape.flown)
+        self.planner = planner_towards(replace(planner, settings=settings), self._nearness)
+        escapes = self.planner.escapes
+        if escapes is None:
+            raise ClearwayError(f"guardian: needs ways out; {self.escape.why}")
+        if planner.automaton.table is not None:
+            raise ClearwayError("guardian: where wishes lead is not known of measured movements")
+        self._escapes = escapes
+        self.hold_s, self.acceleration_mps2 = hold_s, acceleration_mps2
+        self.obstacle_map = obstacle_map
+        ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
+        self._mission = Mission("guarded", start, ahead[None])
+        self._lidars = tuple(lidars)
+        self._arguments: dict[str, Any] = {
+            "tracker": tracker,
+            "address": address,
+            "follow_movers": follow_movers,
+        }
+        self._limits = limits or DataLimits()
+        self._known = Knowledge(
+            self.planner,
+            self._mission,
+            lidars,
+            obstacle_map,
+            self._limits,
+            detection_rule="ratio",
+            ground_m=-np.inf,
+            **self._arguments,
+        )
+        self.held: Held | None = None
+        """What is flown if nobody asks any more."""
+        self._why = ""
+        self._passings: tuple[Passing, ...] = ()
+
+    def __repr__(self) -> str:
+        sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
+        flown = "nothing in hand" if self.held is None else "a way out in hand"
+        return one_line("Guardian", (sensors, flown, f"{self.counts.total()} data left out"))
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Data left out, by reason."""
+        return self._known.counts
+
+    @property
+    def floor_m(self) -> float:
+        """Height of the world that nothing leads below."""
+        return self._known.floor_m
+
+    @floor_m.setter
+    def floor_m(self, height_m: float) -> None:
+        self._known.floor_m = height_m
+
+    # --- readings -------------------------------------------------------------------------
+
+    def update(self, reading: Reading) -> None:
+        """Take an own state, a scan or an intruder, as `AvoidanceSystem.update` does."""
+        if not isinstance(reading, State | Scan | Intruder):
+            raise ClearwayError(
+                f"update: takes a State, a Scan or an Intruder, got {type(reading).__name__}"
+            )
+        self._known.put(reading)
+
+    def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
+        """Make a reading of raw values and take it; returns whether it could be made."""
+        reading = reading_of(kind, *values, **named)
+        if isinstance(reading, str):
+            self.counts[reading] += 1
+            return False
+        self.update(reading)
+        return True
+
+    def warm_up(self) -> None:
+        """Compile and load all that runs, on made-up data; nothing is kept of it."""
+        trial = Guardian(
+            self.planner,
+            self._mission.start,
+            self._lidars,
+            with_something_near(self.obstacle_map, self.planner, self._mission.start),
+            self._limits,
+            hold_s=self.hold_s,
+            acceleration_mps2=self.acceleration_mps2,
+            **self._arguments,
+        )
+        sensors = trial._known.sensing.sensors
+        for time_s, readings in warm_up_moments(self.planner, self._mission.start, sensors):
+            for reading in readings:
+                trial.update(reading)
+            trial.guard_velocity(np.zeros(3), time_s)
+            trial.guard_velocity([10.0 * self.planner.speed_mps, 0.0, 0.0], time_s)
+
+    # --- wishes ---------------------------------------------------------------------------
+
+    def guard_velocity(
+        self,
+        velocity_mps: npt.ArrayLike,
+        now_s: float,
+        *,
+        yaw_rate_rps: float = 0.0,
+        own_velocity_mps: npt.ArrayLike | None = None,
+    ) -> Guarded:
+        """A wished velocity [3], world frame: what is to be flown instead, or the same.
+
+        own_velocity_mps: [3] as measured; default: as was told last. Raises ClearwayError before
+        the first own state, InputError for what is not finite.
+        """
+        wish = VelocityWish(np.asarray(velocity_mps, dtype=np.float64), yaw_rate_rps)
+        return self.guard(wish, now_s, own_velocity_mps=own_velocity_mps)
+
+    def guard_path(
+        self,
+        places_m: npt.ArrayLike,
+        now_s: float,
+        *,
+        speed_mps: float | None = None,
+        own_velocity_mps: npt.ArrayLike | None = None,
+    ) -> Guarded:
+        """A wished path [n, 3], world frame, at a speed; by default the vehicle's."""
+        speed = self.planner.speed_mps if speed_mps is None else speed_mps
+        wish = PathWish(np.asarray(places_m, dtype=np.float64), speed)
+        return self.guard(wish, now_s, own_velocity_mps=own_velocity_mps)
+
+    def guard(
+        self, wish: Wish | None, now_s: float, *, own_velocity_mps: npt.ArrayLike | None = None
+    ) -> Guarded:
+        """A wish, or None where nobody wishes anything: what is in hand is flown on then."""
+        now = self._known.catch_up(now_s)
+        state = replace(self._known.own_state(now), time_s=now)
+        velocity = self._own_velocity(own_velocity_mps, now)
+        around = in_calm(self._known.around(state, now))
+        if wish is not None:
+            wished, fastest = wish, self.planner.speed_mps
+            if self.planner.automaton.can_stop:
+                wish = wish.slowed_to(fastest)
+            leg, checked = self._checked(wish, state, velocity, around)
+            if not checked.flaw and checked.way_out is not None:
+                self.held = Held.of_leg(self.planner.automaton, leg, checked.way_out)
+                self._known.flown.until(now)
+                self._settle()
+                same = wish is wished
+                self._why = PASSES if same else f"slowed to {fastest:g} m/s; {PASSES}"
+                return self._passes(wish, leg, checked, now_s, unchanged=same)
+            self._why = f"the wish {checked.flaw}"
+        else:
+            self._why = "nobody wishes anything"
+        decision = self._instead(wish, state, velocity, around, now)
+        return self._replaced(now, now_s, decision)
+
+    def state_at(self, time_s: float) -> State | None:
+        """Where what is in hand has the vehicle at a time; None before anything is."""
+        own = self._known.clock.own(time_s)
+        return None if self.held is None else replace(self.held.at(own)[0], time_s=time_s)
+
+    # --- how ------------------------------------------------------------------------------
+
+    def _own_velocity(self, told_mps: npt.ArrayLike | None, now: float) -> FloatArray:
+        if told_mps is not None:
+            told = np.asarray(told_mps, dtype=np.float64)
+            if told.shape != (3,) or not np.all(np.isfinite(told)):
+                raise InputError("guardian", ["own_velocity_mps: must be three finite numbers"])
+            return told
+        return np.zeros(3) if self.held is None else self.held.at(now)[1]
+
+    def _checked(
+        self, wish: Wish, state: State, velocity: FloatArray, around: Situation
+    ) -> tuple[Leg, Checked]:
+        automaton = self.planner.automaton
+        leg = leg_of(wish, state, velocity, automaton, self.hold_s, self.acceleration_mps2)
+        if not automaton.can_stop and not wish.fastest_mps > 0.0:
+            return leg, Checked("stands still, which the vehicle cannot", math.nan)
+        return leg, check_leg(self.planner, self._escapes, around, leg)
+
+    def _instead(
+        self,
+        wish: Wish | None,
+        state: State,
+        velocity: FloatArray,
+        around: Situation,
+        now: float,
+    ) -> Decision | None:
+        """Decide if what is in hand does not go on; None where it does."""
+        held = self.held
+        threat = held is not None and self._threat(held, around, now)
+        goes_on = held is not None and held.leg is None and now < held.renew_s - 1e-6
+        if goes_on and not threat:
+            return None
+        if held is not None and held.loop and not threat and self._between_pitches(state):
+            self._why += "; what is in hand is flown on to a pitch that movements keep"
+            return None
+        decision = self._decide(wish, state, velocity, now)
+        good = decision.choice.basis not in NOT_GOOD and _certain(decision.way_out)
+        at_end = held is not None and held.way_out_at(now) is not None
+        if held is not None and held.loop and not good and not at_end:
+            # Between two movements a decision falls back on the way out in hand by itself.
+            beside = threat and _certain(decision.way_out)
+            if not beside:
+                self._why += "; what is in hand is flown on"
+                return None
+        self.held = Held.of_decision(self.planner.automaton, decision)
+        self._known.flown.then(self.held.movements)
+        self._passings = decision.passings
+        self._settle()
+        self._why += f"; {explanation(decision, Mode.AVOIDANCE, self.obstacle_map)}"
+        return decision
+
+    def _between_pitches(self, state: State) -> bool:
+        """Whether movements from here would climb or sink for ever."""
+        if self.planner.automaton.keeps_attitude:
+            return False
+        return abs(off_kept_pitch(float(state.attitude_rad[1]), self.planner.automaton)) > LEVEL_RAD
+
+    def _settle(self) -> None:
+        self._known.news, self._known.unchecked = "", False
+
+    def _decide(
+        self, wish: Wish | None, state: State, velocity: FloatArray, now: float
+    ) -> Decision:
+        situation, _ = self._known.with_detections(state, now)
+        wished = np.zeros(3) if wish is None else wish.velocity_from(state.position_m, self.hold_s)
+        unsure_m = overshoot_m(self.planner.automaton, state, velocity, self.acceleration_mps2)
+        held = None if self.held is None else self.held.way_out_at(now)
+        return decide(
+            self.planner,
+            self._nearness.towards(wished, in_calm(situation), self.planner, unsure_m),
+            Commitment(passings=self._passings, way_out=held),
+        )
+
+    def _threat(self, held: Held, around: Situation, now: float) -> bool:
+        """Whether anything new comes nearer to what is in hand than the margin."""
+        if self._known.unchecked:
+            self._known.unchecked = is_endangered(held, self.planner, around, now)
+        return self._known.unchecked
+
+    # --- what is told ---------------------------------------------------------------------
+
+    def _passes(
+        self, wish: Wish, leg: Leg, checked: Checked, now_s: float, *, unchanged: bool
+    ) -> Guarded:
+        velocity = wish.velocity_from(leg.start.position_m, self.hold_s)
+        state = leg.start
+        rate = wish.yaw_rate_rps if isinstance(wish, VelocityWish) else 0.0
+        if not self.planner.automaton.can_stop:
+            rate = float(leg.end.attitude_rad[2] - state.attitude_rad[2]) / leg.end_s
+        point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
+        return Guarded(
+            now_s, unchanged, point, velocity, rate, self._why, checked.margin_m, checked.way_out
+        )
+
+    def _replaced(self, now: float, now_s: float, decision: Decision | None) -> Guarded:
+        held = self.held
+        assert held is not None  # A decision always ends in something to fly.
+        state, velocity = held.at(now)
+        soon, _ = held.at(now + 0.1)
+        turned = float(soon.attitude_rad[2] - state.attitude_rad[2]) / 0.1
+        point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
+        margin = self.planner.settings.safety_margin_m if decision is None else decision.margin_m
+        return Guarded(
+            now_s, False, point, velocity, turned, self._why, margin, held.way_out, decision
+        )
+
+
+def _certain(way: WayOut | None) -> bool:
+    return way is not None and way.certain
