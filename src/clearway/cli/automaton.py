@@ -120,7 +120,7 @@ def _print(file: AutomatonFile) -> None:
             f"{one.name:{longest}s}  {x:8.2f} {y:8.2f} {z:8.2f} {degrees(yaw):8.2f}"
             f"  {pair.spread_m:6.3f}"
         )
-    for name, radii in (("held out, 95 %", about.error_p95_m), ("tube, 99.5 %", about.tube_m)):
+    for name, radii in (("held out, 95 %", about.error_p95_m), ("tube, 99.9 %", about.tube_m)):
         print(
             f"{name}: {', '.join(f'{radius:.3g}' for radius in radii)} m after 1, 2, ... movements"
         )

@@ -36,7 +36,7 @@ class AboutSection(Section):
     """What counts as flown before a flight begins."""
     tube_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
     """Per number of movements since the own state was known: within how far of its prediction the
-    vehicle was 199 times of 200."""
+    vehicle was 999 times of 1,000."""
     error_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
     """The same 19 times of 20, on flights that did not make the table."""
 

@@ -30,7 +30,7 @@ FARTHEST = 8
 """Movements since the own state was known, up to which predictions are held against truth."""
 NOWHERE = 0.02
 """Share of the longest movement within which a trimmed one leads nowhere."""
-TUBE = 0.995
+TUBE = 0.999
 """Share of places that lie within the tube."""
 Progress = Callable[[int, int], None]
 """(flights done, flights in all)"""
