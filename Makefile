@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test lint types imports unit nightly fuzz bench bench-peers format clean
+.PHONY: demo test lint types imports unit nightly fuzz bench bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -40,6 +40,11 @@ bench: $(VENV)/.dev
 
 bench-peers: $(VENV)/.dev $(PEERS)/.ready
 	$(BIN)/python -m benchmarks.peers --python $(PEERS)/bin/python
+
+# The wheel, with compiled code for this Python and the pinned numba.
+wheel: $(VENV)/.dev
+	$(BIN)/python -m tools.compiled
+	$(BIN)/python -m build --wheel
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .

@@ -29,7 +29,16 @@ BODY_M = 0.1
 class Drawn:
     """One flight against the adversary."""
 
-    def __init__(self, seed: int, *, usual: bool, faults: Faults | None = None) -> None:
+    def __init__(
+        self,
+        seed: int,
+        *,
+        usual: bool,
+        faults: Faults | None = None,
+        wind_share: float = 0.0,
+        dropout: float = 0.05,
+        **simulated: float,
+    ) -> None:
         rng = np.random.default_rng(seed)
         scale = 1.0 if usual else float(10.0 ** rng.uniform(-0.5, 1.5))
         turn_deg = 15.0 if usual else float(rng.choice([10.0, 12.0, 15.0, 18.0, 20.0]))
@@ -37,15 +46,22 @@ class Drawn:
         range_m = 10.0 if usual else float(rng.uniform(2.7, 4.5)) * radius
         azimuth = 45.0 if usual else float(rng.uniform(40.0, 170.0))
         elevation = 30.0 if usual else float(rng.uniform(28.0, 50.0))
+        if usual and (wind_share or simulated):
+            range_m = 15.0
         margin = 0.6 if usual else float(rng.uniform(0.3, 0.9)) * scale
         grid = AvoidanceGrid.uniform(range_m, 10, azimuth, columns=7, elevation_deg=elevation)
         automaton = MovementAutomaton.plane(scale, turn_deg)
+        blows = float(np.random.default_rng([seed, 9]).uniform(-np.pi, np.pi))
+        wind = (wind_share * scale * np.cos(blows), wind_share * scale * np.sin(blows), 0.0)
         settings = AvoidanceSettings(
-            safety_margin_m=margin, body_radius_m=BODY_M * scale, own_drift_mps=0.05 * scale
+            safety_margin_m=margin,
+            body_radius_m=BODY_M * scale,
+            own_drift_mps=0.05 * scale,
+            wind_mps=wind,
         )
         planner = Planner.of(ReachLibrary.build(automaton, grid), settings)
         pattern = BeamPattern.per_cell(grid, 20, elevations_per_cell=10, max_range_m=range_m)
-        lidar = Lidar("lidar", pattern, sigma_m=0.01 * scale, dropout=0.05)
+        lidar = Lidar("lidar", pattern, sigma_m=0.01 * scale, dropout=dropout)
         there = np.array([[12.0 * radius, 0.0, 0.0]])
         mission = Mission("opposed", State(np.zeros(3)), there, 0.4 * radius)
         few = rng.uniform(-1.0, 1.0, (6, 3)) * [4.0, 2.0, 1.0] * radius + [6.0 * radius, 0.0, 0.0]
@@ -57,7 +73,7 @@ class Drawn:
         self.held_from_s = np.inf
         self.without = 0
         self._rng, self._track = rng, [np.zeros(3)]
-        simulation = SimulationSettings(seed=seed, time_limit_s=60.0)
+        simulation = SimulationSettings(seed=seed, time_limit_s=60.0, wind_mps=wind, **simulated)
         if faults is not None:
             simulation = replace(simulation, faults=faults)
         self.run = simulate(self.system, self.world, (lidar,), simulation, self._oppose)
@@ -110,6 +126,17 @@ def test_nor_with_other_vehicles_ranges_fields_and_margins(seed: int) -> None:
 def test_nor_when_a_sensor_dies_or_a_decision_comes_late(faults: Faults) -> None:
     drawn = Drawn(7, usual=True, faults=faults)
     assert drawn.least_m >= BODY_M
+
+
+@pytest.mark.parametrize("seed", [0])
+def test_nor_in_a_wind_that_is_declared(seed: int) -> None:
+    held(Drawn(seed, usual=True, wind_share=0.2))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", range(40))
+def test_nor_in_wind_from_any_side(seed: int) -> None:
+    held(Drawn(seed, usual=True, wind_share=0.2))
 
 
 @pytest.mark.nightly

@@ -16,7 +16,7 @@ from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
@@ -44,7 +44,10 @@ class Commitment:
     passings: tuple[Passing, ...] = ()
     """Intruders that are being passed, each on its side."""
     way_out: WayOut | None = None
-    """What is flown from now on if nothing better is found."""
+    """What is flown from now on if nothing better is found; after the movement under way, if there
+    is one."""
+    under_way: UnderWay | None = None
+    """The movement in the middle of which the decision is taken; None between two."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}

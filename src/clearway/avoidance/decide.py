@@ -37,7 +37,7 @@ from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
 from clearway.avoidance.verify import sloping
 from clearway.avoidance.way_out import Narrow, WayOut
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.ways_out import WaysOut, carried_m
 from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -88,6 +88,9 @@ class Decision:
     """First movements after which no way out was found."""
     wind_mps: FloatArray = field(default_factory=lambda: CALM)
     """[3] wind that was reckoned with, world frame."""
+    under_way_s: float | None = None
+    """What is left of the first movement, where a decision in the middle of one finds nothing
+    better than to finish it and fly the way out; else None."""
 
     @property
     def escapes(self) -> bool:
@@ -121,6 +124,8 @@ class Decision:
         way = self.way_out
         if way is None or not len(way.path_m):
             return np.zeros((0, 3))
+        if self.under_way_s is not None:
+            return np.concatenate([self.state.position_m[None], way.path_m])
         reach_set = self.prepared.reach_set
         first = reach_set.path(self.choice.node)[0]
         begins = self.frame.world_points(reach_set.samples_m[first, -1:])
@@ -205,7 +210,7 @@ def decide(
         planner,
         situation,
         prepared.reach_set,
-        reach_m=max(prepared.reach_m, planner.escape_reach_m),
+        reach_m=max(prepared.reach_m, planner.escape_reach_m + carried_m(planner, situation)),
         horizon_s=planner.horizon_s,
     )  # (4.17), (4.22), (4.23)
     near, margin = known.near, known.near.margin_m
@@ -239,7 +244,13 @@ def decide(
         view = _rule_view(planner, situation, prepared, goal, near, names)
         ruling = rule_on(rules, view)
 
-    ways = None if escapes is None else WaysOut(planner, escapes, situation, near)
+    ways = (
+        None
+        if escapes is None
+        else WaysOut(
+            planner, escapes, situation, near, commitment.under_way if commitment else None
+        )
+    )
     held = None if commitment is None else commitment.way_out
     allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
     narrow_price_m = settings.prices.no_room * prepared.step_m if allowed else np.inf
@@ -256,11 +267,13 @@ def decide(
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
         taken = leaving.fall_back(taken, near.hazards)
-    choice = taken.choice
+    choice, finishes = taken.choice, taken.finishes
     return Decision(
         state=situation.state,
         choice=replace(choice, rules=noted(choice.rules)),
-        movements=prepared.reach_set.movements_to(choice.node),
+        movements=(finishes.movement,)
+        if finishes
+        else prepared.reach_set.movements_to(choice.node),
         path_m=near.frame.world_points(_path(prepared, choice.node)),
         goal=goal,
         margin_m=margin,
@@ -268,7 +281,10 @@ def decide(
         reach=known.reach,
         prepared=prepared,
         hazards=taken.hazards,
-        decide_within_s=_decide_within(
+        under_way_s=finishes.left_s if finishes else None,
+        decide_within_s=finishes.left_s
+        if finishes
+        else _decide_within(
             planner,
             prepared,
             choice,

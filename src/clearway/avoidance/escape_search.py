@@ -20,9 +20,13 @@ from clearway.obstacles.obstacle import Shapes
 from clearway.reach.escapes import Legs, Ways
 from clearway.sensors.free_space import Voxels, is_free
 
+GROWN_S = 10.0
+"""For how long what is unsure about the wind adds up: then own states have told it anew."""
 MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
+Times = tuple[float, float]
+"""When a movement begins and ends, s from the decision on."""
 
 
 class EscapeTerms(NamedTuple):
@@ -49,6 +53,13 @@ class EscapeTerms(NamedTuple):
     moving: MovingHazards
     nothing: MovingHazards
     """No intruder at all."""
+    wind_mps: FloatArray
+    """[3] level frame."""
+    unsure_mps: float
+    """How far off it may be."""
+    least_s: float
+    """For how long an escape is looked at, in whole rounds of its loop: once where there is no
+    wind, since it then comes back to where it began."""
 
     def __repr__(self) -> str:
         return brief(self)
@@ -65,6 +76,25 @@ def corners_of(pose: FloatArray, path: FloatArray) -> FloatArray:
         corners[s + 1, 1] = pose[1] + sine * path[s, 0] + cosine * path[s, 1]
         corners[s + 1, 2] = pose[2] + path[s, 2]
     return corners
+
+
+@compiled
+def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms) -> FloatArray:
+    """[samples + 1, 3] as `corners_of`, carried by the wind; poses are those in still air."""
+    corners = corners_of(pose, path)
+    wind, last = terms.wind_mps, len(corners) - 1
+    if wind[0] != 0.0 or wind[1] != 0.0 or wind[2] != 0.0:
+        for s in range(last + 1):
+            time = times[0] + (times[1] - times[0]) * s / last
+            for axis in range(3):
+                corners[s, axis] += wind[axis] * time
+    return corners
+
+
+@compiled
+def unsure_after(end_s: float, terms: EscapeTerms) -> float:
+    """How far off the wind may have carried the vehicle by then."""
+    return terms.unsure_mps * min(end_s, GROWN_S)
 
 
 @compiled
@@ -142,7 +172,8 @@ def leg_keeps(
     terms: EscapeTerms,
 ) -> bool:
     """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
-    corners = corners_of(pose, path)
+    corners = carried(pose, path, (start_s, end_s), terms)
+    sagitta += unsure_after(end_s, terms)
     if terms.must_see and not was_seen(corners, sagitta, terms):
         return False
     return keeps_margin(corners, sagitta, start_s, end_s, terms)
@@ -163,27 +194,42 @@ def chain_keeps(
     """
     count = len(movements)
     poses, at = np.empty((count + 1, 4)), np.empty(count + 1, dtype=np.int64)
-    poses[0], at[0] = pose, start
+    times = np.empty(count + 1)
+    poses[0], at[0], times[0] = pose, start, start_s
     for n in range(count):
         m = movements[n]
         at[n + 1] = legs.following[at[n], m]
         if at[n + 1] < 0:
             return False
         _step(poses, n, legs.path[at[n], m])
+        times[n + 1] = times[n] + legs.duration_s[m]
     if terms.must_see:
         for n in range(count):
             m = movements[n]
-            corners = corners_of(poses[n], legs.path[at[n], m])
-            if not was_seen(corners, legs.sagitta_m[at[n], m], terms):
+            corners = carried(poses[n], legs.path[at[n], m], (times[n], times[n + 1]), terms)
+            around = legs.sagitta_m[at[n], m] + unsure_after(times[n + 1], terms)
+            if not was_seen(corners, around, terms):
                 return False
     for n in range(count):
         m = movements[n]
-        end_s = start_s + legs.duration_s[m]
-        corners = corners_of(poses[n], legs.path[at[n], m])
-        if not keeps_margin(corners, legs.sagitta_m[at[n], m], start_s, end_s, terms):
+        corners = carried(poses[n], legs.path[at[n], m], (times[n], times[n + 1]), terms)
+        around = legs.sagitta_m[at[n], m] + unsure_after(times[n + 1], terms)
+        if not keeps_margin(corners, around, times[n], times[n + 1], terms):
             return False
-        start_s = end_s
     return True
+
+
+@compiled
+def rounds(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
+    """A loop as often as it takes to fly for so long, once at least."""
+    one_s = 0.0
+    for m in loop:
+        one_s += legs.duration_s[m]
+    number = max(1, int(np.ceil(least_s / one_s - 1e-6)))
+    movements = np.empty(number * len(loop), dtype=np.int64)
+    for n in range(number):
+        movements[n * len(loop) : (n + 1) * len(loop)] = loop
+    return movements
 
 
 @compiled
@@ -260,7 +306,7 @@ def chain_room(
     """Smallest distance from intruders at equal times along movements, no more than `enough`."""
     at, best = start, enough
     for m in movements:
-        corners = corners_of(pose, legs.path[at, m])
+        corners = carried(pose, legs.path[at, m], (start_s, start_s + legs.duration_s[m]), terms)
         turned = np.empty_like(corners)
         for s in range(len(corners)):
             for axis in range(3):
@@ -323,19 +369,24 @@ def first_escape(
             continue
         loop = ways.loop[escape]
         first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-        if terms.must_see and not _places_were_seen(
-            places,
-            first,
-            last,
-            poses,
-            begin,
-            terms.origin_m,
-            terms.yaw_rad,
-            terms.free,
-            terms.window,
+        # Where wind carries the places, they are looked up with the rest.
+        if (
+            terms.must_see
+            and terms.least_s == 0.0
+            and not _places_were_seen(
+                places,
+                first,
+                last,
+                poses,
+                begin,
+                terms.origin_m,
+                terms.yaw_rad,
+                terms.free,
+                terms.window,
+            )
         ):
             continue
-        movements = ways.loop_movement[first:last]
+        movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
         if not chain_keeps(
             movements, ways.attitude[begin], poses[begin], times[begin], legs, terms
         ):

@@ -18,7 +18,7 @@ from clearway.avoidance.costs import Goal
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.way_out import LESSER_MARGINS, WayOut
+from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
 ChooseAmong = Callable[[Hazards, Candidates], Choice]
@@ -37,6 +37,8 @@ class Taken:
     """First movements after which no way out was found."""
     leaves: bool = True
     """Whether it leaves a way out, where one is asked for."""
+    finishes: UnderWay | None = None
+    """The movement under way, where that is flown to its end and then the way out."""
 
     @property
     def good(self) -> bool:
@@ -150,25 +152,35 @@ class Leaving:
 
     def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
         """Ways out that begin now, the surest first."""
+        for share in (1.0, *LESSER_MARGINS):
+            for looked in (ways, ways.for_less) if ways.windy else (ways,):
+                yield from self._with_share(looked, share)
+
+    def _with_share(self, ways: WaysOut, share: float) -> Iterator[WayOut]:
+        """Ways out with a share of the margin: the one in hand, else a fresh one; in the middle of
+        a movement first those that finish it."""
         held = self.held if self.held is not None and self.held.certain else None
-        again = None if held is None else ways.holds(held)
+        if ways.under_way is not None:
+            finished = None if held is None else ways.finished(held, share=share)
+            fresh = ways.finished(None, share=share) if finished is None else finished
+            if fresh is not None:
+                yield fresh
+            held = None
+        again = None if held is None else ways.holds(held, share=share)
         if again is not None:
             yield again
-        fresh = ways.now()
-        if fresh is not None:
-            yield fresh
-        for share in LESSER_MARGINS:
-            lesser = None if held is None else ways.holds(held, share=share)
-            if lesser is None:
-                lesser = ways.now(share=share)
-            if lesser is not None:
-                yield lesser
+        if again is None or share == 1.0:
+            fresh = ways.now(share=share)
+            if fresh is not None:
+                yield fresh
 
     def _after(self, ways: WaysOut, first: int, strict: bool) -> WayOut | None:
         """The way out after a first movement: a fresh one, or the rest of the one in hand."""
         way = ways.after(first, strict=strict)
         held = self.held
-        if way is not None or held is None or held.movements[0] != self._name(first):
+        if way is not None or held is None or ways.under_way is not None:
+            return way
+        if held.movements[0] != self._name(first):
             return way
         return ways.holds(held.after_one, after=first) if held.certain or not strict else None
 
@@ -192,6 +204,13 @@ class Leaving:
         begins = (reach_set.parent < 0) & (
             reach_set.movement == reach_set.movement_names.index(head)
         )
+        finishes = None
+        if way.under_way_s is not None and self.ways is not None:
+            finishes = UnderWay(head, way.under_way_s)
+            if not begins.any():  # What ends at the limit of pitch cannot be flown in whole.
+                ends = reach_set.samples_m[:, -1] - self.ways.finish_m
+                off = np.where(reach_set.parent < 0, np.linalg.norm(ends, axis=1), np.inf)
+                begins = off == off.min()
         if not begins.any():
             return None
         alone = Candidates(
@@ -206,4 +225,4 @@ class Leaving:
         choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
         if choice.limited_by is Cause.INTRUDER and choice.clearance_m < way.margin_m:
             choice = replace(choice, basis=Basis.EMERGENCY)
-        return Taken(choice, hazards, way.after_one, banned)
+        return Taken(choice, hazards, way.after_one, banned, finishes=finishes)

@@ -119,8 +119,8 @@ class AvoidanceSettings(EvidenceSettings):
             problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
         if self.narrow not in (*Narrow,):
             problems.append(f"narrow: {self.narrow!r} is none of {', '.join(Narrow)}")
-        if self.escape == Escape.STRICT and self.body_radius_m == 0.0:
-            problems.append('body_radius_m: must be above 0 where escape is "strict"')
+        if self.escape in (Escape.STRICT, Escape.MAPPED) and self.body_radius_m == 0.0:
+            problems.append(f'body_radius_m: must be above 0 where escape is "{self.escape}"')
         if self.start_free_m is not None:
             problems.append(number_problem("start_free_m", self.start_free_m))
         if self.smallest_object_m is not None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +29,7 @@ class Escape(StrEnum):
     STRICT = "strict"
     """It leads through space that was seen to be free: no collision with what stands still."""
     MAPPED = "mapped"
-    """It keeps clear of a map that is declared complete, and of what was seen."""
+    """As strict, but where a map is declared complete nothing needs to be seen."""
     KNOWN = "known"
     """It keeps clear of what is known; what nobody has seen counts as free."""
     OFF = "off"
@@ -43,6 +44,13 @@ class Narrow(StrEnum):
     ALLOW = "allow"
     """They are flown through, without one, where every way that leaves one is longer by the price
     of no room to turn."""
+
+
+class UnderWay(NamedTuple):
+    """The movement that is being flown where a decision is taken in the middle of one."""
+
+    movement: str
+    left_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +70,11 @@ class WayOut:
     room_m: float = np.inf
     """Distance from intruders on the first round, no more than twice the margin; inf without any,
     and where nobody has looked."""
+    for_s: float = np.inf
+    """For how long it was verified: for ever where it comes back to where it began, which wind does
+    not allow."""
+    under_way_s: float | None = None
+    """What is left of its first movement, where that is being flown already; else None."""
 
     def __repr__(self) -> str:
         return one_line("WayOut", (runs(self.begins + self.loop), f"{self.margin_m:.3g} m clear"))
@@ -75,5 +88,5 @@ class WayOut:
     def after_one(self) -> WayOut:
         """What is left of it after its first movement."""
         if self.begins:
-            return replace(self, begins=self.begins[1:])
+            return replace(self, begins=self.begins[1:], under_way_s=None)
         return replace(self, loop=self.loop[1:] + self.loop[:1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -10,12 +11,13 @@ import numpy as np
 
 from clearway.avoidance.escape_search import (
     EscapeTerms,
+    carried,
     chain_keeps,
-    corners_of,
     first_escape,
     leg_keeps,
     loop_places,
     pose_after,
+    rounds,
     was_seen,
 )
 from clearway.avoidance.evidence import InReach
@@ -23,31 +25,69 @@ from clearway.avoidance.floor import with_ground
 from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, margin_slope
-from clearway.avoidance.way_out import Escape, WayOut
-from clearway.base.frames import FloatArray
+from clearway.avoidance.way_out import Escape, UnderWay, WayOut
+from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import IntArray, State
-from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, names_of
+from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, Ways, names_of
 from clearway.reach.lattice import grid_from_level
+from clearway.reach.upwind import ways_in_wind
 from clearway.sensors.free_space import NOTHING_SEEN
+from clearway.vehicle.automaton import MovementAutomaton
 
 STANDING = np.zeros(4)
 """The pose of a decision in its own level frame."""
+NOWHERE = np.zeros((0, 3))
+IN_WIND_TURNS = 2.0
+"""Full circles' worth of time for which a way out is verified where wind carries it."""
+STANDING_TURN = 12.0
+"""Movements that count as a full circle for a vehicle that can turn on the spot."""
+CLOSES_RAD = 1e-3
+"""Attitude off those of the library by which its loops still close."""
+
+
+def in_wind_s(automaton: MovementAutomaton) -> float:
+    """For how long ways out are verified where wind carries them."""
+    radius = automaton.turning_radius_m
+    if np.isfinite(radius) and automaton.fastest_mps > 0.0:
+        return IN_WIND_TURNS * 2.0 * np.pi * radius / automaton.fastest_mps
+    return IN_WIND_TURNS * STANDING_TURN * max(each.duration_s for each in automaton.movements)
+
+
+def carried_m(planner: Planner, situation: Situation) -> float:
+    """How far wind may carry a way out."""
+    if planner.escapes is None or not situation.wind_mps.any():
+        return 0.0
+    return float(np.linalg.norm(situation.wind_mps)) * in_wind_s(planner.automaton)
 
 
 class WaysOut:
-    """Looks for ways out at one decision; what is found out is kept until it is over."""
+    """Looks for ways out at one decision; what is found out is kept until it is over.
+
+    under_way: the movement in the middle of which the decision is taken; None between two.
+    """
 
     def __init__(
-        self, planner: Planner, library: EscapeLibrary, situation: Situation, near: InReach
+        self,
+        planner: Planner,
+        library: EscapeLibrary,
+        situation: Situation,
+        near: InReach,
+        under_way: UnderWay | None = None,
     ) -> None:
         state, settings = situation.state, planner.settings
         roll, pitch, yaw = state.attitude_rad.tolist()
         self.library = library
-        self._start, self._tilt = library.nearest(roll, pitch), (roll, pitch)
+        self.under_way = under_way
+        self._start = library.nearest(roll, pitch)
+        self._tilt = (roll, pitch)
+        off = library.attitudes[self._start] - [roll, pitch]
+        self._closes = under_way is None or bool(np.all(np.abs(off) <= CLOSES_RAD))
         self._full_m = near.margin_m
         grown = near.margin_m - settings.safety_margin_m
         seen = situation.seen
-        self.strict = settings.escape == Escape.STRICT and seen is not None
+        self.strict = settings.escape in (Escape.STRICT, Escape.MAPPED) and seen is not None
+        self.windy = bool(situation.wind_mps.any())
+        self._speed_mps = planner.speed_mps
         self._terms = EscapeTerms(
             *(NOTHING_SEEN if seen is None else seen),
             self.strict,
@@ -61,9 +101,20 @@ class WaysOut:
             with_ground(near.hazards.shapes, near.frame, situation.floor_m, near.margin_m),
             near.hazards.moving,
             nothing_moving(),
+            np.ascontiguousarray(world_from_body([0.0, 0.0, yaw]).T @ situation.wind_mps),
+            settings.sigmas * situation.wind_sigma_mps,
+            in_wind_s(planner.automaton) if self.windy else 0.0,
         )
         self._loops: dict[int, FloatArray] = {}
         self._after: dict[tuple[int, bool], WayOut | None] = {}
+
+    @property
+    def for_less(self) -> WaysOut:
+        """The same for ways out that are verified for half as long, where there is wind."""
+        less = copy(self)
+        less._terms = self._terms._replace(least_s=0.5 * self._terms.least_s)
+        less._after = {}
+        return less
 
     @cached_property
     def _legs(self) -> Legs:
@@ -87,17 +138,20 @@ class WaysOut:
     def _find_after(self, movement: int, terms: EscapeTerms) -> WayOut | None:
         legs, at = self._legs, self._start
         then = int(legs.following[at, movement])
-        if then < 0:
+        if then < 0 or not self._closes:
             return None
         path = legs.path[at, movement]
         end_s = float(legs.duration_s[movement])
         if not leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
             return None
-        return self._first(then, pose_after(STANDING, path), end_s, terms)
+        return self._first(then, pose_after(STANDING, path), end_s, terms, legs)
 
     def now(self, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
         """A way out that begins now and keeps a share of the margin."""
-        return self._first(self._start, STANDING, 0.0, self._with(strict, share * self._full_m))
+        if not self._closes:
+            return None
+        terms = self._with(strict, share * self._full_m)
+        return self._first(self._start, STANDING, 0.0, terms, self._legs)
 
     def holds(self, way: WayOut, *, after: int | None = None, share: float = 1.0) -> WayOut | None:
         """A way out as it is known now, if it is still safe; after a movement, or from now on.
@@ -105,14 +159,54 @@ class WaysOut:
         share: of the margin that it has to keep.
         """
         terms = self._with(True, share * self._full_m)
-        movements = self._numbers(way.movements)
+        begins = self._numbers(way.begins)
         if after is not None:
-            movements = np.concatenate([[after], movements])
-        if not chain_keeps(movements, self._start, STANDING, 0.0, self._legs, terms):
+            begins = np.concatenate([[after], begins])
+        return self._held(way, begins, (self._start, STANDING, 0.0), self._legs, terms, after)
+
+    def finished(self, way: WayOut | None, *, share: float = 1.0) -> WayOut | None:
+        """A way out that begins with what is left of the movement under way: goes on with one that
+        is in hand after it, if that is still safe, or with a fresh one for None."""
+        under_way, terms = self.under_way, self._with(True, share * self._full_m)
+        if under_way is None:
             return None
-        first = 0 if after is None else 1
-        places = self._places(movements, self._start, STANDING, self._legs)[first * SAMPLES :]
-        return replace(way, margin_m=share * self._full_m, path_m=places)
+        path, sagitta_m, attitude = self._rest(under_way)
+        left_s = under_way.left_s
+        if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
+            return None
+        at, legs = self.library.nearest(*attitude), self.library.legs_at(*attitude)
+        pose = pose_after(STANDING, path)
+        if way is None:
+            found = self._first(at, pose, left_s, terms, legs)
+        else:
+            begins = self._numbers(way.begins)
+            found = self._held(way, begins, (at, pose, left_s), legs, terms, None)
+        if found is None:
+            return None
+        begins_with = (under_way.movement, *found.begins)
+        return replace(found, begins=begins_with, under_way_s=left_s)
+
+    @property
+    def finish_m(self) -> FloatArray:
+        """[3] where the movement under way ends, in the grid frame."""
+        assert self.under_way is not None
+        path, _, _ = self._rest(self.under_way)
+        end: FloatArray = self._terms.grid_from_level @ path[-1, :3]
+        return end
+
+    def _rest(self, under_way: UnderWay) -> tuple[FloatArray, float, tuple[float, float]]:
+        """What is left of a movement: its path [SAMPLES, 4], how far that may lie from its chords,
+        and roll and pitch at its end."""
+        automaton = self.library.automaton
+        movement = automaton[under_way.movement]
+        start = np.array([0.0, 0.0, 0.0, *self._tilt, 0.0])
+        shares = under_way.left_s * np.arange(1, SAMPLES + 1) / SAMPLES
+        along = np.array([automaton.predict(start, movement, float(share)) for share in shares])
+        length = np.linalg.norm(np.diff(along[:, :3], axis=0, prepend=0.0), axis=1).sum()
+        bend = np.hypot(along[-1, 5], along[-1, 4] - self._tilt[1])
+        sagitta_m = float(length * bend / (8.0 * SAMPLES**2))
+        path = np.ascontiguousarray(along[:, [0, 1, 2, 5]])
+        return path, sagitta_m, (float(along[-1, 3]), float(along[-1, 4]))
 
     def was_seen(self, corners_m: FloatArray, sagitta_m: float) -> bool:
         """Whether the body stays in space that was seen to be free, where that is asked for, on its
@@ -124,11 +218,10 @@ class WaysOut:
         """The way out from where something ends that is no movement, so long from now."""
         roll, pitch, yaw = there.attitude_rad.tolist()
         start, legs = self.library.nearest(roll, pitch), self.library.legs_at(roll, pitch)
-        place = self._level(there.position_m[None])[0]
+        # Poses are those in still air, by which wind has not carried the vehicle yet.
+        place = self._level(there.position_m[None])[0] - start_s * self._terms.wind_mps
         pose = np.array([*place, yaw - self._terms.yaw_rad])
-        loops = loop_places(self.library.ways[start], legs)
-        terms = self._with(True, self._full_m)
-        return self._first_of(start, pose, start_s, terms, legs, loops)
+        return self._first(start, pose, start_s, self._with(True, self._full_m), legs)
 
     def _level(self, places_m: FloatArray) -> FloatArray:
         """[n, 3] places of the world, in the level frame of the decision."""
@@ -147,23 +240,30 @@ class WaysOut:
             before = along[-1]
         return True
 
-    def _first(
-        self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms
-    ) -> WayOut | None:
-        if start not in self._loops:
-            self._loops[start] = loop_places(self.library.ways[start], self._legs)
-        return self._first_of(start, pose, start_s, terms, self._legs, self._loops[start])
-
-    def _first_of(
+    def _held(
         self,
-        start: int,
-        pose: FloatArray,
-        start_s: float,
-        terms: EscapeTerms,
+        way: WayOut,
+        begins: IntArray,
+        where: tuple[int, FloatArray, float],
         legs: Legs,
-        loops: FloatArray,
+        terms: EscapeTerms,
+        after: int | None,
     ) -> WayOut | None:
-        ways = self.library.ways[start]
+        """A way out in hand, if it is safe from an attitude, a pose and a time on."""
+        at, pose, start_s = where
+        loop = self._numbers(way.loop)
+        whole = np.concatenate([begins, rounds(loop, legs, terms.least_s)])
+        if not chain_keeps(whole, at, pose, start_s, legs, terms):
+            return None
+        first = 0 if after is None else 1
+        once = np.concatenate([begins, loop])
+        places = self._places(once, where, legs)[first * SAMPLES :]
+        return replace(way, margin_m=terms.margin_m, path_m=places, for_s=self._for_s(terms))
+
+    def _first(
+        self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
+    ) -> WayOut | None:
+        ways, loops = self._searched(start, float(pose[3]), legs)
         escape, room_m = -1, 0.0
         for unseen_m in self._aloof(terms):
             wary = terms._replace(unseen_m=unseen_m)
@@ -172,10 +272,28 @@ class WaysOut:
                 break
         if escape < 0:
             return None
-        begins, loop = names_of(self.library, start, escape)
-        places = self._places(self._numbers(begins + loop), start, pose, legs)
+        begins, loop = names_of(self.library, ways, escape)
+        places = self._places(self._numbers(begins + loop), (start, pose, start_s), legs)
         certain = terms.must_see or not self.strict
-        return WayOut(begins, loop, terms.margin_m, certain, places, room_m)
+        for_s = self._for_s(terms)
+        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, for_s)
+
+    def _searched(self, start: int, yaw_rad: float, legs: Legs) -> tuple[Ways, FloatArray]:
+        """Escapes from an attitude, and the places of their loops, where those are looked up."""
+        if self.windy:
+            x, y, z = self._terms.wind_mps.tolist()
+            cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+            turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
+            return ways_in_wind(self.library, start, turned, self._speed_mps), NOWHERE
+        ways = self.library.ways[start]
+        if legs is not self._legs:
+            return ways, loop_places(ways, legs)
+        if start not in self._loops:
+            self._loops[start] = loop_places(ways, legs)
+        return ways, self._loops[start]
+
+    def _for_s(self, terms: EscapeTerms) -> float:
+        return terms.least_s if self.windy else np.inf
 
     def _aloof(self, terms: EscapeTerms) -> tuple[float, ...]:
         """Distances from the unseen, the best first: what shows there then costs no margin."""
@@ -193,13 +311,16 @@ class WaysOut:
         number = self.library.automaton.names.index
         return np.array([number(name) for name in names], dtype=np.int64)
 
-    def _places(self, movements: IntArray, start: int, pose: FloatArray, legs: Legs) -> FloatArray:
+    def _places(
+        self, movements: IntArray, where: tuple[int, FloatArray, float], legs: Legs
+    ) -> FloatArray:
         """[n, 3] world frame."""
-        corners, at = [], start
+        corners = []
+        at, pose, start_s = where
         for m in movements.tolist():
-            path = legs.path[at, m]
-            corners.append(corners_of(pose, path)[1:])
-            pose, at = pose_after(pose, path), int(legs.following[at, m])
+            path, end_s = legs.path[at, m], start_s + float(legs.duration_s[m])
+            corners.append(carried(pose, path, (start_s, end_s), self._terms)[1:])
+            pose, at, start_s = pose_after(pose, path), int(legs.following[at, m]), end_s
         places = np.concatenate(corners) if corners else np.zeros((0, 3))
         cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
         turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

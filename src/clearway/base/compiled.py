@@ -9,16 +9,20 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.kernels.cache import KernelCache
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def compiled(function: Function) -> Function:
-    """Compile with numba on first call; the machine code is cached beside the source.
+    """Compile with numba on first call; the machine code is kept between runs (`base.kernels`).
 
     One thread, IEEE arithmetic (NaN is honoured). Keeps the signature for type checkers.
     """
-    dispatcher: Any = numba.njit(cache=True, error_model="numpy")
-    return cast(Function, dispatcher(function))
+    dispatcher: Any = numba.njit(error_model="numpy")(function)
+    if dispatcher is not function:  # as it is where numba is told to compile nothing
+        dispatcher._cache = KernelCache(function)
+    return cast(Function, dispatcher)
 
 
 def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:

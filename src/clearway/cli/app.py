@@ -32,6 +32,7 @@ from clearway.cli.report import run, run_guarded
 from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
 from clearway.cli.traffic import traffic
+from clearway.cli.warm_up import warm_up
 
 app = typer.Typer(
     name="clearway",
@@ -64,6 +65,7 @@ app.command("replay", cls=Command)(run_guarded(replay))
 app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
 app.command("traffic", cls=Command)(run_guarded(traffic))
+app.command("warm-up", cls=Command)(run_guarded(warm_up))
 app.command("alerts", cls=Command)(run_guarded(alerts))
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from clearway.base.errors import ClearwayError, InputError
-from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say, show, sourced
 
 if TYPE_CHECKING:
@@ -118,17 +117,16 @@ def assess(
     }
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
-    with notice_when_slow():
-        read = _read(scene, scan, _given(overrides))
-        if not every:
-            for note in read.notes:
-                say(note)
-        try:
-            result, words, draw = (_played if every else _assessed)(read)
-        except ClearwayError as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(str(scene or scan), str(error)) from error
+    read = _read(scene, scan, _given(overrides))
+    if not every:
+        for note in read.notes:
+            say(note)
+    try:
+        result, words, draw = (_played if every else _assessed)(read)
+    except ClearwayError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(str(scene or scan), str(error)) from error
     result = sourced(result, [one for one in (scene, scan) if one is not None])
     kind = "play" if every else "assess"
     folder = out or Path("clearway-out") / f"{kind}-{read.scene.name}"

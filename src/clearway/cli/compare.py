@@ -80,7 +80,7 @@ def _setups(mission: str) -> SetupOf:
     from clearway.missions.world_file import read_mission
     from clearway.sim.worlds import FAMILIES
 
-    say("preparing reach sets and sensors; the first run compiles, which takes a while")
+    say("preparing reach sets and sensors")
 
     @cache
     def setup(seed: int) -> FlightSetup:

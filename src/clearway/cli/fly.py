@@ -72,7 +72,7 @@ def fly(
     if parquet:
         check_tables()
     file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
-    say("preparing reach sets and sensors; the first run compiles, which takes a while")
+    say("preparing reach sets and sensors")
     setup = prepare(file, say)
     for note in setup.notes:
         say(note)

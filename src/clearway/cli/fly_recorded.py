@@ -54,7 +54,7 @@ def fly_recorded(
         )
     own = own or picture.own_address
     part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
-    say("preparing reach sets; the first run compiles, which takes a while")
+    say("preparing reach sets")
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
         say(note)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli.compile_notice import notice_when_slow
 from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
@@ -46,10 +45,9 @@ def reproduce(
     from clearway.studies.reproduction.report import as_text, as_values
 
     made = {}
-    with notice_when_slow():
-        for target in targets_named(targets or []):
-            say(f"{target.name}: {target.title}")
-            made[target] = target.make()
+    for target in targets_named(targets or []):
+        say(f"{target.name}: {target.title}")
+        made[target] = target.make()
     if docs is not None:
         _write_page(made, f"clearway reproduce {' '.join(targets or [])}", docs)
     result = sourced(as_values(made))

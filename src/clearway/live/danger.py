@@ -19,9 +19,11 @@ NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intru
 
 
 def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float) -> str | None:
-    """By what the plan lacks the margin from now on; None if it keeps it, and without a plan."""
-    if plan.decision is None:
-        return None
+    """By what the plan lacks the margin from now on; None if it keeps it, and without a plan.
+
+    A movement that is finished only before a way out ends before there is anything to be said."""
+    if plan.decision is None or plan.decision.under_way_s is not None:
+        return None  # Nothing better was found than to finish the movement under way.
     paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s)
     if not len(paths.parent):
         return None

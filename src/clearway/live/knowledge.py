@@ -14,6 +14,7 @@ import numpy as np
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.avoidance.way_out import Narrow
+from clearway.avoidance.ways_out import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
@@ -77,6 +78,7 @@ class Knowledge:
             ground_m=ground_m,
             follow_movers=follow_movers,
             start_m=mission.start.position_m,
+            complete_m=None if obstacle_map is None else obstacle_map.complete_m,
         )
         self.route_map: RouteMap | None = None
         """For ways through seen space, where that is kept."""
@@ -213,7 +215,8 @@ class Knowledge:
         return replace(
             here,
             remembered=self.sensing.remembered_near(
-                state.position_m, widest_margin_m(self.planner, here)
+                state.position_m,
+                widest_margin_m(self.planner, here) + carried_m(self.planner, here),
             ),
             obstacle_map=self.obstacle_map,
             intruders=self._traffic(state, now),

@@ -8,11 +8,11 @@ import numpy as np
 
 from clearway.avoidance.candidates import Commitment, Side
 from clearway.avoidance.decide import Decision
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
-from clearway.vehicle.buffer import MovementBuffer
+from clearway.vehicle.buffer import BufferedMovement, MovementBuffer
 
 MOST_ROUNDS = 1000
 """Rounds of a way out after which nobody flies on without a decision."""
@@ -42,14 +42,14 @@ class Plan:
 
     def after(self, decision: Decision, now_s: float, goal: int) -> Plan:
         """The plan that a decision makes, flown from `now_s` on."""
-        intended = MovementBuffer.of(self.automaton.chain(decision.movements), now_s)
+        intended = self._flown_from(decision.movements, now_s, decision.under_way_s)
         flown, way = intended, decision.way_out
         first_s = intended.entries[0].duration_s
         if way is not None and decision.decide_within_s > first_s + TIME_TOLERANCE_S:
             way = None  # Nothing is near: it is not needed yet.
         if way is not None:
             movements = (decision.movements[0], *way.movements)
-            flown = MovementBuffer.of(self.automaton.chain(movements), now_s)
+            flown = self._flown_from(movements, now_s, decision.under_way_s)
         return Plan(
             self.automaton,
             flown,
@@ -60,6 +60,17 @@ class Plan:
             intended,
             way,
         )
+
+    def _flown_from(
+        self, names: tuple[str, ...], now_s: float, under_way_s: float | None
+    ) -> MovementBuffer:
+        """Movements from now on, of the first only what is left where it is under way."""
+        chain = self.automaton.chain(names)
+        if under_way_s is None:
+            return MovementBuffer.of(chain, now_s)
+        first = BufferedMovement(chain[0], now_s, under_way_s)
+        rest = MovementBuffer.of(chain[1:], first.end_s)
+        return MovementBuffer((first, *rest.entries))
 
     # --- what is flown --------------------------------------------------------------------
 
@@ -141,18 +152,22 @@ class Plan:
         """What the next decision should stay with."""
         held = self.intended.at(now_s + TIME_TOLERANCE_S)
         passings = () if self.decision is None else self.decision.passings
-        return Commitment(self.side, held.name if held else "", passings, self._way_out_at(now_s))
+        way, under_way = self._way_out_at(now_s)
+        return Commitment(self.side, held.name if held else "", passings, way, under_way)
 
-    def _way_out_at(self, now_s: float) -> WayOut | None:
-        """What of the way out is left at a time between two movements; else None."""
+    def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:
+        """What of the way out is left at a time, and in the middle of a movement that movement,
+        after which it begins."""
         way = self.way_out
-        if way is None:
-            return None
-        for entry in self.flown_until(now_s).entries[1:]:
-            if abs(entry.start_s - now_s) <= TIME_TOLERANCE_S:
-                return way
+        for entry in self.flown_until(now_s).entries:
+            if entry.start_s + TIME_TOLERANCE_S < now_s < entry.end_s - TIME_TOLERANCE_S:
+                return way, UnderWay(entry.movement.name, entry.end_s - now_s)
+            if way is None:
+                continue
+            if abs(entry.end_s - now_s) <= TIME_TOLERANCE_S:
+                return way, None
             way = way.after_one
-        return None
+        return None, None
 
     def _side_after(self, decision: Decision) -> Side:
         """A side once forced is kept until the way is clear."""

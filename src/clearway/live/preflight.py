@@ -18,9 +18,11 @@ from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import Escape
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.ways_out import WaysOut, in_wind_s
+from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.range_sensing import free_space_for
+from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
 from clearway.sensors import AnySensor, Lidar, Scan, range_sensors
 
@@ -47,9 +49,14 @@ class EscapePlan:
         return f"ways out {flown}: {self.why}"
 
 
-def escape_plan(planner: Planner, sensors: Sequence[AnySensor]) -> EscapePlan:
-    """What the sensors, the vehicle and the margin allow of what was asked for."""
+def escape_plan(
+    planner: Planner, sensors: Sequence[AnySensor], obstacle_map: ObstacleMap | None = None
+) -> EscapePlan:
+    """What the sensors, the vehicle, the margin and the map allow of what was asked for."""
     key = _content(planner, sensors)
+    complete_m = None if obstacle_map is None else obstacle_map.complete_m
+    if planner.settings.escape == Escape.MAPPED and complete_m is not None:
+        return _by_map(planner, tuple(sensors), complete_m)
     if key is None:
         return _escape_plan(planner, tuple(sensors))
     if key not in _plans:
@@ -85,29 +92,78 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
         return EscapePlan(
             asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
         )
-    if asked == Escape.MAPPED:
-        return EscapePlan(asked, asked, "the map counts as complete: what is unseen is free")
     if asked == Escape.KNOWN:
         return EscapePlan(asked, asked, "what nobody has seen counts as free: no guarantee")
+    unmapped = "no map is declared complete; " if asked == Escape.MAPPED else ""
     if not sensors:
         return EscapePlan(
             asked,
             Escape.KNOWN,
-            "no range sensor sees what is free: no guarantee",
+            f"{unmapped}no range sensor sees what is free: no guarantee",
         )
     after = settles(planner, library, sensors)
     if after is not None:
         return EscapePlan(
             asked,
-            asked,
-            "every decision keeps a way out through space seen to be free, "
-            f"from movement {after + 1} on where nothing stands in the way",
+            Escape.STRICT,
+            f"{unmapped}every decision keeps a way out through space seen to be free, "
+            f"from movement {after + 1} on where nothing stands in the way{_over_drift(planner)}",
         )
-    return EscapePlan(asked, Escape.KNOWN, _what_lacks(planner, library, sensors))
+    return EscapePlan(asked, Escape.KNOWN, unmapped + _what_lacks(planner, library, sensors))
+
+
+def _by_map(planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray) -> EscapePlan:
+    """Where a map is declared complete."""
+    strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
+    seen = escape_plan(strict, sensors)
+    if seen.flown == Escape.OFF:
+        return replace(seen, asked=Escape.MAPPED)
+    if np.all(np.isinf(complete_m)):
+        why = "the map is declared complete: what neither it nor a sensor shows to stand is free"
+        return EscapePlan(Escape.MAPPED, Escape.MAPPED, why)
+    low, high = (", ".join(f"{value:g}" for value in corner) for corner in complete_m.tolist())
+    why = f"from ({low}) to ({high}) m the map is declared complete: what it does not show is free"
+    outside = "elsewhere only what was seen"
+    if seen.flown != Escape.STRICT:
+        outside = f"elsewhere only what was seen, and {seen.why.split('; unseen space', 1)[0]}"
+    return EscapePlan(Escape.MAPPED, Escape.MAPPED, f"{why}; {outside}")
+
+
+def _over_drift(planner: Planner) -> str:
+    """For how long ways out are verified in the wind that is known; nothing without any."""
+    speed = float(np.linalg.norm(planner.settings.wind_mps))
+    if not speed:
+        return ""
+    return f", verified for {in_wind_s(planner.automaton):.3g} s in a wind of {speed:.3g} m/s"
 
 
 def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]) -> int | None:
-    """Movements straight on, where nothing stands, until there is a way out in hand for good."""
+    """Movements straight on, where nothing stands, until there is a way out in hand for good,
+    wherever the wind that is known comes from; None where that never is."""
+    after = 0
+    for wind_mps in _winds(planner):
+        settled = _settles(planner, library, sensors, wind_mps)
+        if settled is None:
+            return None
+        after = max(after, settled)
+    return after
+
+
+def _winds(planner: Planner) -> list[FloatArray]:
+    """The wind that is known before take-off, from all sides."""
+    x, y, z = planner.settings.wind_mps
+    speed = float(np.hypot(x, y))
+    if not speed:
+        return [np.array([0.0, 0.0, z])]
+    return [np.array([a * speed, b * speed, z]) for a, b in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+
+
+def _settles(
+    planner: Planner,
+    library: EscapeLibrary,
+    sensors: Sequence[AnySensor],
+    wind_mps: FloatArray,
+) -> int | None:
     straight = _straight(library)
     if straight is None:
         return None
@@ -118,6 +174,7 @@ def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySenso
         begun = library.nearest(float(attitude[0]), 0.0)
     step = library.legs.path[begun, straight, -1, :3]
     duration = float(library.legs.duration_s[straight])
+    step = step + duration * wind_mps
     free = free_space_for(planner, np.zeros(3))
     by_name = range_sensors(sensors)
     reach = planner.grid.range_m + planner.escape_reach_m
@@ -127,7 +184,7 @@ def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySenso
         state = State(at * step, attitude, time_s=at * duration)
         for name, sensor in by_name.items():
             free.take(sensor, Scan(np.zeros((0, 3)), state.time_s, sensor=name), state)
-        situation = Situation(state, target_m=1e3 * step + 1.0, seen=free.seen)
+        situation = Situation(state, target_m=1e3 * step + 1.0, seen=free.seen, wind_mps=wind_mps)
         ways = WaysOut(planner, library, situation, in_reach(planner, situation))
         held = held + 1 if ways.after(straight) is not None else 0
         if held == SETTLED:
@@ -153,9 +210,11 @@ def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySens
     lidars = [one for one in sensors if isinstance(one, Lidar)]
     reach = max((one.clears_to_m for one in lidars), default=0.0)
     body = planner.settings.body_radius_m
+    speed = float(np.linalg.norm(planner.settings.wind_mps))
+    blown = f" in a wind of {speed:.3g} m/s" if speed else ""
     lacks = (
-        f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see; "
-        "unseen space counts as free, so there is no guarantee"
+        f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see{blown}"
+        "; unseen space counts as free, so there is no guarantee"
     )
     first = bisect_left(
         WIDER,

@@ -54,8 +54,11 @@ def voxel_m(margin_m: float, range_m: float) -> float:
     return float(np.clip(VOXEL_OF_MARGIN * margin_m, range_m / 60.0, range_m / 40.0))
 
 
-def free_space_for(planner: Planner, start_m: FloatArray) -> FreeSpace:
-    """Nothing seen yet, and a ball about the start that counts as free."""
+def free_space_for(
+    planner: Planner, start_m: FloatArray, complete_m: FloatArray | None = None
+) -> FreeSpace:
+    """Nothing seen yet, a ball about the start that counts as free, and where the way out may go by
+    the map, the box in which that is declared complete."""
     settings = planner.settings
     start_free_m = settings.start_free_m
     if start_free_m is None:
@@ -65,6 +68,7 @@ def free_space_for(planner: Planner, start_m: FloatArray) -> FreeSpace:
         start_m,
         start_free_m,
         reach_m=SEEN_REACH * max(planner.grid.range_m, planner.escape_reach_m),
+        complete_m=complete_m if settings.escape == Escape.MAPPED else None,
     )
 
 
@@ -81,6 +85,7 @@ class RangeSensing:
         ground_m: float,
         follow_movers: bool,
         start_m: FloatArray,
+        complete_m: FloatArray | None = None,
     ) -> None:
         self.sensors = sensors
         self._planner = planner
@@ -93,8 +98,10 @@ class RangeSensing:
         self._following = Following(settings) if follow_movers else None
         self.free_space: FreeSpace | None = None
         """What was seen to be free, where ways out have to lead through it."""
-        if sensors and planner.settings.escape == Escape.STRICT and planner.escapes is not None:
-            self.free_space = free_space_for(planner, start_m)
+        asked = planner.settings.escape
+        told = sensors or (asked == Escape.MAPPED and complete_m is not None)
+        if told and asked in (Escape.STRICT, Escape.MAPPED) and planner.escapes is not None:
+            self.free_space = free_space_for(planner, start_m, complete_m)
         self.memory_reach_m = max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin)
         """How far from the vehicle nothing is forgotten but on evidence."""
         # One each: no sensor wipes out what another has seen.

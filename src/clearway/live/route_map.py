@@ -118,6 +118,13 @@ class RouteMap:
         in_reach = away <= max(reach_m - self.rooms_m[1] - self.width_m, 0.0) ** 2
         self._nearest = np.where(in_reach, fresh, np.minimum(fresh, self._nearest))
         self._seen |= _mostly_seen(seen.free, seen.low, low, self._per_cell)
+        inside = [
+            (lowest <= tick + place) & (tick + place <= highest)
+            for tick, place, lowest, highest in zip(
+                ticks, position_m, *seen.complete_m, strict=True
+            )
+        ]
+        self._seen |= inside[0][:, None, None] & inside[1][:, None] & inside[2]
 
     def _follow(self, position_m: FloatArray) -> IntArray:
         """[3] number of the lowest cell, moved along where the vehicle has left the middle."""

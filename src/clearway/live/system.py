@@ -90,7 +90,7 @@ class AvoidanceSystem:
         follow_movers: bool = False,
         volumes: VolumeSet | None = None,
     ) -> None:
-        self.escape = escape_plan(planner, lidars)
+        self.escape = escape_plan(planner, lidars, obstacle_map)
         """Which ways out this flight keeps in hand, and why."""
         if self.escape.flown != planner.settings.escape:
             settings = replace(planner.settings, escape=self.escape.flown)

@@ -70,4 +70,4 @@ def with_something_near(
     ahead = np.array([0.5 * planner.grid.range_m, 0.0, 0.0])
     place = start.position_m + world_from_body(start.attitude_rad) @ ahead
     ball = Obstacle.ball(place, planner.settings.safety_margin_m)
-    return ObstacleMap([*obstacle_map.obstacles, ball])
+    return ObstacleMap([*obstacle_map.obstacles, ball], complete_m=obstacle_map.complete_m)

@@ -35,7 +35,7 @@ def mission_maps(file: MissionFile) -> MissionMaps:
     no place.
     """
     section = file.map
-    if section is None:
+    if section is None or not section.files:
         return MissionMaps()
     when = None if section.at is None else moment("map.at", section.at)
     maps = read_maps(

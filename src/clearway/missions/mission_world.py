@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import MissionMaps
 from clearway.missions.place_sections import PointCloudSection
@@ -33,11 +34,20 @@ def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
     """
     there = [part.to_obstacle() for part in file.obstacle if part.known != "map"]
     charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
-    solid, told = ObstacleMap([*there, *maps.there]), ObstacleMap([*charted, *maps.charted])
+    solid = ObstacleMap([*there, *maps.there])
+    told = ObstacleMap([*charted, *maps.charted], complete_m=_complete_m(file))
     if file.point_cloud is None:
         return MissionWorld(solid, told, ())
     cloud, notes = _surveyed(file.point_cloud)
     return MissionWorld(CombinedWorld([solid, cloud]), told, notes)
+
+
+def _complete_m(file: MissionFile) -> FloatArray | None:
+    """[2, 3] the box in which all that is told is all that stands there; None without any."""
+    declared = False if file.map is None else file.map.complete
+    if isinstance(declared, bool):
+        return np.array([[-np.inf] * 3, [np.inf] * 3]) if declared else None
+    return np.array(declared)
 
 
 def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:

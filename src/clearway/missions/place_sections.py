@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from clearway.io.toml import Section
 from clearway.missions.sections import ObstacleSection, Point, Positive
@@ -31,10 +31,16 @@ class PointCloudSection(Section):
 
 
 class MapSection(Section):
-    """`[map]`: map files as obstacles that are known, and zones to keep out of."""
+    """`[map]`: map files as obstacles that are known, zones to keep out of, and where all that
+    stands is known."""
 
-    files: Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
-    """Relative to the mission file; see [maps.md](maps.md) for the formats."""
+    files: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    """Relative to the mission file; see [maps.md](maps.md) for the formats. Needed unless
+    `complete` is given, which may be said of `[[obstacle]]` alone."""
+    complete: bool | Annotated[tuple[Point, Point], Field(strict=False)] = False
+    """Where what is known, by files and by `[[obstacle]]`, is all that stands there: true for
+    everywhere, or lowest and highest corner of a box, world frame. With `safety.escape = "mapped"`
+    unseen space counts as free there, and nowhere else."""
     known: Literal["world", "map", "both"] = "both"
     """both: really there and on the map; world: there, but not on the map; map: on the map only.
     Zones to keep out of are always on the map only."""
@@ -46,3 +52,16 @@ class MapSection(Section):
     """Whether zones of the airspace are kept out of."""
     at: str | None = None
     """Moment of the flight, such as 2025-06-01T12:00Z: zones not in force then do not count."""
+
+    @model_validator(mode="after")
+    def _holds_something(self) -> Self:
+        if not self.files and self.complete is False:
+            raise ValueError("files: at least one is needed, or complete")
+        if not isinstance(self.complete, bool):
+            low, high = self.complete
+            if not all(a < b for a, b in zip(low, high, strict=True)):
+                raise ValueError(
+                    "complete: must be true, or the lowest and the highest corner of a box, got "
+                    f"{[list(low), list(high)]}"
+                )
+        return self

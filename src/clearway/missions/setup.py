@@ -89,7 +89,7 @@ class FlightSetup:
     @property
     def escape(self) -> EscapePlan:
         """Which ways out clearway keeps in hand on this flight, and why."""
-        return escape_plan(self.planner, self.sensors)
+        return escape_plan(self.planner, self.sensors, self.obstacle_map)
 
     @property
     def kept_out(self) -> World | None:

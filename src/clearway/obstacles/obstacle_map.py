@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from clearway.base.brief import one_line
 from clearway.base.compiled import compiled
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
@@ -35,17 +36,23 @@ class ObstacleMap:
     [4.5]
     """
 
-    __slots__ = ("obstacles", "shapes", "tree")
+    __slots__ = ("complete_m", "obstacles", "shapes", "tree")
 
     obstacles: tuple[Obstacle, ...]
     shapes: Shapes
     """World frame."""
     tree: BoxTree
+    complete_m: FloatArray | None
+    """[2, 3] lowest and highest corner of the box in which it shows all that stands there, world
+    frame; None where nothing is declared."""
 
-    def __init__(self, obstacles: Sequence[Obstacle] = ()) -> None:
+    def __init__(
+        self, obstacles: Sequence[Obstacle] = (), *, complete_m: npt.ArrayLike | None = None
+    ) -> None:
         self.obstacles = tuple(obstacles)
         self.shapes = shapes_of(self.obstacles)
         self.tree = build_box_tree(self.shapes)
+        self.complete_m = None if complete_m is None else _box(complete_m)
 
     def __repr__(self) -> str:
         named = [obstacle.name for obstacle in self.obstacles if obstacle.name]
@@ -104,6 +111,18 @@ class ObstacleMap:
             self.shapes,
             self.tree,
         )
+
+
+def _box(corners_m: npt.ArrayLike) -> FloatArray:
+    """[2, 3] read-only; ClearwayError for corners that bound no box."""
+    box = np.array(corners_m, dtype=np.float64)
+    if box.shape != (2, 3) or not np.all(box[0] < box[1]):
+        raise ClearwayError(
+            f"obstacle map: complete_m must be the lowest and the highest corner of a box, got "
+            f"{box.tolist()}"
+        )
+    box.setflags(write=False)
+    return box
 
 
 @compiled

@@ -450,10 +450,10 @@ def _key(pose: FloatArray, attitude: int, step_m: float) -> tuple[int, ...]:
 
 
 def names_of(
-    library: EscapeLibrary, start: int, escape: int
+    library: EscapeLibrary, ways: Ways, escape: int
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Movements of an escape from an attitude: its beginning, and its loop."""
-    ways, names = library.ways[start], library.automaton.names
+    """Movements of an escape, of the library's or others: its beginning, and its loop."""
+    names = library.automaton.names
     if not 0 <= escape < len(ways.begins):
         raise ClearwayError(f"escape {escape}: there are {len(ways.begins)}")
     begins: list[str] = []

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from clearway.base.brief import one_line
+from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
@@ -132,16 +133,6 @@ class ReachLibrary:
             self.reach_sets,
             key=lambda s: (abs(s.start_pitch_rad - pitch_rad), abs(s.start_pitch_rad)),
         )
-
-
-def cache_folder() -> Path:
-    """`CLEARWAY_CACHE`, else the user's cache folder."""
-    chosen = os.environ.get("CLEARWAY_CACHE")
-    if chosen:
-        return Path(chosen)
-    from platformdirs import user_cache_dir
-
-    return Path(user_cache_dir("clearway", appauthor=False))
 
 
 def content_key(

@@ -50,8 +50,9 @@ class SeenSpace(NamedTuple):
     """[COLUMNS, COLUMNS, ROWS] 1 where seen to be free; a voxel of the world lies at its number
     modulo the shape."""
     window: FloatArray
-    """[8] number of the lowest voxel of the window along each axis, voxels per metre, and middle
-    and radius of a ball of the world that the mission declares free."""
+    """[14] number of the lowest voxel of the window along each axis, voxels per metre, middle and
+    radius of a ball of the world that the mission declares free, and lowest and highest corner of
+    the box in which a map is declared complete."""
 
     def __repr__(self) -> str:
         return brief(self)
@@ -61,13 +62,22 @@ class SeenSpace(NamedTuple):
         return 1.0 / float(self.window[3])
 
     @property
+    def complete_m(self) -> FloatArray:
+        """[2, 3] corners of the box in which a map is declared complete; without one, infinite
+        ones the wrong way round."""
+        return self.window[8:14].reshape(2, 3)
+
+    @property
     def low(self) -> IntArray:
         """[3] number of the lowest voxel along each axis."""
         return self.window[:3].astype(np.int64)
 
 
+NO_BOX = np.array([[np.inf] * 3, [-np.inf] * 3])
+"""Where no map is declared complete."""
 NOTHING_SEEN = SeenSpace(
-    np.zeros((1, 1, 1), dtype=np.uint8), np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    np.zeros((1, 1, 1), dtype=np.uint8),
+    np.concatenate([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], NO_BOX.ravel()]),
 )
 """Where no range sensor looks."""
 
@@ -81,6 +91,8 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
     inside = window[7] - radius
     if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
+        return True
+    if _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius):
         return True
     per_m = window[3]
     a0, a1 = int(np.floor((x - radius) * per_m)), int(np.floor((x + radius) * per_m))
@@ -104,14 +116,32 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
 
 @compiled
 def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
-    """Whether a voxel lies in the ball that the mission declares free."""
+    """Whether a voxel lies in the ball that the mission declares free, or in the mapped box."""
+    width = 1.0 / window[3]
+    x0, y0, z0 = a * width, b * width, c * width
+    if _in_box(window, x0, x0 + width, y0, y0 + width, z0, z0 + width):
+        return True
     if window[7] <= 0.0:
         return False
-    width = 1.0 / window[3]
     x = max(abs(a * width - window[4]), abs((a + 1) * width - window[4]))
     y = max(abs(b * width - window[5]), abs((b + 1) * width - window[5]))
     z = max(abs(c * width - window[6]), abs((c + 1) * width - window[6]))
     return bool(x * x + y * y + z * z <= window[7] ** 2)
+
+
+@compiled
+def _in_box(
+    window: FloatArray, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float
+) -> bool:
+    """Whether a box lies in the one in which a map is declared complete."""
+    return bool(
+        window[8] <= x0
+        and x1 <= window[11]
+        and window[9] <= y0
+        and y1 <= window[12]
+        and window[10] <= z0
+        and z1 <= window[13]
+    )
 
 
 class FreeSpace:
@@ -119,7 +149,9 @@ class FreeSpace:
 
     voxel_m: width of a voxel. start_m [3], start_free_m: a ball of the world that the mission
     declares free, since nobody can look at where the vehicle stands. reach_m: farther away nothing
-    is marked. Raises ClearwayError for a voxel that is no positive number.
+    is marked. complete_m [2, 3]: lowest and highest corner of the box in which a map shows all that
+    stands: there nothing needs to be seen. Raises ClearwayError for a voxel that is no positive
+    number.
     """
 
     def __init__(
@@ -129,6 +161,7 @@ class FreeSpace:
         start_free_m: float = 0.0,
         *,
         reach_m: float = np.inf,
+        complete_m: FloatArray | None = None,
     ) -> None:
         if not 0.0 < voxel_m < np.inf:
             raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
@@ -138,6 +171,7 @@ class FreeSpace:
         self._start_free_m = float(start_free_m)
         self.reach_m = min(float(reach_m), WITHIN * COLUMNS * self._voxel_m)
         """How far from the vehicle anything is marked."""
+        self._complete_m = NO_BOX if complete_m is None else complete_m
         self._low = self._lowest(self._start_m)
         self._patterns: dict[str, tuple[BeamPattern, BeamPattern]] = {}
 
@@ -149,7 +183,13 @@ class FreeSpace:
     def seen(self) -> SeenSpace:
         """As it is now; later sweeps change it."""
         window = np.concatenate(
-            [self._low, [1.0 / self._voxel_m], self._start_m, [self._start_free_m]]
+            [
+                self._low,
+                [1.0 / self._voxel_m],
+                self._start_m,
+                [self._start_free_m],
+                self._complete_m.ravel(),
+            ]
         )
         return SeenSpace(self._free, window)
 

@@ -1,0 +1,173 @@
+"""Compiled code of one function on disk: what ships with the package first, then what was kept.
+
+Code is found by a stamp of all sources that it follows from (`kernels.stamp`), so that what is
+stale is never even opened; files carry a checksum, and what is damaged is compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from llvmlite import binding
+from numba.core import compiler, config, serialize
+from numba.core.caching import _Cache
+
+from clearway.base.kernels.folders import SHIPPED, Turns, write_whole, written_folder
+from clearway.base.kernels.news import NEWS, nowhere_to_keep
+from clearway.base.kernels.stamp import PACKAGE, stamp_of
+
+LEVEL = "x86-64-v3"
+"""The common set of instructions that shipped code is made for."""
+LEVEL_NEEDS = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+VERSION = 1
+"""Raised whenever the layout of files changes."""
+Key = tuple[Any, ...]
+_rebuild: Callable[..., Any] = compiler.CompileResult._rebuild
+_dumps: Callable[[object], bytes] = serialize.dumps
+
+
+class KernelCache(_Cache):
+    """As numba asks for it, one for each function; touches no file before the first call."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        self._file = function.__code__.co_filename
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The folder that is written to; empty where none can be."""
+        folder = written_folder()
+        return str(folder or "")
+
+    def enable(self) -> None:
+        """Look for code, and keep it."""
+        self._enabled = True
+
+    def disable(self) -> None:
+        """Neither look for code nor keep it."""
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Nothing to do: what is stale is never looked at."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Code for a signature; None where it has to be compiled, which then begins."""
+        target_context.refresh()
+        name, found = self._name(), None
+        if self._enabled and name is not None:
+            codegen = target_context.codegen()
+            found = self._found(name, sig, codegen, target_context)
+            if found is None and written_folder() is not None:
+                turns().take(name)
+                found = self._found(name, sig, codegen, target_context)
+                if found is not None:
+                    turns().leave(name)
+        if found is None:
+            NEWS.begins()
+        else:
+            NEWS.loaded += 1
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled for a signature, if anything can be kept."""
+        name, folder = self._name(), written_folder()
+        if self._enabled and name is not None and _can_be_kept(data):
+            if folder is None:
+                _say_once()
+            else:
+                key = self._key(sig, data.codegen.magic_tuple())
+                try:
+                    write_whole(folder / _file_name(name, key), _packed(key, data))
+                except OSError:
+                    folder = None
+                    _say_once()
+                turns().leave(name)
+        NEWS.ends(f"{self._function.__module__}.{self._function.__qualname__}", folder)
+
+    def _found(self, name: str, sig: Any, codegen: Any, target_context: Any) -> Any:
+        own = codegen.magic_tuple()
+        folder = written_folder()
+        places = [] if folder is None else [(folder, own)]
+        if SHIPPED.is_dir():
+            places.insert(0, (SHIPPED, (own[0], LEVEL, "")))
+            if not runs_level():
+                del places[0]
+        for place, machine in places:
+            key = self._key(sig, machine)
+            payload = _read(place / _file_name(name, key), key)
+            if payload is not None:
+                return _rebuild(target_context, *payload)
+        return None
+
+    def _name(self) -> str | None:
+        """Folder and beginning of the files' names; None where sources cannot be told apart."""
+        try:
+            stamp = stamp_of(self._file)
+            module = ".".join(Path(self._file).relative_to(PACKAGE).with_suffix("").parts)
+        except (OSError, ValueError):
+            return None
+        code = self._function.__code__
+        return f"{module}-{stamp[:20]}/{self._function.__qualname__}-{code.co_firstlineno}"
+
+    def _key(self, sig: Any, machine: tuple[str, ...]) -> Key:
+        """What tells apart the codes that are kept of one function."""
+        code = hashlib.sha256(self._function.__code__.co_code).hexdigest()
+        return (VERSION, str(sig), machine, sys.implementation.cache_tag, code)
+
+
+@lru_cache(maxsize=1)
+def runs_level() -> bool:
+    """Whether this machine runs shipped code, and nobody asked for code of another kind."""
+    if getattr(config, "CPU_NAME", None) not in (None, LEVEL):
+        return False
+    has = binding.get_host_cpu_features()
+    return all(has.get(need, False) for need in LEVEL_NEEDS)
+
+
+@lru_cache(maxsize=1)
+def turns() -> Turns:
+    """The turns of processes that keep code in the same folder."""
+    folder = written_folder()
+    assert folder is not None
+    return Turns(folder)
+
+
+def _file_name(name: str, key: Key) -> str:
+    return f"{name}.{key[3]}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.kernel"
+
+
+def _can_be_kept(result: Any) -> bool:
+    """Whether code holds no addresses of this process."""
+    return not result.library.has_dynamic_globals and all(one.can_cache for one in result.lifted)
+
+
+def _packed(key: Key, result: Any) -> bytes:
+    payload = _dumps((key, result._reduce()))
+    return hashlib.sha256(payload).digest() + payload
+
+
+def _read(path: Path, key: Key) -> tuple[Any, ...] | None:
+    """What a file holds for a key; None where there is none, or it is damaged."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    if hashlib.sha256(data[32:]).digest() != data[:32]:
+        return None
+    try:
+        stored, payload = pickle.loads(data[32:])
+    except Exception:  # Whatever a type of someone else's may raise: it is compiled anew.
+        return None
+    return payload if stored == key else None
+
+
+@lru_cache(maxsize=1)
+def _say_once() -> None:
+    nowhere_to_keep()

@@ -1,0 +1,101 @@
+"""Where compiled code is kept between runs, and that no two processes compile the same at once."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import BinaryIO
+
+from clearway.base.cache_folder import cache_folder
+from clearway.base.kernels.stamp import PACKAGE
+
+SHIPPED = Path(__file__).parent / "shipped"
+"""Compiled code that comes with the package; never written to by a flight."""
+KEPT_STAMPS = 4
+"""Of each file of the package, of how many of its states compiled code is kept."""
+PATIENCE_S = 120.0
+"""How long the same work of another process is waited for."""
+
+
+@lru_cache(maxsize=1)
+def written_folder() -> Path | None:
+    """Where compiled code is written to: `CLEARWAY_CACHE`, else beside the package, else in the
+    user's cache; None where none of them can be written."""
+    beside = PACKAGE / "__pycache__"
+    places = [cache_folder()] if os.environ.get("CLEARWAY_CACHE") else [beside, cache_folder()]
+    for place in places:
+        folder = place / "compiled"
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK | os.X_OK):
+                return folder
+    return None
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write beside the target and move into place; raises OSError."""
+    if not path.parent.is_dir():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _forget_old(path.parent)
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(data)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _forget_old(newest: Path) -> None:
+    """Drop folders of the same file in older states than the last few."""
+    name = newest.name.rpartition("-")[0]
+    others = []
+    for folder in newest.parent.glob(f"{name}-*"):
+        with suppress(OSError):
+            if folder.name.rpartition("-")[0] == name and folder != newest:
+                others.append((folder.stat().st_mtime, folder))
+    for _, folder in sorted(others, reverse=True)[KEPT_STAMPS - 1 :]:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+class Turns:
+    """One process at a time for each name: bytes of one file are locked; where that cannot be done,
+    nobody waits. The system frees what a process that has ended held."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / "turns"
+        self._file: BinaryIO | None = None
+
+    def take(self, name: str) -> None:
+        """Wait until no other process has the turn, or for long enough."""
+        with suppress(ImportError, OSError):
+            import fcntl
+
+            if self._file is None:
+                self._file = self._path.open("ab")
+            until = time.monotonic() + PATIENCE_S
+            while time.monotonic() < until:
+                try:
+                    fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))
+                except (BlockingIOError, PermissionError):
+                    time.sleep(0.02)
+                else:
+                    return
+
+    def leave(self, name: str) -> None:
+        """Let the next process have its turn."""
+        with suppress(ImportError, OSError):
+            import fcntl
+
+            if self._file is not None:
+                fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _place(name))
+
+
+def _place(name: str) -> int:
+    """A byte of the file for a name, the same in every process."""
+    import zlib
+
+    return zlib.crc32(name.encode())
