@@ -1,4 +1,4 @@
-"""Measured movements: every one after every other, in a file, and flown by what they say."""
+"""MeasuredPlant movements: every one after every other, in a file, and flown by what they say."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from clearway.missions.automaton_file import automaton_file, read_automaton, wri
 from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.flown import flown_from, turns_of
 from clearway.reach.store import ReachLibrary
-from clearway.sim.plants.measuring import Measured, MeasureSettings, measure, round_of_pairs
+from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings, measure, round_of_pairs
 from clearway.sim.plants.plant import PlantKind, own_plant
 from clearway.vehicle.automaton import MovementAutomaton
 from in_process import clearway
@@ -51,7 +51,7 @@ def kind() -> PlantKind:
 
 
 @pytest.fixture(scope="module")
-def measured(kind: PlantKind) -> Measured:
+def measured(kind: PlantKind) -> MeasuredPlant:
     return measure(kind, ASKED, SETTINGS)
 
 
@@ -64,7 +64,7 @@ def test_a_round_of_pairs_flies_each_after_each_once(count: int, seed: int):
     assert way[0] == way[-1]
 
 
-def test_what_was_measured_predicts_far_better_than_the_closed_form(measured: Measured):
+def test_what_was_measured_predicts_far_better_than_the_closed_form(measured: MeasuredPlant):
     assert measured.samples == 2 * len(ASKED.names) ** 2
     for own, closed in zip(measured.error_m, measured.closed_form_m, strict=True):
         assert np.quantile(own, 0.95) < 0.2 * np.quantile(closed, 0.95)
@@ -78,7 +78,7 @@ def test_what_was_measured_predicts_far_better_than_the_closed_form(measured: Me
     assert min(inside) >= 0.99
 
 
-def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: Measured):
+def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: MeasuredPlant):
     automaton = measured.automaton
     assert automaton.can_stop
     assert automaton.hold is not None
@@ -95,7 +95,7 @@ def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: Me
     assert escapes.legs.path[straight, hold, -1, 0] > 0.5
 
 
-def test_reach_sets_are_rooted_at_what_was_flown_last(measured: Measured):
+def test_reach_sets_are_rooted_at_what_was_flown_last(measured: MeasuredPlant):
     automaton = measured.automaton
     library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=20.0))
     reach_set = library.nearest(0.0)
@@ -116,7 +116,7 @@ def test_reach_sets_are_rooted_at_what_was_flown_last(measured: Measured):
     np.testing.assert_allclose(flown.states[second, :3], turned, atol=1e-9)
 
 
-def test_a_file_holds_all_of_it(measured: Measured, tmp_path: Path):
+def test_a_file_holds_all_of_it(measured: MeasuredPlant, tmp_path: Path):
     file = tmp_path / "lagging.toml"
     write_automaton(automaton_file("lagging", measured, SETTINGS), file)
     read = read_automaton(file)
@@ -140,7 +140,7 @@ def test_a_file_holds_all_of_it(measured: Measured, tmp_path: Path):
     ],
 )
 def test_a_file_that_does_not_fit_is_refused(
-    measured: Measured, tmp_path: Path, was: str, becomes: str, wrong: str
+    measured: MeasuredPlant, tmp_path: Path, was: str, becomes: str, wrong: str
 ):
     file = tmp_path / "bad.toml"
     write_automaton(automaton_file("lagging", measured, SETTINGS), file)

@@ -12,7 +12,7 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.provenance import provenance
 from clearway.io.toml import Section, read_model, write_toml
 from clearway.missions.sections import Count, NotNegative, Positive
-from clearway.sim.plants.measuring import Measured, MeasureSettings
+from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.measured import PairTable
 from clearway.vehicle.multirotor import MultirotorModel
@@ -107,7 +107,7 @@ def read_automaton(path: str | Path) -> MovementAutomaton:
     return read_model(path, AutomatonFile).to_automaton()
 
 
-def automaton_file(plant: str, measured: Measured, settings: MeasureSettings) -> AutomatonFile:
+def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSettings) -> AutomatonFile:
     """What measuring gave, as a file."""
     table = measured.automaton.pairs
     assert table is not None  # Measuring makes one.

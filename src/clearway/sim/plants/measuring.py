@@ -66,7 +66,7 @@ class FlownMovement(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredPlant:
     """What measuring a plant gave."""
 
     automaton: MovementAutomaton
@@ -84,7 +84,7 @@ def measure(
     automaton: MovementAutomaton,
     settings: MeasureSettings | None = None,
     progress: Progress | None = None,
-) -> Measured:
+) -> MeasuredPlant:
     """Fly every movement after every other, and see how well the table of it predicts.
 
     automaton: movements by closed form, as the plant's loops are asked for them. Takes flights of
@@ -110,7 +110,7 @@ def measure(
     measured = replace(asked, table=replace(table, tube_m=_tube(tubes)))
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
     samples = sum(len(flight) for flight in made)
-    return Measured(measured, samples, errors, closed)
+    return MeasuredPlant(measured, samples, errors, closed)
 
 
 def table_of(
