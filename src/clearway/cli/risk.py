@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.base.verdict import DemandVerdict
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import leave_by, number_pair, print_json, say
+from clearway.cli.report import leave_by, number_pair, print_json, say, sourced
 from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.encounter_model import EncounterModel
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.study import RiskStudy
+    from clearway.view.plot.style import Pictures
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 
@@ -64,6 +67,8 @@ def risk(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -91,8 +96,9 @@ def risk(
     )
     planners = _planners(planner)
     network = _model(model, settings)
+    folder, pictures = _folder(out, model, only), drawn.pictures_of(form, dpi)
     if only is not None:
-        _fly_one(network, only, planners, settings, seed, out, as_json)
+        _fly_one(network, only, planners, settings, seed, folder, as_json, pictures)
         return
     result = _flown(network, planners, range(first, first + count), settings, seed, workers)
     told = summary(result, network)
@@ -100,13 +106,25 @@ def risk(
         print_json(told)
     else:
         print_tables(result, told, model)
-    if out is not None:
-        _write(result, told, out)
+    if folder is not None:
+        _write(result, told, folder)
     leave_by(
         DemandVerdict(measure["verdict"])
         for measure in told["planners"][planners[0]].values()
         if isinstance(measure, dict) and "verdict" in measure
     )
+
+
+def _folder(out: Path | None, model: Path | None, only: int | None) -> ResultsFolder | None:
+    """Where results go, looked at before anything is flown; nowhere unless asked for."""
+    from clearway.io.results_folder import ResultsFolder
+
+    if out is None:
+        return None
+    of = "made-up numbers" if model is None else model.name
+    if only is not None:
+        return ResultsFolder.checked(out, "risk --only", of, adds=True)
+    return ResultsFolder.checked(out, "risk", of)
 
 
 def _layers(text: str) -> tuple[int, ...]:
@@ -162,35 +180,36 @@ def _fly_one(
     planners: Sequence[str],
     settings: RiskSettings,
     seed: int,
-    out: Path | None,
+    folder: ResultsFolder | None,
     as_json: bool,
+    pictures: Pictures,
 ) -> None:
     """Fly one encounter with every planner; draw it, and say what was decided when."""
     from clearway.studies.risk.replay import replayed
 
     told = replayed(model, number, planners, settings, seed)
-    if out is not None:
-        from clearway.io.staging import staged
-        from clearway.studies.figures.risk import draw_encounter
-
-        name = f"encounter-{number}.png"
-        with staged(out) as scratch:
-            draw_encounter(told.tracks).savefig(scratch / name)
-        say(f"wrote {name} to {out}")
     if as_json:
         print_json(told.as_dict())
     else:
         for line in told.lines():
             print(line)
+    if folder is not None:
+        from clearway.studies.figures.risk import draw_encounter
+        from clearway.view.plot.style import house_style
+
+        with folder.written() as scratch, house_style():
+            name = pictures.save(draw_encounter(told.tracks), scratch, f"encounter-{number}")
+        say(f"wrote {name} to {folder.path}")
 
 
-def _write(result: RiskStudy, told: dict[str, Any], folder: Path) -> None:
+def _write(result: RiskStudy, told: dict[str, Any], folder: ResultsFolder) -> None:
     import json
 
-    from clearway.io.staging import staged
     from clearway.studies.risk.summary import write_encounters
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         write_encounters(result, scratch / "encounters.csv")
-        (scratch / "risk.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
-    say(f"wrote encounters.csv, risk.json to {folder}")
+        (scratch / "risk.json").write_text(
+            json.dumps(sourced(told), indent=2, allow_nan=False) + "\n"
+        )
+    say(f"wrote encounters.csv, risk.json to {folder.path}")

@@ -321,10 +321,12 @@ class AvoidanceSystem:
         self._plan = Plan(self.planner.automaton)
 
     def fly_to(self, place_m: FloatArray, now_s: float) -> None:
-        """A goal [3] in place of the mission, from here; a decision is due then."""
+        """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due."""
         known = self._known
         radius = self.mission.reach_radius_m
-        known.mission = Mission("a new goal", known.own_states.latest, place_m[None], radius)
+        known.mission = Mission(
+            "a new goal", known.own_states.latest, place_m.reshape(-1, 3), radius
+        )
         known.progress = Progress(nearest_s=known.clock.own(now_s))
         self.leave_plan()
 

@@ -33,6 +33,8 @@ class OwnMotion:
     """Yaw of the nose, left positive from x."""
     position_std_m: float = 0.0
     attitude_std_rad: float = 0.0
+    attitude_rad: FloatArray | None = None
+    """[3] of the body, where the link tells it: decisions then start from it as it is."""
 
     def direction(self, least_mps: float) -> tuple[float, float]:
         """Pitch (nose down positive) and yaw of the flight path; of the nose when slower."""
@@ -45,8 +47,9 @@ class OwnMotion:
 
     def state(self, least_mps: float) -> State:
         """The own state that decisions start from."""
-        pitch, yaw = self.direction(least_mps)
-        attitude = np.array([0.0, pitch, yaw])
+        attitude = self.attitude_rad
+        if attitude is None:
+            attitude = np.array([0.0, *self.direction(least_mps)])
         return State(
             self.position_m, attitude, self.time_s, self.position_std_m, self.attitude_std_rad
         )

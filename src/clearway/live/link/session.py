@@ -161,7 +161,7 @@ class Session:
         """Where the vehicle is and how it moves, at a time that was heard."""
         state = motion.state(SLOWEST * self.system.planner.speed_mps)
         planned = self._planned(state.time_s) if self._is_led and not self._flaw else None
-        if planned is not None:
+        if planned is not None and motion.attitude_rad is None:
             state = turned_onto(planned, state, self.counts)
         if self._own is None or state.time_s > self._own.time_s:
             self.motion, self._own = motion, state
@@ -195,8 +195,8 @@ class Session:
             self._following.hear_target(place_m)
 
     def hear_goal(self, place_m: FloatArray, wall_s: float) -> str | None:
-        """A new goal in place of the mission; why it is refused, or None."""
-        goals = np.asarray(place_m, dtype=np.float64)[None]
+        """A goal [3], or several [n, 3], in place of the mission; why it is refused, or None."""
+        goals = np.asarray(place_m, dtype=np.float64).reshape(-1, 3)
         radius = self.system.mission.reach_radius_m
         if self._own is None:
             return "the own place is not known"
@@ -207,7 +207,7 @@ class Session:
         refusal = self.terms.floor.refusal(self._ground_m, goals, radius)
         if refusal is None:
             self._held_height_m = None
-            self.system.fly_to(goals[0], self.clock.now(wall_s))
+            self.system.fly_to(goals, self.clock.now(wall_s))
         return refusal
 
     # --- out ------------------------------------------------------------------------------

@@ -1,0 +1,44 @@
+"""What has been heard, topic by topic: how much, how fast, how old; and what is missing."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+RATE_OVER = 20
+"""Messages over which a rate is taken."""
+
+
+@dataclass(slots=True)
+class HeardTopic:
+    """One topic."""
+
+    kind: str
+    needed: bool
+    messages: int = 0
+    refused: int = 0
+    newest_s: float = -math.inf
+    """By our clock."""
+    age_s: float = math.nan
+    """Of the last stamp, by the newest time that any message told."""
+    _came: deque[float] = field(default_factory=lambda: deque(maxlen=RATE_OVER))
+
+    def take(self, wall_s: float) -> None:
+        self.messages += 1
+        self.newest_s = wall_s
+        self._came.append(wall_s)
+
+    @property
+    def rate_hz(self) -> float:
+        span = self._came[-1] - self._came[0] if len(self._came) > 1 else 0.0
+        return (len(self._came) - 1) / span if span > 0.0 else 0.0
+
+    def words(self, topic: str, publishers: int) -> str:
+        """One line."""
+        if not self.messages:
+            who = f"{publishers} publishers, but" if publishers else "no publisher and"
+            return f"{topic} ({self.kind}): {who} no message"
+        age = "" if math.isnan(self.age_s) else f", {1e3 * self.age_s:.0f} ms old"
+        bad = f", {self.refused} not usable" if self.refused else ""
+        return f"{topic} ({self.kind}): {self.messages} at {self.rate_hz:.1f} Hz{age}{bad}"

@@ -1,0 +1,130 @@
+"""Parameters of the node, from the YAML file that ROS 2 users know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from clearway.base.errors import InputError, MissingExtraError
+
+NODE = "clearway"
+MOST_BYTES = 1 << 20
+
+
+class ParameterSection(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class CloudParameters(ParameterSection):
+    """A sensor of the mission: the `[[lidar]]` of the same name."""
+
+    topic: str
+    type: Literal["PointCloud2", "LaserScan"] = "PointCloud2"
+    deskew: bool = True
+    """Whether per-point times, where the cloud has them, move points to the stamp."""
+
+
+class TrafficParameters(ParameterSection):
+    topic: str
+    type: Literal["TransponderReport", "ADSBVehicle"]
+
+
+class OwnParameters(ParameterSection):
+    topic: str = "odom"
+    type: Literal["Odometry", "PoseStamped", "PoseWithCovarianceStamped"] = "Odometry"
+
+
+class SetPointParameters(ParameterSection):
+    topic: str
+    type: Literal["TrajectorySetpoint", "PositionTarget", "Twist", "Path"]
+
+
+class NodeParameters(ParameterSection):
+    """All of them."""
+
+    mission: Path
+    act: bool = False
+    """Send set-points; else only plan, decision, diagnostics and markers are published."""
+    rate: float = Field(default=10.0, ge=1.0, le=100.0)
+    """Ticks a second."""
+    use_sim_time: bool = False
+    map_frame: str = "map"
+    base_frame: str = "base_link"
+    ground_m: float | None = None
+    """Height of the ground in the map frame; the margin above it is the floor."""
+    own: OwnParameters = OwnParameters()
+    clouds: dict[str, CloudParameters] = {}
+    """By the names of the mission's sensors."""
+    traffic: tuple[TrafficParameters, ...] = Field(default=(), strict=False)
+    set_points: tuple[SetPointParameters, ...] = Field(default=(), strict=False)
+    goal: str = "goal_pose"
+    """Topic of a geometry_msgs/PoseStamped: a goal in place of the mission."""
+    path: str = "path_in"
+    """Topic of a nav_msgs/Path: goals in place of the mission."""
+
+
+def read_parameters(path: Path, node: str = NODE, namespace: str = "") -> NodeParameters:
+    """Of a node, by its full name, its own name, or for all (`/**`); InputError names what is wrong
+    with them."""
+    try:
+        from ruamel.yaml import YAML
+        from ruamel.yaml.error import YAMLError
+    except ImportError as cause:
+        raise MissingExtraError("reading ROS 2 parameters", "ros2") from cause
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InputError(str(path), f"is no parameter file: more than {MOST_BYTES} bytes")
+        tree = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
+    except (YAMLError, UnicodeDecodeError, ValueError, RecursionError) as cause:
+        first = str(cause).strip().splitlines()[0] if str(cause) else type(cause).__name__
+        raise InputError(str(path), f"no YAML: {first}") from cause
+    found: dict[str, Any] = {}
+    full = f"{namespace.rstrip('/')}/{node}"
+    for name in ("/**", node, full):
+        section = tree.get(name) if isinstance(tree, Mapping) else None
+        values = section.get("ros__parameters") if isinstance(section, Mapping) else None
+        if isinstance(values, Mapping):
+            found |= {str(key): value for key, value in values.items()}
+    if not found:
+        raise InputError(str(path), f"no ros__parameters of {full}, {node} or /**")
+    if isinstance(found.get("mission"), str):
+        beside = path.parent / found["mission"]
+        found["mission"] = beside if beside.exists() else Path(found["mission"])
+    try:
+        return NodeParameters.model_validate(found)
+    except ValidationError as refused:
+        raise InputError(str(path), _problems(refused)) from refused
+
+
+def _problems(refused: ValidationError) -> list[str]:
+    return [
+        f"{'.'.join(str(part) for part in error['loc'])}: {error['msg']}"
+        for error in refused.errors(include_url=False, include_input=False)
+    ]
+
+
+class Names:
+    """Full names of topics: namespace, `~`, and remappings as `from:=to`."""
+
+    def __init__(self, namespace: str = "", node: str = NODE, remap: Sequence[str] = ()) -> None:
+        self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
+        self._node = node
+        pairs = [rule.partition(":=") for rule in remap]
+        wrong = [rule for rule in remap if not rule.partition(":=")[2]]
+        if wrong:
+            raise InputError("--remap", f"{wrong[0]!r} is not FROM:=TO")
+        self._remap = {self.full(before): self.full(after) for before, _, after in pairs}
+
+    def full(self, name: str) -> str:
+        """A name in the namespace, not remapped."""
+        if name.startswith("~"):
+            return f"{self.namespace}/{self._node}/{name.lstrip('~/')}"
+        return name if name.startswith("/") else f"{self.namespace}/{name}"
+
+    def __call__(self, name: str) -> str:
+        return self._remap.get(self.full(name), self.full(name))

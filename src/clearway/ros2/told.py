@@ -1,0 +1,161 @@
+"""What the node says: set-points, plans, decisions, diagnostics, markers, as messages."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from clearway.base.frames import FloatArray, ned_from_enu, world_from_body
+from clearway.live.flight_decision import FlightDecision
+from clearway.live.link.session import TickOutcome
+from clearway.live.link.set_point import SetPoint
+from clearway.ros2.messages import made
+
+NAN3 = np.full(3, math.nan, dtype=np.float32)
+FOLLOW, HOLD = 0x9C0, 0x9F8
+"""Type masks of mavros_msgs/PositionTarget: place, velocity and yaw count; place and yaw."""
+LOCAL_NED = 1
+"""FRAME_LOCAL_NED, which mavros turns from z-up itself."""
+OK, WARN, ERROR = 0, 1, 2
+AHEAD_S = 1.0
+"""How far ahead a path leads that is sent as a set-point."""
+
+
+def stamp_of(time_s: float) -> Any:
+    seconds = math.floor(time_s)
+    nanoseconds = min(999_999_999, round((time_s - seconds) * 1e9))
+    return made("builtin_interfaces/msg/Time", sec=int(seconds), nanosec=nanoseconds)
+
+
+def header(time_s: float, frame: str) -> Any:
+    return made("std_msgs/msg/Header", stamp=stamp_of(time_s), frame_id=frame)
+
+
+def point(place: FloatArray, kind: str = "Point") -> Any:
+    x, y, z = (float(value) for value in place)
+    return made(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
+
+
+def turned(yaw_rad: float) -> Any:
+    return made(
+        "geometry_msgs/msg/Quaternion",
+        x=0.0, y=0.0, z=math.sin(0.5 * yaw_rad), w=math.cos(0.5 * yaw_rad),
+    )  # fmt: skip
+
+
+def set_point_message(kind: str, told: SetPoint, time_s: float, frame: str) -> Any:
+    """A set-point as one of the kinds that `parameters.SetPointParameters` names."""
+    velocity = np.zeros(3) if told.velocity_mps is None else told.velocity_mps
+    if kind == "TrajectorySetpoint":
+        moving = told.velocity_mps is not None
+        return made(
+            "px4_msgs/msg/TrajectorySetpoint",
+            timestamp=max(0, int(time_s * 1e6)),
+            position=ned_from_enu(told.position_m).astype(np.float32),
+            velocity=ned_from_enu(velocity).astype(np.float32) if moving else NAN3,
+            acceleration=NAN3,
+            jerk=NAN3,
+            yaw=math.remainder(0.5 * math.pi - told.yaw_rad, 2.0 * math.pi),
+            yawspeed=math.nan,
+        )
+    if kind == "PositionTarget":
+        return made(
+            "mavros_msgs/msg/PositionTarget",
+            header=header(time_s, frame),
+            coordinate_frame=LOCAL_NED,
+            type_mask=HOLD if told.velocity_mps is None else FOLLOW,
+            position=point(told.position_m),
+            velocity=point(velocity, "Vector3"),
+            yaw=told.yaw_rad,
+        )
+    if kind == "Twist":
+        body = velocity @ world_from_body([0.0, 0.0, told.yaw_rad])
+        return made("geometry_msgs/msg/Twist", linear=point(body, "Vector3"))
+    ahead = [told.position_m, told.position_m + AHEAD_S * velocity]
+    return path_message(np.array(ahead), time_s, frame)
+
+
+def path_message(places_m: FloatArray, time_s: float, frame: str) -> Any:
+    """A nav_msgs/Path [n, 3], each pose along the way to the next."""
+    ways = np.diff(places_m, axis=0, append=places_m[-1:]) if len(places_m) else places_m
+    poses, yaw = [], 0.0
+    for place, way in zip(places_m, ways, strict=True):
+        if np.hypot(way[0], way[1]) > 1e-9:
+            yaw = math.atan2(way[1], way[0])
+        pose = made("geometry_msgs/msg/Pose", position=point(place), orientation=turned(yaw))
+        poses.append(made("geometry_msgs/msg/PoseStamped", header=header(time_s, frame), pose=pose))
+    return made("nav_msgs/msg/Path", header=header(time_s, frame), poses=poses)
+
+
+def decision_row(flight: FlightDecision, outcome: TickOutcome) -> dict[str, Any]:
+    """A decision with its reasons, as JSON."""
+    return {
+        "time_s": round(flight.time_s, 6),
+        "link": str(outcome.state),
+        "why_now": outcome.why_now,
+        "mode": str(flight.mode),
+        "why_mode": flight.mode_state.why,
+        "goal": flight.goal,
+        "position_m": [round(v, 3) for v in flight.state.position_m.tolist()],
+        "movements": list(flight.movements),
+        "margin_m": round(flight.decision.margin_m, 3),
+        "basis": str(flight.decision.choice.basis),
+        "explanation": flight.explanation,
+        "elapsed_ms": round(1e3 * outcome.elapsed_s, 3),
+    }
+
+
+def string_of(row: Mapping[str, Any]) -> Any:
+    return made("std_msgs/msg/String", data=json.dumps(row))
+
+
+def diagnostics(
+    name: str, level: int, words: str, values: Mapping[str, object], time_s: float
+) -> Any:
+    pairs = [
+        made("diagnostic_msgs/msg/KeyValue", key=key, value=str(value))
+        for key, value in values.items()
+    ]
+    status = made(
+        "diagnostic_msgs/msg/DiagnosticStatus",
+        level=level, name=name, message=words, hardware_id="clearway", values=pairs,
+    )  # fmt: skip
+    return made("diagnostic_msgs/msg/DiagnosticArray", header=header(time_s, ""), status=[status])
+
+
+def markers(flight: FlightDecision, time_s: float, frame: str) -> Any:
+    """For RViz and Foxglove: plan and way out as lines, the reason as text."""
+    decision = flight.decision
+    way = decision.way_out_path_m
+    lines = [
+        _line("plan", decision.path_m, (0.84, 0.15, 0.16), time_s, frame),
+        _line("way out", way, (0.03, 0.55, 0.51), time_s, frame),
+    ]
+    text = _marker("why", 9, time_s, frame)
+    text.pose.position = point(flight.state.position_m + np.array([0.0, 0.0, 1.0]))
+    text.scale.z, text.text = 0.5, str(flight.mode)
+    text.color.r = text.color.g = text.color.b = text.color.a = 1.0
+    return made("visualization_msgs/msg/MarkerArray", markers=[*lines, text])
+
+
+def _line(
+    name: str, places_m: FloatArray, rgb: tuple[float, float, float], time_s: float, frame: str
+) -> Any:
+    one = _marker(name, 4, time_s, frame)
+    if len(places_m) < 2:
+        one.action = 2  # DELETE
+        return one
+    one.points = [point(place) for place in places_m]
+    one.scale.x = 0.1
+    one.color.r, one.color.g, one.color.b, one.color.a = (*rgb, 1.0)
+    return one
+
+
+def _marker(name: str, kind: int, time_s: float, frame: str) -> Any:
+    one = made("visualization_msgs/msg/Marker", header=header(time_s, frame), ns=name, type=kind)
+    one.pose.orientation = turned(0.0)
+    return one

@@ -1,0 +1,319 @@
+"""The node told by hand: what comes in, what goes out, and what becomes of everything wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
+
+from clearway.base.errors import InputError
+from clearway.ros2.clouds import points_of
+from clearway.ros2.messages import damages, made, packed, unpacked
+from clearway.ros2.parameters import Names, read_parameters
+from clearway.ros2.told import header
+from ros2_for_tests import (
+    BEGAN_S,
+    RosBench,
+    cloud,
+    odometry,
+    transform,
+    transponder,
+)
+
+
+@pytest.fixture
+def bench() -> RosBench:
+    return RosBench()
+
+
+def test_it_flies_and_says_so_in_every_way(bench: RosBench) -> None:
+    outcome = bench.fly(3)
+    assert str(outcome.state) == "flying"
+    row = json.loads(bench.sent("/clearway/decision")[-1].data)
+    assert row["mode"] in ("navigation", "avoidance")
+    assert row["explanation"]
+    plan = bench.sent("/clearway/plan")[-1]
+    assert plan.header.frame_id == "map"
+    assert plan.poses[-1].pose.position.x > 5.0
+    px4, mavros = bench.sent("/px4")[-1], bench.sent("/mavros")[-1]
+    place, velocity = mavros.position, mavros.velocity
+    assert px4.position == pytest.approx([place.y, place.x, -place.z], abs=1e-5)
+    assert px4.velocity == pytest.approx([velocity.y, velocity.x, -velocity.z], abs=1e-5)
+    assert px4.yaw == pytest.approx(0.5 * math.pi - mavros.yaw, abs=1e-5)
+    assert np.isnan(px4.acceleration).all()
+    assert bench.sent("/cmd_vel")[-1].linear.x == pytest.approx(1.0)
+    assert len(bench.sent("/follow")[-1].poses) == 2
+    lines = {one.ns: one for one in bench.sent("/clearway/markers")[-1].markers}
+    assert set(lines) == {"plan", "way out", "why"}
+    status = bench.sent("/diagnostics")[-1].status[0]
+    assert status.level == 0 or status.message.startswith("waiting")
+
+
+def test_read_only_sends_no_set_points() -> None:
+    bench = RosBench(act=False)
+    bench.fly(3)
+    assert bench.sent("/clearway/plan")
+    assert not any(bench.sent(topic) for topic in ("/px4", "/mavros", "/cmd_vel", "/follow"))
+
+
+def test_what_stands_ahead_is_flown_round(bench: RosBench) -> None:
+    grid = np.linspace(-1.5, 1.5, 15)
+    wall = [(5.0, y, z) for y in grid for z in grid]
+    bench.fly(4, points=wall)
+    row = json.loads(bench.sent("/clearway/decision")[-1].data)
+    assert row["mode"] == "avoidance"
+
+
+def test_an_aircraft_is_kept_clear_of(bench: RosBench) -> None:
+    bench.fly(2)
+    bench.bus.tell("/adsb", transponder())
+    bench.fly(2, begins=2)
+    assert bench.link.topics["/adsb"].refused == 0
+    assert "abcdef" in bench.session._intruders
+
+
+def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:
+    bench.fly(2)
+    goal = made("geometry_msgs/msg/PoseStamped", header=header(BEGAN_S, "map"))
+    goal.pose.position.x, goal.pose.position.y = 20.0, 20.0
+    bench.bus.tell("/goal_pose", goal)
+    bench.fly(1, begins=2)
+    assert bench.session.system.mission.goals_m.tolist() == [[20.0, 20.0, 0.0]]
+    goal.header.frame_id = "nowhere"
+    bench.bus.tell("/goal_pose", goal)
+    bench.fly(1, begins=3)
+    assert bench.counts["/goal_pose: no place in the map frame"] == 1
+
+
+def test_an_unknown_frame_is_waited_for_and_told(bench: RosBench) -> None:
+    bench.bus.tell("/odom", odometry(BEGAN_S, frame="odom"))
+    assert str(bench.tick(0.0).state) == "waiting"
+    assert bench.counts["own place: no transform to the map frame"] == 1
+    assert bench.link.missing()
+    for tick in range(1, 4):
+        now = 0.1 * tick
+        moved = transform("odom", "map", (100.0, 0.0, 0.0), 0.5 * math.pi, BEGAN_S + now)
+        bench.bus.tell("/tf", moved)
+        bench.bus.tell("/odom", odometry(BEGAN_S + now, (now, 0.0, 0.0), frame="odom"))
+        bench.bus.tell("/points", cloud(BEGAN_S + now, [(5.0, 4.0, 0.0)]))
+        bench.tick(now)
+    assert bench.session.motion is not None
+    assert bench.session.motion.position_m == pytest.approx([100.0, 0.3, 0.0])
+    assert bench.session.motion.heading_rad == pytest.approx(0.5 * math.pi)
+    assert bench.session.motion.velocity_mps == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("frame", "reason"),
+    [
+        ("nobody", "cloud: no transform from its frame to the body"),
+        ("turned", "cloud: its sensor is mounted elsewhere than the mission says"),
+    ],
+)
+def test_clouds_of_other_places_are_refused(bench: RosBench, frame: str, reason: str) -> None:
+    bench.bus.tell("/tf_static", transform("turned", "base_link", (0.2, 0.0, 0.1), 0.1))
+    bench.bus.tell("/odom", odometry(BEGAN_S))
+    bench.bus.tell("/points", cloud(BEGAN_S, [(5.0, 0.0, 0.0)], frame))
+    assert str(bench.tick(0.0).state) == "waiting"
+    assert bench.counts[reason] == 1
+    assert any(reason in line for line in bench.link.missing())
+
+
+def test_a_late_transform_of_the_sensor_is_enough() -> None:
+    bench = RosBench()
+    bench.bus.came.clear()  # The static transform of the bench.
+    bench.fly(2)
+    assert str(bench.session.state) == "waiting"
+    bench.bus.tell("/tf_static", transform("lidar", "base_link", (0.2, 0.0, 0.1)))
+    assert str(bench.fly(2, begins=2).state) == "flying"
+
+
+def test_empty_clouds_free_nothing(bench: RosBench) -> None:
+    bench.fly(2)
+    bench.bus.tell("/points", cloud(BEGAN_S + 0.2, np.zeros((0, 3))))
+    bench.tick(0.2)
+    assert bench.counts["cloud: empty, which says nothing"] == 1
+
+
+def test_a_million_points_and_nan_are_taken(bench: RosBench) -> None:
+    many = np.random.default_rng(1).uniform(4.0, 9.0, (1_000_000, 3))
+    many[::3] = np.nan
+    many[1::1000] = np.inf
+    bench.fly(1, points=many)
+    outcome = bench.fly(2, begins=1)
+    assert str(outcome.state) == "flying"
+
+
+def test_covariance_widens_the_margin(bench: RosBench) -> None:
+    for variance, std in ((0.04, 0.2), (-1.0, 0.0), (math.nan, 0.0), (1e9, 0.0)):
+        bench.bus.tell("/odom", odometry(BEGAN_S + 1e-3 * abs(std), variance=variance))
+        bench.link.hear(0.0)
+        heard = bench.link._own._last
+        assert heard is not None
+        assert heard.position_std_m == pytest.approx(std)
+
+
+@pytest.mark.parametrize("place", [(math.nan, 0.0, 0.0), (1e12, 0.0, 0.0)])
+def test_places_that_are_none_are_left_out(bench: RosBench, place) -> None:
+    bench.bus.tell("/odom", odometry(BEGAN_S, place))
+    assert str(bench.tick(0.0).state) == "waiting"
+    assert bench.counts["own place: no pose"] == 1
+
+
+def test_time_that_jumps_ends_in_a_restart_and_strays_do_not(bench: RosBench) -> None:
+    bench.fly(5)
+    bench.bus.tell("/odom", odometry(BEGAN_S + 500.0))
+    assert str(bench.fly(2, begins=5).state) == "flying"
+    for _ in range(8):
+        bench.bus.tell("/odom", odometry(BEGAN_S - 100.0))
+    assert str(bench.tick(0.8).state) == "autopilot restarted"
+
+
+def test_silence_is_told_and_a_hold_is_sent(bench: RosBench) -> None:
+    bench.fly(5)
+    states = [str(bench.tick(0.5 + 0.1 * k).state) for k in range(45)]
+    assert states.index("ageing") < states.index("stale position")
+    assert states[-1] in ("link lost", "position lost")
+    last = bench.sent("/mavros")[-1]
+    assert last.type_mask == 0x9F8, "to hold"
+    assert str(bench.fly(2, begins=51).state) == "flying", "a publisher that comes back"
+
+
+def test_points_are_moved_to_the_stamp(bench: RosBench) -> None:
+    """A sweep of 0.1 s at 1 m/s past one point: seen 0.1 m nearer at its end."""
+    bench.fly(4)
+    seen = np.array([[5.0, 0.0, 0.0], [4.9, 0.0, 0.0]])
+    maker = bench.link._scan_maker(
+        "front", points_of(cloud(BEGAN_S, seen, later_s=[0.0, 0.1]), "PointCloud2"), BEGAN_S + 0.1,
+        deskew=True,
+    )  # fmt: skip
+    state = bench.session.system.situation(BEGAN_S + 0.3)[0].state
+    placed = maker(state, 0.0).points_m
+    assert placed[:, 0] == pytest.approx([5.0, 5.0], abs=0.004)
+
+
+@pytest.mark.parametrize("big_endian", [False, True])
+@pytest.mark.parametrize("rows", [1, 4])
+def test_clouds_of_any_layout(big_endian: bool, rows: int) -> None:
+    points = np.arange(24.0).reshape(8, 3) + 1.0
+    later = np.arange(8) * 0.01
+    message = cloud(1.0, points, later_s=later, big_endian=big_endian, rows=rows)
+    found = points_of(unpacked(packed(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2")
+    assert found.points_m == pytest.approx(points)
+    assert found.later_s == pytest.approx(later)
+
+
+def test_laser_scans() -> None:
+    message = made(
+        "sensor_msgs/msg/LaserScan", angle_min=0.0, angle_increment=0.5 * math.pi,
+        range_min=0.1, range_max=10.0, ranges=np.array([1.0, 2.0, np.inf, np.nan], np.float32),
+    )  # fmt: skip
+    found = points_of(message, "LaserScan")
+    assert found.points_m == pytest.approx(np.array([[1.0, 0, 0], [0, 2.0, 0]]), abs=1e-6)
+
+
+def fuzzed(bench: RosBench, number: int, seed: int) -> None:
+    """Messages that are cut, flipped or made up, between good ones: nothing but counts grow."""
+    rng = np.random.default_rng(seed)
+    good = {
+        "/odom": packed(odometry(BEGAN_S)),
+        "/points": packed(cloud(BEGAN_S, rng.normal(size=(20, 3)))),
+        "/tf": packed(transform("a", "b")),
+        "/tf_static": packed(transform("c", "b")),
+        "/adsb": packed(transponder()),
+        "/goal_pose": packed(made("geometry_msgs/msg/PoseStamped")),
+        "/path_in": packed(made("nav_msgs/msg/Path")),
+    }
+    topics = list(good)
+    for count in range(number):
+        topic = topics[int(rng.integers(len(topics)))]
+        raw = bytearray(good[topic])
+        how = int(rng.integers(4))
+        if how == 0:
+            raw = raw[: int(rng.integers(len(raw)))]
+        elif how == 1:
+            for at in rng.integers(4, len(raw), size=int(rng.integers(1, 9))):
+                raw[at] = int(rng.integers(256))
+        elif how == 2:
+            raw = bytearray(rng.bytes(int(rng.integers(200))))
+        else:
+            at = int(rng.integers(4, max(5, len(raw) - 4)))
+            raw[at : at + 4] = b"\xff\xff\xff\xff"
+        bench.bus.tell(topic, bytes(raw))
+        if count % 50 == 49:
+            bench.link.hear(1e-3 * count)
+    bench.link.hear(1e-3 * number)
+
+
+def test_what_is_malformed_is_counted_and_forgotten(bench: RosBench) -> None:
+    fuzzed(bench, 1500, seed=5)
+    assert sum(topic.refused for topic in bench.link.topics.values()) > 300
+    assert len(bench.counts) < 60
+    assert len(bench.link.transforms.frames) < 1100
+
+
+@pytest.mark.nightly
+def test_a_hundred_thousand_malformed_messages(bench: RosBench) -> None:
+    import resource
+
+    fuzzed(bench, 20_000, seed=6)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    fuzzed(bench, 80_000, seed=7)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 64 * 1024
+    assert len(bench.counts) < 80
+
+
+def test_bytes_that_are_no_message_raise_what_is_foreseen() -> None:
+    for raw in (b"", b"\0", b"\0\1\0\0", b"\0\1\0\0" + b"\xff" * 40):
+        with pytest.raises(damages()):
+            unpacked(raw, "nav_msgs/msg/Odometry")
+
+
+PARAMETERS = """
+/**:
+  ros__parameters: {mission: m.toml, act: false}
+clearway:
+  ros__parameters:
+    rate: 20.0
+    clouds: {front: {topic: points}}
+"""
+
+
+def test_parameters_are_those_of_the_node(tmp_path) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text(PARAMETERS)
+    given = read_parameters(path)
+    assert (given.rate, given.act, given.clouds["front"].topic) == (20.0, False, "points")
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "no ros__parameters"),
+        ("[1, 2", "no YAML"),
+        ("/**: {ros__parameters: {mission: m, speed: 3}}", "speed: Extra inputs"),
+        ("/**: {ros__parameters: {rate: 0, mission: m}}", "rate: Input should be greater"),
+        ("/**: {ros__parameters: {own: {type: Pose}, mission: m}}", "own.type"),
+        ("other: {ros__parameters: {mission: m}}", "no ros__parameters of /clearway"),
+        ("&a [*a]", "no "),
+    ],
+)
+def test_parameters_that_are_wrong_are_named(tmp_path, text: str, problem: str) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=problem):
+        read_parameters(path)
+
+
+def test_names_are_those_of_ros() -> None:
+    names = Names("robot", remap=["points:=/os1/points", "~/plan:=plan"])
+    assert names("points") == "/os1/points"
+    assert names("~/plan") == "/robot/plan"
+    assert names("~/decision") == "/robot/clearway/decision"
+    assert names("/diagnostics") == "/diagnostics"
+    with pytest.raises(InputError, match="FROM:=TO"):
+        Names(remap=["nonsense"])
