@@ -62,6 +62,8 @@ class JsbsimModel:
             self.fdm: Any = jsbsim.FGFDMExec(None)
             self.fdm.set_debug_level(0)
             loaded = self.fdm.load_model(name)
+            self.fdm.set_output_filename(0, os.devnull)  # Some aircraft write a file of their own.
+            self.fdm.disable_output()
         if not loaded:
             raise ClearwayError(f"plant {name}: JSBSim has no such aircraft")
         self.fdm.set_dt(1.0 / rate_hz)
