@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -21,14 +22,19 @@ from clearway.avoidance.way_out import Escape, Narrow
 from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.errors import ClearwayError, InputError
+from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.store import ReachLibrary
+from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_rule_named
 from clearway.traffic.models.cells import Accuracy
+from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.automaton_performance import performance_of
+from clearway.vehicle.performance import Performance
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +109,13 @@ class AvoidanceSettings(EvidenceSettings):
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """What is known of the wind before take-off, world frame; own states tell it from then on."""
     prices: Prices = field(default_factory=Prices)
+    volumes: VolumeSet | None = None
+    """What no aircraft should share with us in the next minute, beside the margin; None looks no
+    farther than trajectories lead."""
+    lowest_m: float = -math.inf
+    """Height below which nobody flies on in the next minute: of a rule, which itself holds it."""
+    highest_m: float = math.inf
+    """Likewise above."""
 
     __repr__ = brief
 
@@ -125,6 +138,11 @@ class AvoidanceSettings(EvidenceSettings):
             problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
         if found := [problem for problem in problems if problem]:
             raise InputError("settings", found)
+
+
+def tube_of(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
+    """[nodes] within how far of its prediction the vehicle is on each movement: def. 13."""
+    return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
 
 
 @keywords_beyond_two
@@ -173,7 +191,11 @@ class Planner:
             (
                 reach_set.start_pitch_rad,
                 PreparedReachSet.of(
-                    reach_set, settings.prices, stage_cost, library.automaton.room_to_turn_m
+                    reach_set,
+                    settings.prices,
+                    stage_cost,
+                    library.automaton.room_to_turn_m,
+                    tube_of(library.automaton, reach_set),
                 ),
             )
             for reach_set in library.reach_sets
@@ -216,6 +238,11 @@ class Planner:
             return None
         library = EscapeLibrary.of(self.automaton)
         return library if library.exists else None
+
+    @cached_property
+    def performance(self) -> Performance:
+        """What the automaton can do in the next minute."""
+        return performance_of(self.automaton)
 
     @cached_property
     def escape_reach_m(self) -> float:

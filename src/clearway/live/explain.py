@@ -42,6 +42,8 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
     if ruled_out:
         parts.append(ruled_out)
     parts += [_rule_in_words(note) for note in choice.rules]
+    if decision.long_range is not None and decision.long_range.wanted_tier:
+        parts.append(f"in the next minute: {decision.long_range.reason}")
     return "; ".join(parts)
 
 

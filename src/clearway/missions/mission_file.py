@@ -107,6 +107,8 @@ class MissionFile(Section):
             raise ValueError("traffic.volumes: leave it out where there are [[volume]] tables")
         if self.volume:
             said(lambda: volumes_of(self.volume))
+        elif self.traffic.keep_volumes and self.traffic.volumes is None:
+            raise ValueError("traffic.keep_volumes: there are no volumes; name some by volumes")
         return self
 
     @model_validator(mode="after")
@@ -174,6 +176,9 @@ class MissionFile(Section):
             intruder_models=self.traffic.models,
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,
+            volumes=self.to_volumes() if self.traffic.keep_volumes else None,
+            lowest_m=-np.inf if self.rules.floor_m is None else self.rules.floor_m,
+            highest_m=np.inf if self.rules.ceiling_m is None else self.rules.ceiling_m,
         )
 
     def effective(self) -> dict[str, Any]:
@@ -254,6 +259,9 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     if mission.map is not None:
         files = tuple(beside(path, file) for file in mission.map.files)
         mission = mission.changed("map", files=files)
+    if mission.vehicle.automaton is not None:
+        file = beside(path, mission.vehicle.automaton)
+        mission = mission.changed("vehicle", automaton=file)
     if mission.traffic.recording is not None:
         mission = mission.changed("traffic", recording=beside(path, mission.traffic.recording))
     return mission
