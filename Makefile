@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test lint types imports unit nightly fuzz bench bench-peers wheel format clean
+.PHONY: demo test lint types imports unit nightly docs fuzz bench bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -28,6 +28,14 @@ unit: $(VENV)/.dev
 # What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# The site of the documentation, in site/: any warning ends it.
+docs: $(VENV)/.docs
+	$(BIN)/mkdocs build --quiet
+
+$(VENV)/.docs: $(VENV)/.core
+	$(PIP) --editable '.[docs]'
+	touch $@
 
 # Damaged files of every format through the commands: make fuzz MINUTES=5 SEED=1
 MINUTES ?= 5
@@ -67,4 +75,4 @@ $(VENV)/.dev: $(VENV)/.core
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(PEERS) clearway-out dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(PEERS) clearway-out dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -19,7 +19,7 @@ from benchmarks.table import (
 )
 
 BUSY = 0.7
-README = Path(__file__).resolve().parent.parent / "README.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured.md"
 
 
 def main() -> None:
@@ -39,7 +39,7 @@ def main() -> None:
     if options.markdown is not None:
         options.markdown.write_text(as_markdown(results), encoding="utf-8")
     if options.readme:
-        replace_short_form(README, results)
+        replace_short_form(PAGE, results)
 
 
 def _options() -> argparse.Namespace:
@@ -56,7 +56,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--readme",
         action="store_true",
-        help="put the headlines of what was measured into README.md",
+        help="put the headlines of what was measured into docs/measured.md",
     )
     options = parser.parse_args()
     if options.readme and options.quick:

@@ -1,4 +1,4 @@
-"""Rows, how a benchmark makes one, and the table as text, markdown and the README's short form."""
+"""Rows, how a benchmark makes one, and the table as text, markdown and short, for a page."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Benchmark:
     name: str
     measure: Callable[[bool], Row]
     headline: bool = False
-    """Whether the README shows it."""
+    """Whether the page shows it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def replace_short_form(readme: Path, results: Results) -> None:
-    """Put the short form between the marks of a README."""
+    """Put the short form between the marks of a page."""
     text = readme.read_text(encoding="utf-8")
     before, mark, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)

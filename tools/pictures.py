@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from PIL import Image
 
 from tools.browser import Browser
+from tools.pipeline_picture import draw_pipeline
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 IMAGES = REPOSITORY / "docs" / "images"
@@ -63,6 +64,7 @@ def show_page(mission: str, moment: str, target: Path) -> None:
 
 def main() -> None:
     IMAGES.mkdir(exist_ok=True)
+    draw_pipeline(IMAGES / "pipeline.svg")
     for name, (command, drawn) in PICTURES.items():
         draw(command, drawn, IMAGES / name)
     name, mission, moment = REPLAY

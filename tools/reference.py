@@ -27,6 +27,7 @@ from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.run import METRICS
+from clearway.traffic.volumes import VOLUME_SETS
 from tools.format_tables import PARTS
 from tools.models import meanings_of, purpose_of
 
@@ -116,6 +117,7 @@ REGISTRIES: tuple[Variants[Any], ...] = (
     METHODS,
     RULES,
     COMBINE_RULES,
+    VOLUME_SETS,
 )
 
 KINDS = {

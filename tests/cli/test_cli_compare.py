@@ -69,7 +69,7 @@ def test_a_baseline_leaves_its_track_log_and_pictures(tmp_path):
     result = json.loads(done.stdout)
     assert result["planner"] == "straight"
     assert result["crashed_s"] == pytest.approx(8.0, abs=0.1)
-    names = {path.name for path in (tmp_path / "out").iterdir()}
+    names = {path.name for path in (tmp_path / "out").iterdir() if not path.name.startswith(".")}
     assert {"flight.png", "obstacle-distance.png", "tracking.png", "summary.json"} <= names
     log = (tmp_path / "out" / "decisions.jsonl").read_text().splitlines()
     assert len(log) == result["decisions"]

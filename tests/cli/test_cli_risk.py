@@ -67,6 +67,12 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
         (("--noise", "much"), "--noise"),
         (("--layers", "9"), "--layers: the model has layers 1 to 4"),
         (("--own-kt", "-3"), "own_kt"),
+        (("--vehicle", "kite"), "valid vehicles are copter or wing"),
+        (("--surveillance", "ears"), "remote-id"),
+        (("--vehicle", "wing", "-p", "turn-back"), "velocity-obstacle"),
+        (("--vehicle", "wing", "--range-m", "-5"), "range_m"),
+        (("--curves", "nowhere.json"), "--out"),
+        (("--curves", "nowhere.json", "--out", "x"), "nowhere.json"),
     ],
 )
 def test_bad_options_end_with_2(arguments, said, tmp_path):

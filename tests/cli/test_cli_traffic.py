@@ -128,10 +128,10 @@ def test_every_bad_file_is_told_at_once(tmp_path: Path) -> None:
     assert run.stdout == ""
     assert sorted(tmp_path.rglob("*")) == before
     told = run.stderr.splitlines()
-    assert [line.split(":")[0] for line in told] == [names[0], names[1], *names[3:]]
-    for line, cause in zip(
-        told, ("empty", "no known traffic recording", "truncated: line 51", "No such"), strict=True
-    ):
+    # What is cut off is read up to there.
+    assert [line.split(":")[0] for line in told] == [names[0], names[1], names[4]]
+    causes = ("empty", "no known traffic recording", "No such")
+    for line, cause in zip(told, causes, strict=True):
         assert cause in line
         assert len(line) <= 500
 

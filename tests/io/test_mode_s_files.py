@@ -120,8 +120,11 @@ def test_beast_cut_anywhere_is_refused_or_has_whole_frames(tmp_path: Path) -> No
         if end in whole:
             assert read_traffic(tmp_path / "a.bin").messages == 1 + whole.index(end)
         else:
-            with pytest.raises(InputError, match="truncated"):
-                read_traffic(tmp_path / "a.bin")
+            try:
+                notes = read_traffic(tmp_path / "a.bin").notes
+            except InputError as error:
+                notes = (str(error),)
+            assert "truncated" in " ".join(notes)
 
 
 def test_beast_odds_and_ends(tmp_path: Path) -> None:

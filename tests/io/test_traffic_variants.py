@@ -155,9 +155,23 @@ def test_what_is_damaged_is_counted(tmp_path: Path, content: str, left_out: dict
         (f"@000000000000{ODD};\n@00000000B71B{EVEN[:9]}", "truncated: line 2, the last"),
     ],
 )
-def test_what_is_cut_off_is_refused(tmp_path: Path, content: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        read(tmp_path, content)
+def test_what_is_cut_off_is_left_out_and_told(tmp_path: Path, content: str, message: str) -> None:
+    """Whoever stops a recorder by Ctrl-C leaves a last line of which the end is missing."""
+    whole, _, _ = content.rpartition("\n")
+    if message.startswith("no whole"):
+        with pytest.raises(InputError, match=message):
+            read(tmp_path, content)
+        return
+    (tmp_path / "a").write_text(content)
+    try:
+        recording = read_traffic(tmp_path / "a")
+    except InputError as error:
+        told: tuple[str, ...] = error.problems
+    else:
+        told = recording.notes
+        assert recording.left_out["cut off"] == 1
+        assert recording.reports == read(tmp_path, whole + "\n").reports
+    assert any(message in one for one in told)
 
 
 def test_daidalus_with_columns_in_another_order(tmp_path: Path) -> None:

@@ -122,7 +122,9 @@ def test_scan_files_are_relative_to_the_scene(tmp_path: Path) -> None:
     assert read.scene.sightings[0].pattern_from == "stated"
     assert read.scene.sightings[0].lidar.pattern.name == "vlp16"
     assert read.tables["scan"]["file"] == str(tmp_path / "points.xyz")
-    with pytest.raises(InputError, match=r"no sensor is called 'vlp17'; known are vlp16.*or auto"):
+    with pytest.raises(
+        InputError, match=r"'vlp17' \(did you mean 'vlp16'\?\); known are vlp16.*or auto"
+    ):
         read_scene(tmp_path / "scene.toml", {"scan": {"pattern": "vlp17"}})
 
 

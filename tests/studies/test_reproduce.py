@@ -68,7 +68,9 @@ def exhibits(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     written = folder / "clearway-out" / "reproduce"
-    assert [path.name for path in written.iterdir()] == ["result.json"]
+    assert [path.name for path in written.iterdir() if not path.name.startswith(".")] == [
+        "result.json"
+    ]
     assert json.loads((written / "result.json").read_text()) == result
     (target,) = result["targets"]
     assert target["name"] == TARGET
@@ -167,7 +169,9 @@ def test_the_intruder_s_line_is_in_the_middle_layer_alone_and_its_cone_in_all(
 def test_pictures_numbers_and_page_of_a_target(tmp_path: Path) -> None:
     done = run("figures-5.5-5.8", "--out", "here", "--docs", "pages/comparison.md", cwd=tmp_path)
     assert done.exit_code == 0, done.stderr
-    assert sorted(path.name for path in (tmp_path / "here").iterdir()) == [
+    assert sorted(
+        path.name for path in (tmp_path / "here").iterdir() if not path.name.startswith(".")
+    ) == [
         *(f"figure-5.{number}.png" for number in (5, 6, 7, 8)),
         "result.json",
     ]
@@ -328,8 +332,8 @@ def test_the_list_of_targets(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("figure-6.2",), "no target 'figure-6.2'; valid: "),
-        ((TARGET, "tables"), "no target 'tables'; valid: "),
+        (("figure-6.2",), "no target 'figure-6.2' (did you mean 'figure-6.1'?); valid: "),
+        ((TARGET, "tables"), "no target 'tables' (did you mean 'table-6.2'?); valid: "),
         ((), "nothing to reproduce: name at least one target; valid: "),
         (("figures-5.5-5.8", "--out", "taken"), "taken: cannot be written"),
         (("figures-5.5-5.8", "--docs", "taken/page.md"), "taken: cannot be written"),

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
@@ -195,6 +197,42 @@ def test_nothing_seen_is_not_nothing_possible():
     assert found.ratio.high > found.unresolved.high, "induced ones may be unseen too"
     never = risk(made_up_study([(1.0, False, False)] * 5), "clearway", "near_collision")
     assert np.isnan(never.ratio.value)
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(
+        st.tuples(st.floats(0.05, 5.0), st.booleans(), st.booleans(), st.booleans()),
+        min_size=2,
+        max_size=25,
+    ),
+    st.integers(0, 24),
+)
+def test_an_encounter_that_turns_bad_never_lowers_the_upper_end(encounters, at):
+    """Of the same encounters, with one more near mid-air collision among those without any."""
+    at %= len(encounters)
+
+    def upper(worse):
+        clear = Separation(False, False, False, False, 1e3, 0.0)
+        outcomes = []
+        for number, (weight, without, bad, near) in enumerate(encounters):
+            flown = bad or (worse and number == at)
+            outer = near or without or flown or number == at
+            came = [
+                replace(clear, near_collision=flag, lost_well_clear=outer)
+                for flag in (without, flown)
+            ]
+            outcomes.append(
+                RiskOutcome(number, weight, 0, came[0], {"clearway": came[1]}, {"clearway": 0})
+            )
+        return risk(
+            RiskStudy(RiskSettings(), ("clearway",), 0, tuple(outcomes)),
+            "clearway",
+            "near_collision",
+        ).ratio.high
+
+    before, after = upper(False), upper(True)
+    assert np.isnan(before) or after >= before - 1e-9
 
 
 @pytest.mark.nightly

@@ -13,6 +13,7 @@ from clearway.avoidance.costs import Arrival, Goal, Prices
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
@@ -48,6 +49,8 @@ class Commitment:
     is one."""
     under_way: UnderWay | None = None
     """The movement in the middle of which the decision is taken; None between two."""
+    long_range: LongRangeChoice | None = None
+    """Side and sense begun about aircraft kilometres away."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}

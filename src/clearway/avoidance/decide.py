@@ -24,6 +24,8 @@ from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.leaving import Leaving, Taken
 from clearway.avoidance.loiter import NO_LOITER
+from clearway.avoidance.long_range.resolve import LongRangeChoice
+from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import (
     Passing,
     meetings,
@@ -88,6 +90,9 @@ class Decision:
     """First movements after which no way out was found."""
     wind_mps: FloatArray = field(default_factory=lambda: CALM)
     """[3] wind that was reckoned with, world frame."""
+    long_range: LongRangeChoice | None = None
+    """What it comes to in the next minute: side, sense, speed and reason; None where no volumes are
+    kept, or nobody is heard of."""
     under_way_s: float | None = None
     """What is left of the first movement, where a decision in the middle of one finds nothing
     better than to finish it and fly the way out; else None."""
@@ -204,26 +209,29 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    def choose_clear_of(hazards: Hazards, candidates: Candidates) -> Choice:
+    def choose_clear_of(hazards: Hazards, share: float, candidates: Candidates) -> Choice:
         return choose(
             prepared,
             known.reach,
             candidates,
             hazards,
-            margin_m=margin,
+            margin_m=share * margin,
             threshold=settings.threshold,
             verify=settings.verify,
         )
 
-    def choose_among(hazards: Hazards, candidates: Candidates) -> Choice:
+    def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
+        clear_of = partial(choose_clear_of, hazards, share)
         if ruling is None:
-            return choose_clear_of(hazards, candidates)
-        return choose_by_rules(ruling, candidates, partial(choose_clear_of, hazards))  # fig. 7.1
+            return clear_of(candidates)
+        return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
 
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()
     met = meetings(prepared.reach_set, near.hazards.moving, names)
-    rules = (*planner.rules, *passing_rules(begun, met)) if met else planner.rules
+    afar = _afar(planner, situation, prepared, goal, commitment)
+    rules = planner.rules if afar is None else (*planner.rules, *afar.rules(planner.grid.range_m))
+    rules = (*rules, *passing_rules(begun, met)) if met else rules
     ruling = None
     if rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)
@@ -282,6 +290,31 @@ def decide(
         way_out=taken.way_out,
         no_way_out=taken.banned,
         wind_mps=situation.wind_mps,
+        long_range=None if afar is None else afar.told(choice.node),
+    )
+
+
+def _afar(
+    planner: Planner,
+    situation: Situation,
+    prepared: PreparedReachSet,
+    goal: Goal,
+    commitment: Commitment | None,
+) -> LongRange | None:
+    """What the next minute says of every trajectory, where volumes are kept."""
+    volumes = planner.settings.volumes
+    if volumes is None:
+        return None
+    before = None if commitment is None else commitment.long_range
+    heights_m = (planner.settings.lowest_m, planner.settings.highest_m)
+    return long_range(
+        volumes,
+        planner.performance,
+        situation,
+        prepared.reach_set,
+        goal,
+        before,
+        heights_m=heights_m,
     )
 
 

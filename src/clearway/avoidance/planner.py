@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -28,7 +29,10 @@ from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import combine_rule_named
 from clearway.traffic.models.cells import Accuracy
+from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.automaton_performance import performance_of
+from clearway.vehicle.performance import Performance
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +107,13 @@ class AvoidanceSettings(EvidenceSettings):
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """What is known of the wind before take-off, world frame; own states tell it from then on."""
     prices: Prices = field(default_factory=Prices)
+    volumes: VolumeSet | None = None
+    """What no aircraft should share with us in the next minute, beside the margin; None looks no
+    farther than trajectories lead."""
+    lowest_m: float = -math.inf
+    """Height below which nobody flies on in the next minute: of a rule, which itself holds it."""
+    highest_m: float = math.inf
+    """Likewise above."""
 
     __repr__ = brief
 
@@ -216,6 +227,11 @@ class Planner:
             return None
         library = EscapeLibrary.of(self.automaton)
         return library if library.exists else None
+
+    @cached_property
+    def performance(self) -> Performance:
+        """What the automaton can do in the next minute."""
+        return performance_of(self.automaton)
 
     @cached_property
     def escape_reach_m(self) -> float:

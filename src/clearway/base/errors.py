@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from clearway.base.plain_text import plain, shortened
+from clearway.base.suggest import file_nearby
 
 MOST_SHOWN = 70
 """Characters of a source or a problem in the one line that stands for an error."""
@@ -88,7 +89,11 @@ def naming(path: str | Path, doing: Literal["read", "written"]) -> Iterator[None
     try:
         yield
     except OSError as cause:
-        raise InputError(str(path), f"cannot be {doing}: {cause.strerror or cause}") from cause
+        near = ""
+        if doing == "read" and isinstance(cause, FileNotFoundError) and not Path(path).exists():
+            near = file_nearby(path)
+        problem = f"cannot be {doing}: {cause.strerror or cause}{near}"
+        raise InputError(str(path), problem) from cause
     except ValueError as cause:  # a name with a null character
         if "null" not in str(cause):
             raise

@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from clearway.base.errors import ClearwayError
 from clearway.base.own_code import FORM, callable_own, is_own, load_own, located
+from clearway.base.suggest import did_you_mean
 
 V = TypeVar("V")
 Fit = Callable[[str, Any], V]
@@ -55,7 +56,9 @@ class Variants(Mapping[str, V], Generic[V]):
         if name in self.built_in:
             return self.built_in[name]
         if self._fit is None or not is_own(name):
-            raise ClearwayError(f"{self.kind} {name!r}: valid {self.kind}s are {self.choices}")
+            near = did_you_mean(name, self.built_in)
+            valid = f"valid {self.kind}s are {self.choices}"
+            raise ClearwayError(f"{self.kind} {name!r}{near}: {valid}")
         place = located(name, folder)
         if place not in self._own:
             label = f"{self.kind} {name}"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from clearway.cli.report import print_json, say, show
+from clearway.cli import picture_options as drawn
+from clearway.cli.report import print_json, say, show, sourced
 
 if TYPE_CHECKING:
     from clearway.missions.alert_history import AlertHistory
@@ -29,31 +30,40 @@ def alerts(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object, with the bands of every second.")
     ] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder for alerts.json and alerts.png.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for alerts.json and the picture alerts.png.")
+    ] = None,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Alerts about every other aircraft, and bands of heading, climb and speed, every second."""
-    from clearway.base.provenance import provenance
     from clearway.io.traffic.traffic import read_traffic
     from clearway.missions.alert_history import alert_history
     from clearway.missions.volume_section import volumes_named
     from clearway.traffic.recorded import aircraft_of, without_ghosts
     from clearway.vehicle.performance import PERFORMANCES
 
+    pictures, folder = drawn.pictures_of(form, dpi), None
+    if out is not None:
+        from clearway.io.results_folder import ResultsFolder
+
+        folder = ResultsFolder.checked(out, "alerts", file.name)
     kept, able = volumes_named(volumes), PERFORMANCES.named(vehicle)
     history = alert_history(without_ghosts(aircraft_of(read_traffic(file))), own, kept, able)
-    told = history.as_dict() | {"vehicle": vehicle, "provenance": provenance([file])}
+    told = sourced(history.as_dict() | {"vehicle": vehicle}, [file])
     if as_json:
         print_json(told)
     else:
         show("\n".join(_lines(history)))
-    if out is not None:
-        from clearway.io.staging import staged
+    if folder is not None:
         from clearway.view.plot.alerts import draw_alerts
+        from clearway.view.plot.style import house_style
 
-        with staged(out) as scratch:
+        with folder.written() as scratch:
             (scratch / "alerts.json").write_text(json.dumps(told, allow_nan=False) + "\n")
-            draw_alerts(history).savefig(scratch / "alerts.png", dpi=110)
-        say(f"wrote alerts.json, alerts.png to {out}")
+            with house_style():
+                picture = pictures.save(draw_alerts(history), scratch, "alerts")
+        say(f"wrote alerts.json, {picture} to {out}")
 
 
 def _lines(history: AlertHistory) -> list[str]:

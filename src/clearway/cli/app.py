@@ -18,6 +18,7 @@ from clearway.cli.assess import assess
 from clearway.cli.campaign import campaign
 from clearway.cli.choices import Command, Group
 from clearway.cli.compare import compare
+from clearway.cli.data import data
 from clearway.cli.encounters import encounters
 from clearway.cli.faults import faults
 from clearway.cli.fly import fly
@@ -31,6 +32,7 @@ from clearway.cli.report import run, run_guarded
 from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
 from clearway.cli.ros2 import ros2
+from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
 from clearway.cli.warm_up import warm_up
 
@@ -46,6 +48,7 @@ app.command("fly", cls=Command)(run_guarded(fly))
 app.command("compare", cls=Command)(run_guarded(compare))
 app.command("campaign", cls=Command)(run_guarded(campaign))
 app.command("assess", cls=Command)(run_guarded(assess))
+app.command("data", cls=Command)(run_guarded(data))
 app.command("encounters", cls=Command)(run_guarded(encounters))
 app.command("pursuit", cls=Command)(run_guarded(pursuit))
 reach_sets = typer.Typer(add_completion=False, cls=Group)
@@ -59,6 +62,7 @@ app.command("replay", cls=Command)(run_guarded(replay))
 app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))
 app.command("ros2", cls=Command)(run_guarded(ros2))
+app.command("sample", cls=Command)(run_guarded(sample))
 app.command("traffic", cls=Command)(run_guarded(traffic))
 app.command("warm-up", cls=Command)(run_guarded(warm_up))
 app.command("alerts", cls=Command)(run_guarded(alerts))

@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, show, sourced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from clearway.avoidance.scene import SceneAssessment
+    from clearway.io.results_folder import ResultsFolder
     from clearway.missions.scene_reading import SceneInput
+    from clearway.view.plot.style import Pictures
 
 Outcome: TypeAlias = "tuple[dict[str, Any], str, Callable[[], Mapping[str, Figure]]]"
 """Result, the same in words, and its pictures when they are wanted."""
@@ -56,8 +59,24 @@ def assess(
     pattern: Annotated[
         str | None,
         typer.Option(
+            "--sensor",
+            "--pattern",
             help="Sensor whose beams made the scan: {patterns}; auto estimates them from the "
-            "points (default)."
+            "points (default).",
+        ),
+    ] = None,
+    min_range_m: Annotated[
+        float | None,
+        typer.Option(
+            "--min-range", min=0.0, help="Blind range in metres: nearer returns are dropped."
+        ),
+    ] = None,
+    airframe_radius_m: Annotated[
+        float | None,
+        typer.Option(
+            "--airframe-radius",
+            min=0.0,
+            help="Returns within so many metres of the body's origin are the own airframe's.",
         ),
     ] = None,
     range_m: Annotated[
@@ -100,8 +119,12 @@ def assess(
     plots: Annotated[
         bool, typer.Option("--plots/--no-plots", help="Draw pictures.", rich_help_panel=OUTPUT)
     ] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Rate one moment: detection, visibility, map and intruders per cell, and what is reachable."""
+    from clearway.io.results_folder import ResultsFolder
+
     overrides: dict[str, dict[str, Any]] = {
         "grid": {
             "range_m": range_m,
@@ -111,16 +134,29 @@ def assess(
             "azimuth_deg": _angles("--azimuth-deg", azimuth_deg),
             "elevation_deg": _angles("--elevation-deg", elevation_deg),
         },
-        "scan": {"pattern": pattern, "at": _which(at), "topic": topic, "poses": _absolute(poses)},
+        "scan": {
+            "pattern": pattern,
+            "at": _which(at),
+            "topic": topic,
+            "poses": _absolute(poses),
+            "min_range_m": min_range_m,
+            "airframe_radius_m": airframe_radius_m,
+        },
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }
+    pictures = drawn.pictures_of(form, dpi)
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
     read = _read(scene, scan, _given(overrides))
-    if not every:
-        for note in read.notes:
-            say(note)
+    kind = "play" if every else "assess"
+    folder = ResultsFolder.checked(
+        out or Path("clearway-out") / f"{kind}-{read.scene.name}",
+        "assess --all" if every else "assess",
+        read.scene.name,
+    )
+    for note in read.notes:
+        say(note)
     try:
         result, words, draw = (_played if every else _assessed)(read)
     except ClearwayError as error:
@@ -128,14 +164,12 @@ def assess(
             raise
         raise InputError(str(scene or scan), str(error)) from error
     result = sourced(result, [one for one in (scene, scan) if one is not None])
-    kind = "play" if every else "assess"
-    folder = out or Path("clearway-out") / f"{kind}-{read.scene.name}"
-    written = _write(read, result, draw if plots else None, folder)
     if as_json:
         print_json(result)
     else:
         show(words)
-    say(f"wrote {', '.join(written)} to {folder}")
+    written = _write(read, result, draw if plots else None, folder, pictures)
+    say(f"wrote {', '.join(written)} to {folder.path}")
 
 
 def _assessed(read: SceneInput) -> Outcome:
@@ -156,7 +190,8 @@ def _played(read: SceneInput) -> Outcome:
 
     playback = play_scene(read, notice=say)
     for note in playback.notes:
-        say(note)
+        if note not in read.notes:
+            say(note)
     scans = [scan_result(index, played) for index, played in playback.scans]
     result = played_result(read.scene.name, playback, scans)
     return result, in_words(result), lambda: {"playback": draw_playback(result)}
@@ -210,19 +245,23 @@ def _write(
     read: SceneInput,
     result: dict[str, Any],
     draw: Callable[[], Mapping[str, Figure]] | None,
-    folder: Path,
+    folder: ResultsFolder,
+    pictures: Pictures,
 ) -> list[str]:
     """The effective scene, the result and the pictures; all of it or nothing."""
     import json
 
-    from clearway.io.staging import staged
     from clearway.io.toml import write_toml
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         write_toml(read.tables, scratch / "scene.toml")
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
-        for name, figure in ({} if draw is None else draw()).items():
-            figure.savefig(scratch / f"{name}.png", dpi=110)
+        if draw is not None:
+            from clearway.view.plot.style import house_style
+
+            with house_style():
+                for name, figure in draw().items():
+                    pictures.save(figure, scratch, name)
         return sorted(path.name for path in scratch.iterdir())
 
 

@@ -66,7 +66,8 @@ def campaign(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder of the results; default clearway-out/campaign-<name>.",
+            help="Folder of the results, where a campaign goes on; default "
+            "clearway-out/campaign-<name>.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,
@@ -86,12 +87,17 @@ def campaign(
         _print_again(summary, docs or [], as_json)
         return
     from clearway.base.errors import InputError
+    from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.campaigns.file import read_campaign
+    from clearway.studies.campaigns.run import JOURNAL, RESULTS
 
     if file is None:
         raise InputError("campaign", "a name or a file is needed, or --summary or --families")
     asked = read_campaign(file)
     folder = out or Path("clearway-out") / f"campaign-{asked.file.name}"
+    ResultsFolder.checked(folder, "campaign", asked.file.name, own=(RESULTS, JOURNAL))
+    for page in docs or []:
+        refuse_unwritable_file(page, "--docs")
     if replay is not None:
         from clearway.cli.campaign_replay import replay_flight
 
@@ -123,10 +129,12 @@ def _list(as_json: bool) -> None:
 
 def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     from clearway.base.errors import InputError
+    from clearway.base.suggest import did_you_mean
     from clearway.studies.campaigns.engines import in_processes, on_cluster
 
     if name not in ENGINES:
-        raise InputError("--engine", f"{name!r}: there are {', '.join(ENGINES)}")
+        near = did_you_mean(name, ENGINES)
+        raise InputError("--engine", f"{name!r}{near}: there are {', '.join(ENGINES)}")
     if name == "processes":
         if scheduler is not None:
             raise InputError("--scheduler", "is for --engine dask")

@@ -17,17 +17,19 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     from dataclasses import asdict
 
     from clearway.cli.fly import flown_with_bar, write_flight
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.campaigns.run import RESULTS, chosen
     from clearway.studies.campaigns.summary import in_words
     from clearway.studies.campaigns.task import Spent, case_of, row_of, tasks_of
+    from clearway.view.plot.style import Pictures
 
     task = chosen(tasks_of(asked), key)[0]
+    pictures = folder / "replays" / task.key.replace("/", "-")
+    results = ResultsFolder.checked(pictures, "campaign --replay", task.key)
     case = case_of(task)
     case.setup.refuse_impossible()
     run = flown_with_bar(case.setup, task.planner, Path(task.folder))
     row = row_of(task, run, Spent(0.0, 0.0))
-    pictures = folder / "replays" / task.key.replace("/", "-")
-    written = write_flight(run, case.setup, case.file, pictures, True)
     before = _row_before(folder / RESULTS, task.key)
     other = _differences(before, row)
     if as_json:
@@ -35,6 +37,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
         print_json({"flight": flight, "compared": before is not None, "differs_in": other})
     else:
         print(f"{task.key} {in_words(row)}")
+    written = write_flight(run, case.setup, case.file, results, Pictures())
     say(f"wrote {', '.join(written)} to {pictures}")
     if before is None:
         say(f"no row of this flight in {folder / RESULTS} to hold it against")

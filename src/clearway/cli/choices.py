@@ -98,6 +98,12 @@ def _volumes() -> str:
     return VOLUME_SETS.choices
 
 
+def _surveillances() -> str:
+    from clearway.traffic.surveillance import SURVEILLANCES
+
+    return SURVEILLANCES.choices
+
+
 def _vehicles() -> str:
     from clearway.vehicle.performance import PERFORMANCES
 
@@ -117,6 +123,7 @@ LISTS: Mapping[str, Callable[[], str]] = {
     "poses": _poses,
     "ratings": _ratings,
     "recordings": _recordings,
+    "surveillances": _surveillances,
     "traffic": _traffic,
     "vehicles": _vehicles,
     "volumes": _volumes,

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from clearway.io.results_folder import ResultsFolder
     from clearway.missions.setup import FlightSetup
     from clearway.sim import Run
     from clearway.studies.comparison import ComparedFlight, PlannerStanding, SetupOf
+    from clearway.view.plot.style import Pictures
 
 
 def compare(
@@ -37,28 +40,33 @@ def compare(
         typer.Option(help="Folder for the results; default clearway-out/compare-<mission>."),
     ] = None,
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
     """Fly several planners: exit status 0 if the first of them was safe in every flight."""
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.comparison import standing
 
-    beside = folder_of_file(mission)
+    beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     names = _names(planners, beside)
+    folder = ResultsFolder.checked(
+        out or Path("clearway-out") / f"compare-{_file_name(mission)}", "compare", mission
+    )
     setup_of = _setups(mission)
     flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
     standings = [
         standing(name, [flight.run for flight in flown if flight.planner == name]) for name in names
     ]
     result = _result(mission, standings, flown)
-    folder = out or Path("clearway-out") / f"compare-{_file_name(mission)}"
-    written = _write(result, flown, setup_of(first_seed), folder, plots)
     if as_json:
         print_json(result)
     else:
         _print_table(mission, standings)
-    say(f"wrote {', '.join(written)} to {folder}")
+    written = _write(result, flown, setup_of(first_seed), folder, pictures if plots else None)
+    say(f"wrote {', '.join(written)} to {folder.path}")
     if standings[0].safe < standings[0].flights:
         leave(NOT_REACHED)
 
@@ -122,6 +130,7 @@ def _result(
     from dataclasses import asdict
 
     from clearway.base.provenance import provenance
+    from clearway.base.version import SCHEMA_VERSION
     from clearway.io.json_values import rounded
 
     rows: list[dict[str, Any]] = []
@@ -134,29 +143,34 @@ def _result(
         rows.append({**values, "runs": [run.summary() for run in runs]})
     seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
     made = provenance([mission])
-    return {"mission": mission, "seeds": seeds, "planners": rows, "provenance": made}
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "mission": mission,
+        "seeds": seeds,
+        "planners": rows,
+        "provenance": made,
+    }
 
 
 def _write(
     result: dict[str, Any],
     flown: Sequence[ComparedFlight],
     setup: FlightSetup,
-    folder: Path,
-    plots: bool,
+    folder: ResultsFolder,
+    pictures: Pictures | None,
 ) -> list[str]:
     """The results and the picture of the first seed's flights; all of it or nothing."""
-    from clearway.io.staging import staged
-
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
-        if plots:
+        if pictures is not None:
             from clearway.studies.figures.comparison import draw_tracks
+            from clearway.view.plot.style import house_style
 
             first = flown[0].run.seed
             runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}
             title = f"{flown[0].run.mission.name}: all planners, seed {first}"
-            figure = draw_tracks(runs, setup.world, title)
-            figure.savefig(scratch / "tracks.png", dpi=110)
+            with house_style():
+                pictures.save(draw_tracks(runs, setup.world, title), scratch, "tracks")
         return sorted(path.name for path in scratch.iterdir())
 
 

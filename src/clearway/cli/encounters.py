@@ -91,7 +91,9 @@ def encounters(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="Write every encounter to this CSV file.", rich_help_panel=OUTPUT),
+        typer.Option(
+            help="CSV file (not a folder) with a row for every encounter.", rich_help_panel=OUTPUT
+        ),
     ] = None,
 ) -> None:
     """Fly random encounters on collision courses, and hold the lower end of the interval against
@@ -113,18 +115,22 @@ def encounters(
         scale=scale,
     )
     planners = _planners(planner)
+    if out is not None:
+        from clearway.io.results_folder import refuse_unwritable_file
+
+        refuse_unwritable_file(out, "--out")
     if only is not None:
         _fly_one(only, settings, planners, as_json)
         return
     kinds = _every_kind() if every_kind else [settings]
     seeds = range(seed, seed + count)
     tallies = [flown(kind, seeds, workers, name) for kind in kinds for name in planners]
-    if out is not None:
-        _write(tallies, out)
     if as_json:
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
         _print_table(tallies)
+    if out is not None:
+        _write(tallies, out)
     leave_by(tally.verdict for tally in tallies if tally.planner == planners[0])
 
 

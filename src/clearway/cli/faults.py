@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, table_console
+from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced, table_console
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.faults import Point
     from clearway.studies.figures.faults import Panel
+    from clearway.view.plot.style import Pictures
 
 RUN, OUTPUT = "Run", "Output"
 
@@ -43,7 +46,11 @@ def faults(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the picture and the table.", rich_help_panel=OUTPUT),
+        typer.Option(
+            help="Folder of the picture and the table, or of the missions; default "
+            "clearway-out/faults.",
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
     docs: Annotated[
         Path | None,
@@ -51,40 +58,49 @@ def faults(
             help="Put the table between the marks of a Markdown page.", rich_help_panel=OUTPUT
         ),
     ] = None,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
     """Fly worlds with growing faults, and show how many flights keep their margin."""
+    from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.faults import STUDIES
 
     if list_all:
         _list(as_json)
         return
+    pictures = drawn.pictures_of(form, dpi)
     wanted = _known(names or list(STUDIES))
     folder = out or Path("clearway-out") / "faults"
     if missions:
-        _write_missions(wanted, seed, folder, as_json)
+        results = ResultsFolder.checked(folder, "faults --missions", "", adds=True)
+        _write_missions(wanted, seed, results, as_json)
         return
-    points = _flown(wanted, range(seed, seed + flights), workers or os.cpu_count() or 1)
-    _write(points, folder)
+    results = ResultsFolder.checked(folder, "faults", "")
     if docs is not None:
-        _put(points, docs)
+        refuse_unwritable_file(docs, "--docs")
+    points = _flown(wanted, range(seed, seed + flights), workers or os.cpu_count() or 1)
     if as_json:
         print_json({"points": [_record(point) for point in points]})
     else:
         _print_table(points)
-    say(f"wrote faults.png, faults.csv, faults.json to {folder}")
+    _write(points, results, pictures)
+    if docs is not None:
+        _put(points, docs)
+    say(f"wrote faults.{form}, faults.csv, faults.json to {folder}")
     if any(point.kept < len(point.flights) for point in points):
         leave(NOT_REACHED)
 
 
 def _known(names: list[str]) -> list[str]:
     from clearway.base.errors import InputError
+    from clearway.base.suggest import did_you_mean
     from clearway.studies.faults import STUDIES
 
     problems = [
-        f"{name!r} is no fault; valid: {', '.join(STUDIES)}"
+        f"{name!r} is no fault{did_you_mean(name, STUDIES)}; valid: {', '.join(STUDIES)}"
         for name in names
         if name not in STUDIES
     ]
@@ -119,14 +135,13 @@ def _flown(names: Sequence[str], seeds: range, workers: int) -> list[Point]:
         return fly_studies(names, seeds, workers, bar.show)
 
 
-def _write_missions(names: Sequence[str], seed: int, folder: Path, as_json: bool) -> None:
+def _write_missions(names: Sequence[str], seed: int, folder: ResultsFolder, as_json: bool) -> None:
     """One mission file for each level and variant, which `clearway fly` flies."""
-    from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.studies.faults import STUDIES, case
 
     written = []
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         for name in names:
             study = STUDIES[name]
             for variant, make in study.variants.items():
@@ -136,9 +151,9 @@ def _write_missions(names: Sequence[str], seed: int, folder: Path, as_json: bool
                     written.append(f"{name}-{level:g}-{words}-{seed}.toml")
                     write_toml(file.effective(), scratch / written[-1])
     if as_json:
-        print_json({"missions": [str(folder / one) for one in written]})
+        print_json({"missions": [str(folder.path / one) for one in written]})
     else:
-        print("\n".join(str(folder / one) for one in written))
+        print("\n".join(str(folder.path / one) for one in written))
 
 
 def _record(point: Point) -> dict[str, Any]:
@@ -157,17 +172,17 @@ def _record(point: Point) -> dict[str, Any]:
     }
 
 
-def _write(points: Sequence[Point], folder: Path) -> None:
+def _write(points: Sequence[Point], folder: ResultsFolder, pictures: Pictures) -> None:
     import csv
     import json
 
-    from clearway.base.provenance import provenance
-    from clearway.io.staging import staged
     from clearway.studies.figures.faults import draw_faults
+    from clearway.view.plot.style import house_style
 
-    with staged(folder) as scratch:
-        draw_faults(_panels(points)).savefig(scratch / "faults.png", dpi=100)
-        told = {"points": [_record(point) for point in points], "provenance": provenance()}
+    with folder.written() as scratch:
+        with house_style():
+            pictures.save(draw_faults(_panels(points)), scratch, "faults")
+        told = sourced({"points": [_record(point) for point in points]})
         (scratch / "faults.json").write_text(json.dumps(told, indent=2) + "\n")
         with (scratch / "faults.csv").open("w", newline="") as file:
             writer = csv.writer(file)

@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show, sourced
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.live.mission import Progress as MissionProgress
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
     from clearway.sim import LoggedDecision, Run
     from clearway.sim.metrics import IntruderDistances
     from clearway.sim.pilot import Steering
+    from clearway.view.plot.style import Pictures
 
 
 def fly(
@@ -31,7 +34,10 @@ def fly(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for logs and pictures; default clearway-out/<mission>."),
+        typer.Option(
+            help="Folder for logs and pictures, of this mission alone; default "
+            "clearway-out/<mission>."
+        ),
     ] = None,
     spawn: Annotated[
         str | None,
@@ -51,6 +57,8 @@ def fly(
     ] = None,
     planner: Annotated[str, typer.Option(help="Who decides: {planners}.")] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     mcap: Annotated[
         bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
     ] = True,
@@ -62,16 +70,18 @@ def fly(
     ] = False,
 ) -> None:
     """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
+    from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import folder_of
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
     from clearway.sim.baselines import known_planner
 
-    beside = folder_of_file(mission)
+    beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     known_planner(planner, beside)
     if parquet:
         check_tables()
     file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
+    folder = ResultsFolder.checked(out or folder_of(file.mission.name), "fly", file.mission.name)
     say("preparing reach sets and sensors")
     setup = prepare(file, say)
     for note in setup.notes:
@@ -80,13 +90,13 @@ def fly(
     if planner == "clearway":
         say(str(setup.escape))
     run = flown_with_bar(setup, planner, beside)
-    folder = out or folder_of(file.mission.name)
-    written = write_flight(run, setup, file, folder, plots, mcap=mcap, parquet=parquet)
     if as_json:
         print_json(run.summary() | {"notes": list(setup.notes)})
     else:
         show(_in_words(run))
-    say(f"wrote {', '.join(written)} to {folder}")
+    kept = pictures if plots else None
+    written = write_flight(run, setup, file, folder, kept, mcap=mcap, parquet=parquet)
+    say(f"wrote {', '.join(written)} to {folder.path}")
     if not run.safe:
         leave(NOT_REACHED)
 
@@ -166,38 +176,41 @@ def write_flight(
     run: Run[Steering],
     setup: FlightSetup,
     file: MissionFile,
-    folder: Path,
-    plots: bool,
+    folder: ResultsFolder,
+    pictures: Pictures | None,
     *,
     mcap: bool = True,
     parquet: bool = False,
 ) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
-    from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.missions.run_tables import write_tables
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         write_toml(file.effective(), scratch / "mission.toml")
         write_track(run, scratch / "track.csv")
         if run.intruder_tracks:
             write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
-        (scratch / "summary.json").write_text(json.dumps(run.summary(), indent=2) + "\n")
+        summary = sourced(run.summary())
+        (scratch / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
         if parquet:
             write_tables(run, scratch)
         if mcap:
             record_run(run, setup, file, scratch)
-        if plots:
-            _draw(run, setup, file, scratch)
+        if pictures is not None:
+            _draw(run, setup, file, scratch, pictures)
         return sorted(path.name for path in scratch.iterdir())
 
 
-def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path) -> None:
+def _draw(
+    run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path, pictures: Pictures
+) -> None:
     from clearway.sim import decided_by_clearway
     from clearway.studies.figures.flight_set import flight_figures, track_figures
     from clearway.view.plot.flight import Margins
+    from clearway.view.plot.style import house_style
 
     body = file.vehicle.body_radius_m
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
@@ -206,8 +219,9 @@ def _draw(run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Pat
         figures = flight_figures(run, margins, setup.world, setup.kept_out)
     else:
         figures = track_figures(run, setup.world, margins)
-    for name, figure in figures:
-        figure.savefig(folder / f"{name}.png", dpi=110)
+    with house_style():
+        for name, figure in figures:
+            pictures.save(figure, folder, name)
 
 
 def _in_words(run: Run[Steering]) -> str:

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, show
+from clearway.cli.report import NOT_REACHED, leave, print_json, say, show, sourced
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.missions.encounter_mission import FlownAs
     from clearway.missions.in_place import InPlaceFlight
     from clearway.traffic.recorded.picture import AirPicture
+    from clearway.view.plot.style import Pictures
 
 WELL_CLEAR_BALL_M = math.ceil(math.hypot(2000.0, 250.0) * FOOT_M)
 """About the cylinder of 2,000 ft and 250 ft."""
@@ -34,12 +36,15 @@ def fly_recorded(
     flown: FlownAs,
     out: Path | None,
     as_json: bool,
+    pictures: Pictures,
 ) -> None:
     """Fly the encounter with a number (1: the closest pair); exit status 1 if the margin was lost.
 
     Raises InputError for a number, or an aircraft, that is not there.
     """
+    from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import folder_of
+    from clearway.missions.encounter_mission import mission_name
     from clearway.missions.in_place import fly_in_place
     from clearway.missions.in_place_result import in_place_result
     from clearway.traffic.recorded.own_part import take_part
@@ -54,31 +59,34 @@ def fly_recorded(
         )
     own = own or picture.own_address
     part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
+    name = mission_name(part)
+    folder = ResultsFolder.checked(out or folder_of(name), "traffic --fly", name)
     say("preparing reach sets")
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
         say(note)
     say(str(found.setup.escape))
     result = in_place_result(found, recording.clock)
-    folder = out or folder_of(found.file.mission.name)
-    written = _write(found, result, folder)
     if as_json:
         print_json(result)
     else:
         show(_in_words(result))
-    say(f"wrote {', '.join(written)} to {folder}")
+    written = _write(found, result, folder, pictures)
+    say(f"wrote {', '.join(written)} to {folder.path}")
     if not found.run.safe:
         leave(NOT_REACHED)
 
 
-def _write(found: InPlaceFlight, result: Mapping[str, Any], folder: Path) -> list[str]:
+def _write(
+    found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder, pictures: Pictures
+) -> list[str]:
     """Everything that the flights leave behind; all of it or nothing."""
-    from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.studies.figures.in_place import draw_in_place
+    from clearway.view.plot.style import house_style
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")
         write_track(found.run, scratch / "track.csv")
         write_track(found.run_without, scratch / "track-without.csv")
@@ -86,8 +94,9 @@ def _write(found: InPlaceFlight, result: Mapping[str, Any], folder: Path) -> lis
             write_intruders(found.run, scratch / "intruders.csv")
         write_decisions(found.run, scratch / "decisions.jsonl")
         record_run(found.run, found.setup, found.file, scratch)
-        (scratch / "encounter.json").write_text(json.dumps(result, indent=2) + "\n")
-        draw_in_place(found).savefig(scratch / "encounter.png", dpi=110)
+        (scratch / "encounter.json").write_text(json.dumps(sourced(result), indent=2) + "\n")
+        with house_style():
+            pictures.save(draw_in_place(found), scratch, "encounter")
         return sorted(path.name for path in scratch.iterdir())
 
 

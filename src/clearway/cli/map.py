@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, show
 
 if TYPE_CHECKING:
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 
     from clearway.io.maps.map_features import Geodetic, Period
     from clearway.io.maps.maps import KeepOut, MapFile
+    from clearway.io.results_folder import ResultsFolder
+    from clearway.view.plot.style import Pictures
 
 
 def show_map(
@@ -31,6 +34,10 @@ def show_map(
     radius: Annotated[
         float, typer.Option(min=0.1, help="Metres that a mere point stands for.")
     ] = 20.0,
+    crs: Annotated[
+        str | None,
+        typer.Option(help="Reference system of a CityJSON model that states none: EPSG:7415."),
+    ] = None,
     at: Annotated[
         str | None,
         typer.Option(help="Moment such as 2025-06-01T12:00Z: zones not in force then are left out"),
@@ -39,6 +46,8 @@ def show_map(
         Path | None, typer.Option(help="Folder of the picture; default clearway-out/map.")
     ] = None,
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw the picture.")] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
@@ -46,13 +55,13 @@ def show_map(
     """Summarise and draw map files: obstacles, keep-out zones, what was left out and why."""
     from clearway.io.maps.maps import read_maps
     from clearway.io.moments import moment
+    from clearway.io.results_folder import ResultsFolder
+    from clearway.io.staging import RESULTS
 
+    pictures = drawn.pictures_of(form, dpi)
+    folder = ResultsFolder.checked(out or RESULTS / "map", "map", "") if plots else None
     when = None if at is None else moment("--at", at)
-    maps = read_maps(files, _origin(origin), point_radius_m=radius)
-    if plots:
-        folder = out or Path("clearway-out/map")
-        _draw(maps, when, folder)
-        say(f"wrote map.png to {folder}")
+    maps = read_maps(files, _origin(origin), point_radius_m=radius, crs=crs)
     for one in maps:
         if one.is_empty:
             say(f"{one.source}: {one.notes[-1]}")
@@ -60,6 +69,8 @@ def show_map(
         print_json(_as_json(maps, when))
     else:
         show("\n\n".join(_in_words(one, when) for one in maps))
+    if folder is not None:
+        say(f"wrote {_draw(maps, when, folder, pictures)} to {folder.path}")
 
 
 def _origin(text: str | None) -> Geodetic | None:
@@ -79,9 +90,11 @@ def _origin(text: str | None) -> Geodetic | None:
     return Geodetic(latitude, longitude, height)
 
 
-def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: Path) -> None:
-    from clearway.io.staging import staged
+def _draw(
+    maps: tuple[MapFile, ...], when: datetime | None, folder: ResultsFolder, pictures: Pictures
+) -> str:
     from clearway.view.plot.map import draw_map
+    from clearway.view.plot.style import house_style
 
     obstacles = [obstacle for one in maps for obstacle in one.obstacles]
     zones = {
@@ -92,8 +105,8 @@ def _draw(maps: tuple[MapFile, ...], when: datetime | None, folder: Path) -> Non
     }
     floor = [block for one in maps for block in one.floor]
     title = ", ".join(Path(one.source).name for one in maps)
-    with staged(folder) as scratch:
-        draw_map(obstacles, floor, zones, title).savefig(scratch / "map.png", dpi=110)
+    with folder.written() as scratch, house_style():
+        return pictures.save(draw_map(obstacles, floor, zones, title), scratch, "map")
 
 
 def _as_json(maps: tuple[MapFile, ...], when: datetime | None) -> dict[str, Any]:

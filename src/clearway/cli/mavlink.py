@@ -18,6 +18,7 @@ import typer
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.live.link.loop import Loop, Stop
     from clearway.live.link.session import Session, TickOutcome
     from clearway.mavlink.mavlink_link import MavlinkLink
@@ -54,7 +55,9 @@ def mavlink(
     ] = False,
     download: Annotated[
         Path | None,
-        typer.Option(help="Write the autopilot's mission, fence and rally points as a plan; end."),
+        typer.Option(
+            help="Write the autopilot's mission, fence and rally points to this file, a plan; end."
+        ),
     ] = None,
     ask: Annotated[
         bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
@@ -102,6 +105,9 @@ def mavlink(
 
     dialect()
     if download is not None:
+        from clearway.io.results_folder import refuse_unwritable_file
+
+        refuse_unwritable_file(download, "--download")
         _download(connect, download, signing_key, system, component)
         return
     if mission is None:
@@ -110,6 +116,11 @@ def mavlink(
     from clearway.missions.mission_file import read_mission_file
 
     file = read_mission_file(mission, say)
+    folder = None
+    if out is not None:
+        from clearway.io.results_folder import ResultsFolder
+
+        folder = ResultsFolder.checked(out, "mavlink", file.mission.name)
     options = SessionOptions(
         connect=connect,
         rate_hz=rate,
@@ -131,11 +142,12 @@ def mavlink(
     with ExitStack() as stack:
         stack.callback(link.close)
         stop = stack.enter_context(_stop_rule(duration, end_on_arrival))
-        result = _run(loop, link, stop, file, rate, out, stack)
-    if as_json:
-        print_json(result)
-    else:
-        print(_in_words(result))
+        result = _run(loop, link, stop, file, rate, folder, stack)
+        # Before the log is put in its place, which a full disk may refuse.
+        if as_json:
+            print_json(result)
+        else:
+            print(_in_words(result), flush=True)
     if not _is_good(result):
         leave(NOT_REACHED)
 
@@ -211,15 +223,14 @@ def _run(
     stop: Stop,
     file: MissionFile,
     rate: float,
-    out: Path | None,
+    out: ResultsFolder | None,
     stack: ExitStack,
 ) -> dict[str, Any]:
     """Run to the end, with a log in `out` if it is given; all of it or nothing."""
-    from clearway.io.staging import staged
     from clearway.io.toml import write_toml
     from clearway.mavlink.record import SessionRecord
 
-    folder = None if out is None else stack.enter_context(staged(out))
+    folder = None if out is None else stack.enter_context(out.written())
     log = None
     if folder is not None:
         write_toml(file.effective(), folder / "mission.toml")

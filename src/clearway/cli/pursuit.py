@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ def pursuit(
         "clearway-out/pursuit"
     ),
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw the picture.")] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Map which collision courses can be avoided against an intruder that wants to hit (def. 3)."""
@@ -35,18 +38,23 @@ def pursuit(
     bearings_deg = np.arange(0.0, 90.0, bearing_step_deg)
     speeds = np.round(np.arange(0.5, 0.96, 0.05), 2).tolist()
     bearings = np.radians(bearings_deg).tolist()
-    result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
+    pictures, folder = drawn.pictures_of(form, dpi), None
     if plots:
-        from clearway.io.staging import staged
-        from clearway.studies.figures.pursuit import draw_win_map
+        from clearway.io.results_folder import ResultsFolder
 
-        with staged(out) as scratch:
-            draw_win_map(result).savefig(scratch / "win-map.png")
-        say(f"wrote win-map.png to {out}")
+        folder = ResultsFolder.checked(out, "pursuit", "")
+    result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
     if as_json:
         print_json(_as_json(result, bearings_deg.tolist()))
     else:
         _print(result)
+    if folder is not None:
+        from clearway.studies.figures.pursuit import draw_win_map
+        from clearway.view.plot.style import house_style
+
+        with folder.written() as scratch, house_style():
+            file = pictures.save(draw_win_map(result), scratch, "win-map")
+        say(f"wrote {file} to {out}")
 
 
 def _as_json(result: WinMap, bearings_deg: list[float]) -> dict[str, Any]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.reach.comparison import Comparison, MethodRow
+    from clearway.view.plot.style import Pictures
 
 ESTIMATE = "Full reach set"
 
@@ -38,10 +40,14 @@ def compare(
     as_json: given.AsJson = False,
     out: given.Out = None,
     plots: given.Plots = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Measure every method on one grid, beside the paper's table 6.1."""
     from clearway.reach.comparison import compare as compared
 
+    pictures = drawn.pictures_of(form, dpi)
+    folder = given.folder_of(out, "reach-set-compare") if plots else None
     automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
     grid = given.grid_of(
         range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
@@ -49,27 +55,27 @@ def compare(
     result = compared(
         automaton, grid, branches=branches, repetitions=repetitions, seed=seed, progress=say
     )
-    if plots:
-        _draw(result, out or Path("clearway-out/reach-set-compare"))
     if as_json:
         print_json(_as_json(result))
     else:
         print(_as_text(result))
+    if folder is not None:
+        _draw(result, folder, pictures)
 
 
-def _draw(result: Comparison, folder: Path) -> None:
-    from clearway.io.staging import staged
+def _draw(result: Comparison, folder: ResultsFolder, pictures: Pictures) -> None:
     from clearway.reach.comparison import over_spreads
     from clearway.view.plot.reach import draw_reach_set_views
     from clearway.view.plot.reach_compare import draw_spreads
+    from clearway.view.plot.style import house_style
 
-    say(f"drawing into {folder}")
-    with staged(folder) as scratch:
+    say(f"drawing into {folder.path}")
+    with folder.written() as scratch, house_style():
         for row in result.rows:
             figure = draw_reach_set_views(row.reach_set, f"{row.contender.name} reach set")
-            figure.savefig(scratch / f"{row.contender.name.replace(' ', '-')}.png")
+            pictures.save(figure, scratch, row.contender.name.replace(" ", "-"))
         spreads = over_spreads(result.automaton, result.grid)
-        draw_spreads(result, spreads).savefig(scratch / "nodes-against-coverage.png")
+        pictures.save(draw_spreads(result, spreads), scratch, "nodes-against-coverage")
 
 
 def _as_json(result: Comparison) -> dict[str, Any]:

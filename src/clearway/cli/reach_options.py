@@ -11,6 +11,7 @@ from clearway.base.errors import ClearwayError
 
 if TYPE_CHECKING:
     from clearway.base.grid import AvoidanceGrid
+    from clearway.io.results_folder import ResultsFolder
     from clearway.vehicle.automaton import MovementAutomaton
 
 GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
@@ -51,6 +52,14 @@ Out = Annotated[
 Plots = Annotated[
     bool, typer.Option("--plots/--no-plots", help="Draw pictures.", rich_help_panel=OUTPUT)
 ]
+
+
+def folder_of(out: Path | None, name: str) -> ResultsFolder:
+    """Where pictures go, beside those that are there; looked at before any work."""
+    from clearway.io.results_folder import ResultsFolder
+    from clearway.io.staging import RESULTS
+
+    return ResultsFolder.checked(out or RESULTS / name, name, "", adds=True)
 
 
 def automaton_of(

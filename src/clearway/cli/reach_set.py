@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.base.errors import ClearwayError
+from clearway.cli import picture_options as drawn
 from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
     from clearway.base.grid import AvoidanceGrid
+    from clearway.io.results_folder import ResultsFolder
     from clearway.reach.coverage import Coverage
     from clearway.reach.tree import ReachSet
     from clearway.vehicle.automaton import MovementAutomaton
+    from clearway.view.plot.style import Pictures
 
 
 def reach_set(
@@ -46,6 +49,8 @@ def reach_set(
     as_json: given.AsJson = False,
     out: given.Out = None,
     plots: given.Plots = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
     if context.invoked_subcommand is not None:
@@ -54,6 +59,8 @@ def reach_set(
     from clearway.reach.lattice import movements_deep
     from clearway.reach.sets import build_reach_set
 
+    pictures = drawn.pictures_of(form, dpi)
+    folder = given.folder_of(out, "reach-set") if plots else None
     automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
     grid = given.grid_of(
         range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
@@ -69,13 +76,12 @@ def reach_set(
     tree = build_reach_set(automaton, grid, method, start_pitch_rad, **tuning)
     build_s = time.perf_counter() - began
     coverage = measure(tree)
-    if plots:
-        picture = _draw(tree, method, out or Path("clearway-out/reach-set"))
-        say(f"picture: {picture}")
     if as_json:
         print_json(_as_json(method, tree, automaton, coverage, build_s))
     else:
         print(_as_text(method, tree, automaton, coverage, build_s))
+    if folder is not None:
+        say(f"picture: {_draw(tree, method, folder, pictures)}")
 
 
 def checked_pitch(start_pitch_deg: float, automaton: MovementAutomaton) -> float:
@@ -107,15 +113,14 @@ def _warm_up(
     build_reach_set(automaton, small, method, start_pitch_rad, **tuning)
 
 
-def _draw(tree: ReachSet, method: str, folder: Path) -> Path:
-    from clearway.io.staging import staged
+def _draw(tree: ReachSet, method: str, folder: ResultsFolder, pictures: Pictures) -> Path:
     from clearway.view.plot.reach import draw_reach_set_views
+    from clearway.view.plot.style import house_style
 
-    name = f"reach-set-{method}-{tree.grid.layers}-layers.png"
-    with staged(folder) as scratch:
+    name = f"reach-set-{method}-{tree.grid.layers}-layers"
+    with folder.written() as scratch, house_style():
         figure = draw_reach_set_views(tree, title=f"{method} reach set")
-        figure.savefig(scratch / name)
-    return folder / name
+        return folder.path / pictures.save(figure, scratch, name)
 
 
 def _as_json(

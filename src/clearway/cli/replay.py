@@ -38,6 +38,10 @@ def replay(
     from clearway.view.replay.page import page_of
     from clearway.view.replay.reading import read_run
 
+    if html is not None:
+        from clearway.io.results_folder import refuse_unwritable_file
+
+        refuse_unwritable_file(html, "--html")
     recording = read_run(run)
     with damage_told(recording.source, "run"):
         page = page_of(recording)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 from clearway.base.errors import ClearwayError, InputError, SeveralErrors, refuse_special
 from clearway.base.plain_text import LONGEST, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
+from clearway.base.version import SCHEMA_VERSION
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -162,10 +163,11 @@ def table_console() -> Console:
 
 
 def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[str, Any]:
-    """The result with where it comes from; inputs: files it is made of."""
+    """The result with the version of its form and where it comes from; inputs: files behind it."""
     from clearway.base.provenance import provenance
 
-    return result if "provenance" in result else {**result, "provenance": provenance(inputs)}
+    stated = result if "provenance" in result else {**result, "provenance": provenance(inputs)}
+    return {"schema_version": SCHEMA_VERSION, **stated}
 
 
 def print_json(result: dict[str, Any]) -> None:

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, sourced
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.reproduction.report import Made
+    from clearway.view.plot.style import Pictures
 
 OUTPUT = "Output"
 
@@ -33,6 +36,8 @@ def reproduce(
     plots: Annotated[
         bool, typer.Option("--plots/--no-plots", help="Draw pictures.", rich_help_panel=OUTPUT)
     ] = True,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
@@ -41,21 +46,26 @@ def reproduce(
     if list_them:
         _list(as_json)
         return
+    from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.reproduction.registry import targets_named
     from clearway.studies.reproduction.report import as_text, as_values
 
+    pictures = drawn.pictures_of(form, dpi)
+    folder = ResultsFolder.checked(out, "reproduce", "", adds=True)
+    if docs is not None:
+        refuse_unwritable_file(docs, "--docs")
     made = {}
     for target in targets_named(targets or []):
         say(f"{target.name}: {target.title}")
         made[target] = target.make()
-    if docs is not None:
-        _write_page(made, f"clearway reproduce {' '.join(targets or [])}", docs)
     result = sourced(as_values(made))
-    written = _write(made, result, out, plots)
     if as_json:
         print_json(result)
     else:
         print(as_text(made))
+    if docs is not None:
+        _write_page(made, f"clearway reproduce {' '.join(targets or [])}", docs)
+    written = _write(made, result, folder, pictures if plots else None)
     say(f"wrote {', '.join(written)} to {out}")
 
 
@@ -70,16 +80,20 @@ def _list(as_json: bool) -> None:
         print(f"{target.name:<22}{target.title}")
 
 
-def _write(made: Made, result: dict[str, Any], folder: Path, plots: bool) -> list[str]:
+def _write(
+    made: Made, result: dict[str, Any], folder: ResultsFolder, pictures: Pictures | None
+) -> list[str]:
     """Result and pictures; all of it or nothing."""
-    from clearway.io.staging import staged
+    from clearway.view.plot.style import house_style
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         for exhibits in made.values():
             for exhibit in exhibits:
-                if plots and exhibit.draw is not None and exhibit.picture is not None:
-                    exhibit.draw().savefig(scratch / exhibit.picture, dpi=110)
+                if pictures is None or exhibit.draw is None or exhibit.picture is None:
+                    continue
+                with house_style():
+                    pictures.save(exhibit.draw(), scratch, Path(exhibit.picture).stem)
         return sorted(path.name for path in scratch.iterdir())
 
 

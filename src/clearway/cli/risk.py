@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.base.verdict import DemandVerdict
+from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import leave_by, number_pair, print_json, say
+from clearway.cli.report import leave_by, number_pair, print_json, say, sourced
 from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.studies.encounter_model import EncounterModel
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.study import RiskStudy
+    from clearway.view.plot.style import Pictures
 
-KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
+KIND, SCALE, RUN, OUTPUT = "Kind of encounter", "Real scale", "Run", "Output"
 
 
 def risk(
@@ -26,6 +29,14 @@ def risk(
         Path | None,
         typer.Argument(
             help="Encounter model (MIT-LL text format); made-up numbers where none is given."
+        ),
+    ] = None,
+    curves: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Fly nothing: draw the results of earlier studies at real scale (risk.json) into "
+            "--out; may be repeated.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     planner: Annotated[
@@ -57,6 +68,45 @@ def risk(
     stretch: Annotated[
         float, typer.Option(help="Heights are decided on times this.", rich_help_panel=KIND)
     ] = 4.0,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            help="Fly in the true world with this airframe: {vehicles}.", rich_help_panel=SCALE
+        ),
+    ] = None,
+    surveillance: Annotated[
+        str | None,
+        typer.Option(help="How intruders are known: {surveillances}.", rich_help_panel=SCALE),
+    ] = None,
+    range_m: Annotated[
+        float | None,
+        typer.Option(help="How far they are heard; default: as it says.", rich_help_panel=SCALE),
+    ] = None,
+    reaction_s: Annotated[
+        float | None,
+        typer.Option(help="From a decision to the controls.", rich_help_panel=SCALE),
+    ] = None,
+    floor_ft: Annotated[
+        float, typer.Option(help="Height above ground that is kept.", rich_help_panel=SCALE)
+    ] = 50.0,
+    ceiling_ft: Annotated[
+        float, typer.Option(help="Height that is not exceeded.", rich_help_panel=SCALE)
+    ] = 6000.0,
+    limits: Annotated[
+        str,
+        typer.Option(
+            help="Largest ratios of near mid-air collision,loss of well clear.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = "0.18,0.40",
+    journal: Annotated[
+        Path | None,
+        typer.Option(
+            help="File that outcomes are kept in as they come: an interrupted study goes "
+            "on from it.",
+            rich_help_panel=RUN,
+        ),
+    ] = None,
     layers: Annotated[
         str,
         typer.Option(help="Altitude layers of the model, from 1, as in 2,3.", rich_help_panel=KIND),
@@ -64,6 +114,8 @@ def risk(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -72,41 +124,85 @@ def risk(
         ),
     ] = None,
 ) -> None:
-    """Risk ratios, held against ASTM F3442's by the upper ends of their intervals.
+    """Risk ratios, held against ASTM F3442's or your own by the upper ends of their intervals.
 
     Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
     neither is shown.
     """
+    from clearway.studies.risk.ratios import RiskLimits
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.summary import summary
 
-    position_std, velocity_std = number_pair("--noise", noise, "15,1")
-    settings = RiskSettings(
-        own_kt=own_kt,
-        stretch=stretch,
-        report_s=report_s,
-        position_std_m=position_std,
-        velocity_std_mps=velocity_std,
-        layers=_layers(layers),
-    )
-    planners = _planners(planner)
-    network = _model(model, settings)
-    if only is not None:
-        _fly_one(network, only, planners, settings, seed, out, as_json)
+    if curves:
+        _draw_curves(curves, out)
         return
-    result = _flown(network, planners, range(first, first + count), settings, seed, workers)
-    told = summary(result, network)
+    position_std, velocity_std = number_pair("--noise", noise, "15,1")
+    asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40"))
+    if vehicle is not None or surveillance is not None:
+        settings = RiskSettings.real_scale(
+            vehicle or "wing",
+            surveillance or "ads-b",
+            range_m,
+            reaction_s=reaction_s,
+            floor_ft=floor_ft,
+            ceiling_ft=ceiling_ft,
+            surveillance_seed=seed,
+            layers=_layers(layers),
+        )
+    else:
+        settings = RiskSettings(
+            own_kt=own_kt,
+            stretch=stretch,
+            report_s=report_s,
+            position_std_m=position_std,
+            velocity_std_mps=velocity_std,
+            layers=_layers(layers),
+        )
+    planners = _planners(planner, settings)
+    network = _model(model, settings)
+    folder, pictures = _folder(out, model, only), drawn.pictures_of(form, dpi)
+    if only is not None:
+        _fly_one(network, only, planners, settings, seed, folder, as_json, pictures)
+        return
+    numbers = range(first, first + count)
+    result = _flown(network, planners, numbers, settings, seed, workers, journal)
+    told = summary(result, network, asked)
     if as_json:
         print_json(told)
     else:
-        print_tables(result, told, model)
-    if out is not None:
-        _write(result, told, out)
+        print_tables(result, told)
+    if folder is not None:
+        _write(result, told, folder)
     leave_by(
         DemandVerdict(measure["verdict"])
         for measure in told["planners"][planners[0]].values()
         if isinstance(measure, dict) and "verdict" in measure
     )
+
+
+def _draw_curves(files: Sequence[Path], out: Path | None) -> None:
+    from clearway.base.errors import InputError
+    from clearway.io.staging import staged
+    from clearway.studies.figures.risk_curves import draw_risk_curves, read_study
+
+    if out is None:
+        raise InputError("--curves", "needs --out, a folder for risk-curves.png")
+    figure = draw_risk_curves([read_study(file) for file in files])
+    with staged(out) as scratch:
+        figure.savefig(scratch / "risk-curves.png", dpi=90)
+    say(f"wrote risk-curves.png to {out}")
+
+
+def _folder(out: Path | None, model: Path | None, only: int | None) -> ResultsFolder | None:
+    """Where results go, looked at before anything is flown; nowhere unless asked for."""
+    from clearway.io.results_folder import ResultsFolder
+
+    if out is None:
+        return None
+    of = "made-up numbers" if model is None else model.name
+    if only is not None:
+        return ResultsFolder.checked(out, "risk --only", of, adds=True)
+    return ResultsFolder.checked(out, "risk", of)
 
 
 def _layers(text: str) -> tuple[int, ...]:
@@ -121,10 +217,16 @@ def _layers(text: str) -> tuple[int, ...]:
     return tuple(number - 1 for number in numbers)
 
 
-def _planners(names: list[str] | None) -> list[str]:
+def _planners(names: list[str] | None, settings: RiskSettings) -> list[str]:
     from clearway.sim.baselines import CLEARWAY, known_planner
+    from clearway.studies.risk.long_planners import LONG_PLANNERS
 
-    chosen = [known_planner(name) for name in names or [CLEARWAY]]
+    wanted = names or [CLEARWAY]
+    if settings.vehicle:
+        for name in wanted:
+            LONG_PLANNERS.named(name)
+        return list(dict.fromkeys(wanted))
+    chosen = [known_planner(name) for name in wanted]
     return list(dict.fromkeys(chosen))
 
 
@@ -148,12 +250,13 @@ def _flown(
     settings: RiskSettings,
     seed: int,
     workers: int,
+    journal: Path | None,
 ) -> RiskStudy:
     """Fly the study with a progress bar on standard error."""
     from clearway.studies.risk.study import study
 
     with progress_bar("encounters", len(numbers)) as bar:
-        return study(model, planners, numbers, settings, seed, workers, bar.advance)
+        return study(model, planners, numbers, settings, seed, workers, bar.advance, journal)
 
 
 def _fly_one(
@@ -162,35 +265,36 @@ def _fly_one(
     planners: Sequence[str],
     settings: RiskSettings,
     seed: int,
-    out: Path | None,
+    folder: ResultsFolder | None,
     as_json: bool,
+    pictures: Pictures,
 ) -> None:
     """Fly one encounter with every planner; draw it, and say what was decided when."""
     from clearway.studies.risk.replay import replayed
 
     told = replayed(model, number, planners, settings, seed)
-    if out is not None:
-        from clearway.io.staging import staged
-        from clearway.studies.figures.risk import draw_encounter
-
-        name = f"encounter-{number}.png"
-        with staged(out) as scratch:
-            draw_encounter(told.tracks).savefig(scratch / name)
-        say(f"wrote {name} to {out}")
     if as_json:
         print_json(told.as_dict())
     else:
         for line in told.lines():
             print(line)
+    if folder is not None:
+        from clearway.studies.figures.risk import draw_encounter
+        from clearway.view.plot.style import house_style
+
+        with folder.written() as scratch, house_style():
+            name = pictures.save(draw_encounter(told.tracks), scratch, f"encounter-{number}")
+        say(f"wrote {name} to {folder.path}")
 
 
-def _write(result: RiskStudy, told: dict[str, Any], folder: Path) -> None:
+def _write(result: RiskStudy, told: dict[str, Any], folder: ResultsFolder) -> None:
     import json
 
-    from clearway.io.staging import staged
     from clearway.studies.risk.summary import write_encounters
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         write_encounters(result, scratch / "encounters.csv")
-        (scratch / "risk.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
-    say(f"wrote encounters.csv, risk.json to {folder}")
+        (scratch / "risk.json").write_text(
+            json.dumps(sourced(told), indent=2, allow_nan=False) + "\n"
+        )
+    say(f"wrote encounters.csv, risk.json to {folder.path}")

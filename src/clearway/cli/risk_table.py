@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clearway.cli.report import table_console
@@ -10,11 +9,12 @@ from clearway.cli.report import table_console
 if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
 
-CASES_SHOWN = 8
+CASES_SHOWN, WORST_SHOWN = 8, 3
+VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
 
 
-def print_tables(result: RiskStudy, summary: dict[str, Any], model: Path | None) -> None:
-    """summary: of the result, as `--json` prints it; model: its file, None for the made-up one."""
+def print_tables(result: RiskStudy, summary: dict[str, Any]) -> None:
+    """summary: of the result, as `--json` prints it."""
     from rich.table import Table
 
     from clearway.studies.risk.ratios import MEASURES
@@ -33,8 +33,14 @@ def print_tables(result: RiskStudy, summary: dict[str, Any], model: Path | None)
         cells = [_cell(measures[name]) for name in MEASURES]
         table.add_row(planner, *cells, f"{measures['mean_aside_m']:.0f} m")
     console.print(table)
+    effective = ", ".join(
+        f"{summary['effective'][name]:.0f} {MEASURES[name]}s" for name in summary["effective"]
+    )
+    print(f"without avoidance, worth as many equal ones as {effective}")
+    if len(summary["layers"]) > 1:
+        _print_layers(summary, result.planners[0])
     for planner in result.planners:
-        _print_cases(summary["planners"][planner], planner, result, model)
+        _print_cases(summary["planners"][planner], planner)
 
 
 def _cell(measure: dict[str, Any]) -> str:
@@ -43,37 +49,32 @@ def _cell(measure: dict[str, Any]) -> str:
     low, high = measure["ratio_95"]
     split = f"{measure['unresolved']:.3f} + {measure['induced']:.3f}"
     ends = f"[{low:.3f}, {'no bound' if high is None else f'{high:.3f}'}]"
-    said = f"\n<= {measure['limit']:g}: {measure['verdict']}" if "verdict" in measure else ""
+    said = (
+        f"\n<= {measure['limit']:g}: {VERDICTS[measure['verdict']]}" if "verdict" in measure else ""
+    )
     return f"{measure['ratio']:.3f} {ends}\n{split}{said}"
 
 
-def _print_cases(
-    measures: dict[str, Any], planner: str, result: RiskStudy, model: Path | None
-) -> None:
+def _print_cases(measures: dict[str, Any], planner: str) -> None:
     cases = measures["near_collision"]["cases"]
-    if not cases:
-        return
-    some = ", ".join(map(str, cases[:CASES_SHOWN]))
-    more = f" and {len(cases) - CASES_SHOWN} more" if len(cases) > CASES_SHOWN else ""
-    given = f"{model} " if model else ""
-    print(f"{planner}: near mid-air collisions in {some}{more}; see one with "
-          f"clearway risk {given}{_options(result)}-p {planner} --only NUMBER")  # fmt: skip
+    if cases:
+        some = ", ".join(map(str, cases[:CASES_SHOWN]))
+        more = f" and {len(cases) - CASES_SHOWN} more" if len(cases) > CASES_SHOWN else ""
+        print(f"{planner}: near mid-air collisions in {some}{more}")
+    for worst in measures["worst"][:WORST_SHOWN]:
+        print(f"{planner}: see encounter {worst['number']} with {worst['replay']}")
 
 
-def _options(result: RiskStudy) -> str:
-    """The options that make these encounters."""
-    settings = result.settings
-    words = []
-    if result.seed:
-        words.append(f"--seed {result.seed}")
-    if settings.own_kt != 50.0:
-        words.append(f"--own-kt {settings.own_kt:g}")
-    if settings.position_std_m or settings.velocity_std_mps:
-        words.append(f"--noise {settings.position_std_m:g},{settings.velocity_std_mps:g}")
-    if settings.report_s != 1.0:
-        words.append(f"--report-s {settings.report_s:g}")
-    if settings.stretch != 4.0:
-        words.append(f"--stretch {settings.stretch:g}")
-    if settings.layers:
-        words.append(f"--layers {','.join(str(layer + 1) for layer in settings.layers)}")
-    return " ".join([*words, ""])
+def _print_layers(summary: dict[str, Any], planner: str) -> None:
+    for row in summary["layers"]:
+        ratio = row[planner]["lost_well_clear"]
+        low, high = ratio["ratio_95"]
+        told = "no case"
+        if ratio["ratio"] is not None:
+            told = (
+                f"{ratio['ratio']:.3f} [{low:.3f}, {'no bound' if high is None else f'{high:.3f}'}]"
+            )
+        print(
+            f"layer {row['layer']}: {100.0 * row['weight']:.1f} % of the weight, "
+            f"{row['encounters']} encounters, {planner}'s loss of well clear {told}"
+        )

@@ -10,10 +10,14 @@ import typer
 
 from clearway.base.errors import ClearwayError, InputError, SeveralErrors
 from clearway.base.units import FOOT_M
+from clearway.base.version import SCHEMA_VERSION
+from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, show
 
 if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
     from clearway.traffic.recorded.picture import AirPicture
+    from clearway.view.plot.style import Pictures
 
 OUTPUT, FLYING = "Output", "Flying an encounter"
 UTC_LENGTH = 19
@@ -58,6 +62,8 @@ def traffic(
     most: Annotated[
         int, typer.Option(min=0, help="Aircraft and pairs to list; 0: all.", rich_help_panel=OUTPUT)
     ] = 20,
+    form: drawn.Form = drawn.FORM,
+    dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool,
         typer.Option("--json", help="Print one JSON object, with all.", rich_help_panel=OUTPUT),
@@ -78,15 +84,22 @@ def traffic(
     from clearway.base.provenance import provenance
     from clearway.missions.traffic_result import traffic_result
 
+    kept = drawn.pictures_of(form, dpi)
     pictures = _pictures(files, own)
     if encounter is not None:
         from clearway.cli.fly_recorded import fly_recorded
         from clearway.missions.encounter_mission import FlownAs
 
         flown = FlownAs(margin_m=margin_m, bank_deg=bank_deg)
-        fly_recorded(_only(pictures), encounter, in_place_of, flown, out, as_json)
+        fly_recorded(_only(pictures), encounter, in_place_of, flown, out, as_json, kept)
         return
+    folder = None
+    if out is not None:
+        from clearway.io.results_folder import ResultsFolder
+
+        folder = ResultsFolder.checked(out, "traffic", " ".join(file.name for file in files))
     result: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
         "recordings": [traffic_result(picture) for picture in pictures],
         "provenance": provenance(files),
     }
@@ -94,8 +107,8 @@ def traffic(
         print_json(result)
     else:
         show("\n\n".join(_in_words(one, most) for one in result["recordings"]))
-    if out is not None:
-        _write(pictures, result, out)
+    if folder is not None:
+        _write(pictures, result, folder, kept)
 
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
@@ -120,23 +133,26 @@ def _only(pictures: Sequence[AirPicture]) -> AirPicture:
     return pictures[0]
 
 
-def _write(pictures: Sequence[AirPicture], result: dict[str, Any], folder: Path) -> None:
+def _write(
+    pictures: Sequence[AirPicture], result: dict[str, Any], folder: ResultsFolder, kept: Pictures
+) -> None:
     """The result and one picture a recording; all of it or nothing."""
     import json
 
-    from clearway.io.staging import staged
     from clearway.view.plot.recording import draw_recording
+    from clearway.view.plot.style import house_style
 
-    with staged(folder) as scratch:
+    with folder.written() as scratch:
         (scratch / "traffic.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         names: set[str] = set()
         for picture in pictures:
             name = Path(picture.recording.source).name.split(".")[0] or "traffic"
             name = next(n for n in _numbered(name) if n not in names)
             names.add(name)
-            draw_recording(picture).savefig(scratch / f"{name}.png", dpi=110)
+            with house_style():
+                kept.save(draw_recording(picture), scratch, name)
         written = sorted(path.name for path in scratch.iterdir())
-    say(f"wrote {', '.join(written)} to {folder}")
+    say(f"wrote {', '.join(written)} to {folder.path}")
 
 
 def _numbered(name: str) -> Any:

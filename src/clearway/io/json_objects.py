@@ -15,7 +15,8 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[str, dict[str, Any]]]:
     """Place and value of each object; what is none goes to the sieve as damaged.
 
-    Raises InputError where the file ends in the middle of its object, its list, or its last line.
+    Raises InputError where the file ends in the middle of its object or its list; a last line that
+    is cut off is left out, and told.
     """
     lines = content.removeprefix(BYTE_ORDER_MARK).splitlines()
     if not _parses(lines[0]):
@@ -34,9 +35,8 @@ def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[st
             found = parsed_json(line)
         except (ValueError, RecursionError) as cause:
             if number == len(lines) and not whole:
-                raise InputError(
-                    source, f"truncated: line {number}, the last one, ends in the middle: {cause}"
-                ) from cause
+                sieve.cut_off(f"line {number}, the last one, ends in the middle: {cause}")
+                continue
             sieve.drop(DAMAGED, f"line {number}: no JSON object ({cause})")
         else:
             yield from _of(found, f"line {number}", sieve)

@@ -30,7 +30,7 @@ def staged(folder: str | Path) -> Iterator[Path]:
     """
     target = Path(folder).absolute()
     with naming(folder, "written"):
-        existing = _nearest_folder(target)
+        existing = nearest_folder(target)
         scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=existing))
     try:
         with naming(folder, "written"):
@@ -40,7 +40,7 @@ def staged(folder: str | Path) -> Iterator[Path]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _nearest_folder(target: Path) -> Path:
+def nearest_folder(target: Path) -> Path:
     """The folder itself or its nearest existing parent: a scratch folder there moves at once."""
     for folder in (target, *target.parents):
         if folder.exists():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 import re
@@ -16,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
+from clearway.base.suggest import did_you_mean
 
 SMALLEST, LARGEST = 1e-30, 1e30
 """Of numbers in files of our own, in any unit."""
@@ -252,19 +252,14 @@ def _message(item: Any, model: type[BaseModel]) -> str:
     message = message.replace(" after validation", "")
     if kind == "literal_error" and isinstance(item["input"], str):
         choices = re.findall(r"'([^']*)'", str(item["ctx"]["expected"]))
-        message += _nearest(item["input"], choices)
+        message += did_you_mean(item["input"], choices)
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         message = "should be a table"
     return re.sub(r"(a valid )?(tuple|list)\b", "a list", message, flags=re.IGNORECASE)
 
 
 def _unknown_key(key: str, valid: list[str]) -> str:
-    return f"unknown key{_nearest(key, valid)}; valid keys: {', '.join(valid)}"
-
-
-def _nearest(word: str, choices: Sequence[str]) -> str:
-    close = difflib.get_close_matches(word.lower(), choices, n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""
+    return f"unknown key{did_you_mean(key, valid)}; valid keys: {', '.join(valid)}"
 
 
 def _keys_at(model: type[BaseModel], table: Sequence[int | str]) -> set[str]:

@@ -34,6 +34,12 @@ KNOWN = (
     (rb'"beam_altitude_angles"', "metadata of an Ouster LiDAR: `clearway assess --scan` reads it "
      "with the .pcap beside it"),
     (rb"\Aply\n", "a point cloud: `clearway assess --scan` takes it"),
+    (rb"(?s)\A.{8}OSF!", "an OSF recording of an Ouster LiDAR: save it as packets "
+     "(`ouster-cli source FILE.osf save FILE.pcap`), which `clearway assess --scan` takes"),
+    (rb"(?s)\A\0[\4-\7].{6}[\xfd\xfe]", "a telemetry log of MAVLink (.tlog): "
+     "`clearway traffic` takes it"),
+    (rb"\A\xa3\x95\x80\x80", "a DataFlash log of ArduPilot (.bin): no command takes it yet"),
+    (rb"\APK\x03\x04", "a zip archive: unpack it (`unzip`), and give what is in it"),
     (rb"\A\x1f\x8b", "a file packed by gzip: unpack it (`clearway traffic` reads it packed)"),
     (rb"\A\x28\xb5\x2f\xfd", "a file packed by zstd: unpack it with `zstd -d`"),
     (rb"rosbag2_bagfile_information", "metadata of a ROS 2 bag: `clearway assess --scan` takes "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from clearway.avoidance.candidates import Side
 from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.decide import Decision
 from clearway.avoidance.hazards import Cause
@@ -10,6 +11,7 @@ from clearway.base.brief import runs
 from clearway.live.mission import Mode
 from clearway.obstacles.obstacle_map import ObstacleMap
 
+WHERE = {Side.LEFT: "left of", Side.STRAIGHT: "on", Side.RIGHT: "right of"}
 NOT_REACHABLE = "not reachable as far as seen"
 """Of a goal to which no way leads that has not come to nothing."""
 
@@ -18,7 +20,7 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
     """One line per decision for the log and for people."""
     choice = decision.choice
     parts = [
-        f"{mode}: {runs(decision.movements)}, {choice.side} of the way to the goal",
+        f"{mode}: {runs(decision.movements)}, {WHERE[choice.side]} the way to the goal",
         f"P_R {choice.rating:.3f}, P_D {choice.feasibility:.3f}, {_clearance(decision)}",
         str(choice.basis),
     ]
@@ -40,6 +42,8 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
     if ruled_out:
         parts.append(ruled_out)
     parts += [_rule_in_words(note) for note in choice.rules]
+    if decision.long_range is not None and decision.long_range.wanted_tier:
+        parts.append(f"in the next minute: {decision.long_range.reason}")
     return "; ".join(parts)
 
 

@@ -137,7 +137,10 @@ class Plan:
         held = self.intended.at(now_s + TIME_TOLERANCE_S)
         passings = () if self.decision is None else self.decision.passings
         way, under_way = self._way_out_at(now_s)
-        return Commitment(self.side, held.name if held else "", passings, way, under_way)
+        afar = None if self.decision is None else self.decision.long_range
+        return Commitment(
+            self.side, held.name if held else "", passings, way, under_way, long_range=afar
+        )
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:
         """What of the way out is left at a time, and in the middle of a movement that movement,

@@ -21,7 +21,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
-from clearway.live.alerting import TrafficPicture, performance_of, traffic_picture
+from clearway.live.alerting import TrafficPicture, traffic_picture
 from clearway.live.danger import endangered
 from clearway.live.dead_end import out_of_dead_end, warm_up_ways
 from clearway.live.explain import explanation
@@ -117,7 +117,6 @@ class AvoidanceSystem:
         self._follow_dynamic_objects = follow_movers
         self._plan = Plan(planner.automaton)
         self._volumes = volumes
-        self._performance = None if volumes is None else performance_of(planner.automaton)
         self._alerts = Alerts()
         self._mode: ModeState | None = None
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
@@ -266,9 +265,10 @@ class AvoidanceSystem:
 
     def _looked_at(self, situation: Situation) -> TrafficPicture | None:
         """Alerts and bands, where volumes are asked for."""
-        if self._volumes is None or self._performance is None:
+        if self._volumes is None:
             return None
-        picture = traffic_picture(self._alerts, self._volumes, self._performance, situation)
+        able = self.planner.performance
+        picture = traffic_picture(self._alerts, self._volumes, able, situation)
         self._alerts = picture.alerts
         return picture
 

@@ -43,6 +43,12 @@ class FlownAs:
     seed: int = 0
 
 
+def mission_name(part: OwnPart) -> str:
+    """What the mission is called: after both aircraft."""
+    names = [one.callsign or one.address for one in (part.own, part.other)]
+    return f"{names[0]}-meets-{names[1]}".lower()
+
+
 def encounter_mission(part: OwnPart, recording: str | Path, flown: FlownAs) -> MissionFile:
     """The mission of an own part, checked like a file.
 
@@ -62,10 +68,9 @@ def _tables(part: OwnPart, recording: str | Path, flown: FlownAs) -> dict[str, A
     movement_s = float(np.radians(TURN_STEP_DEG) * radius_m / speed)
     layers = max(2, round(flown.look_ahead_s / movement_s))
     reach_m = REACH_SHARE * radius_m
-    names = [one.callsign or one.address for one in (part.own, part.other)]
     return {
         "mission": {
-            "name": f"{names[0]}-meets-{names[1]}".lower(),
+            "name": mission_name(part),
             "origin_geodetic": [round(value, 7) for value in part.origin_geodetic],
             "waypoints_m": _rounded(_apart(part.start_m, part.waypoints_m, reach_m)),
             "reach_radius_m": round(reach_m, 1),

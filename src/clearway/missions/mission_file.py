@@ -15,6 +15,8 @@ from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
+from clearway.base.suggest import did_you_mean, file_nearby
+from clearway.io.public_data import where_from
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
 from clearway.live.mission import Mission
@@ -37,6 +39,7 @@ from clearway.missions.sections import GridSection, said, values_for
 from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 from clearway.missions.volume_section import VolumeSection, volumes_of
+from clearway.sim.worlds import FAMILIES
 from clearway.traffic.volumes import VOLUME_SETS, VolumeSet
 
 OWN_ADDRESS = "ownship"
@@ -104,6 +107,8 @@ class MissionFile(Section):
             raise ValueError("traffic.volumes: leave it out where there are [[volume]] tables")
         if self.volume:
             said(lambda: volumes_of(self.volume))
+        elif self.traffic.keep_volumes and self.traffic.volumes is None:
+            raise ValueError("traffic.keep_volumes: there are no volumes; name some by volumes")
         return self
 
     @model_validator(mode="after")
@@ -171,6 +176,9 @@ class MissionFile(Section):
             intruder_models=self.traffic.models,
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,
+            volumes=self.to_volumes() if self.traffic.keep_volumes else None,
+            lowest_m=-np.inf if self.rules.floor_m is None else self.rules.floor_m,
+            highest_m=np.inf if self.rules.ceiling_m is None else self.rules.ceiling_m,
         )
 
     def effective(self) -> dict[str, Any]:
@@ -230,7 +238,9 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
     path = Path(name_or_path)
     if not path.exists() and path.suffix not in (".toml", *PLANS):
         names = ", ".join(sorted(built_in))
-        raise InputError(name_or_path, f"no such mission or file; missions by name: {names}")
+        near = did_you_mean(name_or_path, [*built_in, *FAMILIES]) or file_nearby(path)
+        problem = f"no such mission or file{near}; missions by name: {names}; made-up worlds: "
+        raise InputError(name_or_path, problem + ", ".join(FAMILIES))
     if plan_reader(path) is not None:
         return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
     if path.suffix != ".toml":
@@ -242,6 +252,7 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
 
 def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     """Files that a mission names are looked for beside its own."""
+    _refuse_absent_data(path, mission)
     if mission.point_cloud is not None:
         file = beside(path, mission.point_cloud.file)
         mission = mission.changed("point_cloud", file=file)
@@ -251,6 +262,15 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     if mission.traffic.recording is not None:
         mission = mission.changed("traffic", recording=beside(path, mission.traffic.recording))
     return mission
+
+
+def _refuse_absent_data(path: Path, mission: MissionFile) -> None:
+    """Raise InputError for public files that are not there, saying how to get them."""
+    named = [] if mission.point_cloud is None else [mission.point_cloud.file]
+    named += [] if mission.map is None else mission.map.files
+    absent = [file for file in named if not Path(beside(path, file)).exists() and where_from(file)]
+    if absent:
+        raise InputError(str(path), [f"no file {file}{where_from(file)}" for file in absent])
 
 
 def built_in_missions() -> dict[str, Any]:

@@ -43,6 +43,7 @@ def mission_maps(file: MissionFile) -> MissionMaps:
         _origin(file),
         bounds_m=_bounds(file, section.beyond_m),
         point_radius_m=section.point_radius_m,
+        crs=section.crs,
     )
     solid = tuple(obstacle for one in maps for obstacle in one.solid)
     volumes = tuple(

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import MissionMaps
@@ -54,21 +53,12 @@ def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
     """A surveyed place as balls at its points, and what was left out of it."""
     from clearway.io.scans.scan_formats import read_points
 
-    cloud = read_points(section.file)
+    cloud = read_points(section.file, section.leave_out_classes)
     points = cloud.points_m
-    keep = np.ones(len(points), dtype=np.bool_)
-    if section.leave_out_classes:
-        if cloud.classes is None:
-            raise InputError(section.file, "leave_out_classes: the file has no classes")
-        keep = ~np.isin(cloud.classes, section.leave_out_classes)
-    if not keep.any():
-        raise InputError(section.file, "leave_out_classes: no point is left")
     if section.origin_m == "lowest-corner":
         points = points - points.min(axis=0)
     elif section.origin_m != "file":
         points = points - np.array(section.origin_m)
     left_out = [f"{number} points left out: {reason}" for reason, number in cloud.counts.items()]
-    if not keep.all():
-        left_out.append(f"{int((~keep).sum())} points left out: class not wanted")
-    world = PointWorld(np.ascontiguousarray(points[keep]), section.point_radius_m)
+    world = PointWorld(np.ascontiguousarray(points), section.point_radius_m)
     return world, tuple(f"{section.file}: {note}" for note in (*left_out, *cloud.notes))

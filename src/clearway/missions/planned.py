@@ -51,16 +51,24 @@ def plan_reader(path: Path) -> Callable[[Path], FlightPlan] | None:
     return next((one.read for one in FORMATS if re.search(one.sign, head)), None)
 
 
-def planned_tables(path: Path, speed_mps: float | None, notice: Notice | None) -> dict[str, Any]:
+def planned_tables(
+    path: Path,
+    speed_mps: float | None,
+    notice: Notice | None,
+    origin: tuple[float, float, float] | None = None,
+    *,
+    own_goals: bool = False,
+) -> dict[str, Any]:
     """Tables of a mission file that flies a plan, at a speed in place of the plan's if it is given.
 
-    notice: called with what was assumed or left out.
+    origin, own_goals: what the mission itself says, as of `as_mission`. notice: called with what
+    was assumed or left out.
     """
     read = plan_reader(path)
     if read is None:
         raise InputError(str(path), f"no flight plan; valid: {', '.join(PLANS)}")
     with damage_told(path, "flight plan"):
-        converted = as_mission(read(path), speed_mps)
+        converted = as_mission(read(path), speed_mps, origin, own_goals=own_goals)
     if notice is not None:
         for note in converted.notes:
             notice(f"{path}: {note}")
@@ -80,7 +88,13 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
             str(path), f"mission.plan: suffix {place.suffix!r}; valid: {', '.join(PLANS)}"
         )
     speed = tables.get("vehicle", {}).get("speed_mps")
-    planned = planned_tables(place, speed if isinstance(speed, (int, float)) else None, notice)
+    planned = planned_tables(
+        place,
+        speed if isinstance(speed, (int, float)) else None,
+        notice,
+        _place_of(mission.get("origin_geodetic")),
+        own_goals=bool(mission.get("waypoints_m")),
+    )
     own = {key: value for key, value in mission.items() if key != "plan"}
     merged = {**planned, **tables}
     for name in shared:
@@ -88,3 +102,13 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
     if isinstance(tables.get("obstacle", []), list):
         merged["obstacle"] = [*planned["obstacle"], *tables.get("obstacle", [])]
     return merged
+
+
+def _place_of(stated: object) -> tuple[float, float, float] | None:
+    """Latitude, longitude and height as a mission states them; None where it does not."""
+    if not isinstance(stated, list) or len(stated) != 3:
+        return None
+    if not all(isinstance(value, (int, float)) for value in stated):
+        return None
+    latitude, longitude, height = map(float, stated)
+    return latitude, longitude, height

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.way_out import WayOut
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
@@ -83,6 +84,19 @@ def _way_out(way: WayOut | None) -> dict[str, Any] | None:
     }
 
 
+def _afar(choice: LongRangeChoice) -> dict[str, Any]:
+    """What a decision comes to in the next minute."""
+    return {
+        "side": str(choice.side),
+        "sense": str(choice.sense),
+        "speed_mps": rounded(choice.speed_mps),
+        "volumes_ahead": choice.tier,
+        "volumes_ahead_as_wanted": choice.wanted_tier,
+        "risk": [rounded(one) for one in choice.risk],
+        "reason": choice.reason,
+    }
+
+
 def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
     decision, choice, mode = flight.decision, flight.decision.choice, flight.mode_state
     movements_to = decision.prepared.reach_set.movements_to
@@ -119,6 +133,7 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         ],
         "rules": [asdict(note) for note in choice.rules],
         **({} if flight.traffic is None else {"traffic": flight.traffic.as_dict()}),
+        **({} if decision.long_range is None else {"long_range": _afar(decision.long_range)}),
         "scan_age_s": rounded(flight.scan_age_s),
         "data_left_out": flight.counts,
         "decide_within_s": rounded(decision.decide_within_s),

@@ -119,6 +119,7 @@ def decision_table(run: Run[Steering]) -> pyarrow.Table:
 
 def _row(record: dict[str, Any]) -> dict[str, Any]:
     row = dict(record)
+    row.pop("long_range", None)
     row["alert"] = row.pop("traffic", {}).get("level")
     for names, values in zip(AXES, (row.pop("position_m"), row.pop("attitude_rad")), strict=True):
         row |= dict(zip(names, values, strict=True))

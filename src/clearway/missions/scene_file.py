@@ -15,6 +15,7 @@ from clearway.io.toml import Section
 from clearway.missions.sections import (
     Attitude,
     GridSection,
+    NotNegative,
     Numbers,
     ObstacleSection,
     Place,
@@ -101,6 +102,10 @@ class ScanSection(Section):
     """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
     attitude_deg: Attitude | None = None
     """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
+    min_range_m: NotNegative | None = None
+    """Blind range: nearer returns are dropped; default: the sensor's, as far as it is known."""
+    airframe_radius_m: NotNegative = 0.0
+    """Returns within this distance of the body's origin come from the own airframe."""
     simulate: SimulateSection | None = None
     """In place of `file`."""
 
@@ -261,7 +266,7 @@ class SceneFile(Section):
             if poses is not None and (folder / poses).is_file():
                 tables["scan"]["poses"] = str((folder / poses).absolute())
         elif self.scan is not None:
-            del tables["scan"]["pattern"]
+            del tables["scan"]["pattern"], tables["scan"]["airframe_radius_m"]
             if "azimuth_deg" in tables["scan"]["simulate"]:
                 del tables["scan"]["simulate"]["beams_per_cell"]
         return tables

@@ -25,6 +25,7 @@ from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud, with_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
 from clearway.io.toml import parse_model, read_toml
+from clearway.missions.scan_fit import airframe_notes, fitted_to
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import (
@@ -83,19 +84,26 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
     """The scene of plain tables; `folder` is where relative paths in them start."""
     file = parse_model(source, tables, SceneFile, folder)
     measured = _measured(folder, file.scan)
-    grid, state = file.grid.to_grid(), _state(file, measured)
+    state = _state(file, measured)
+    seen, notes = None, _notes_of(measured)
+    if measured is not None and file.scan is not None:
+        seen = _seen(source, file.scan, measured)
+        file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
+        points_m = measured.cloud.points_m
+        notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
+    grid = file.grid.to_grid()
     scene = Scene(
         name=name,
         grid=grid,
         state=state,
         obstacle_map=ObstacleMap([obstacle.to_obstacle() for obstacle in file.obstacle]),
-        sightings=(_sighting(source, file, grid, state, measured),) if file.scan else (),
+        sightings=_sightings(source, file, grid, state, seen),
         traffic=_traffic(file, state.time_s),
         timing=TimingSettings(file.vehicle_timing.model, file.vehicle_timing.speed_mps),
         reach=_reach_settings(file),
         rating=_rating(file),
     )
-    return SceneInput(scene, file.effective(folder), (*_notes_of(measured), *_inside(file, state)))
+    return SceneInput(scene, file.effective(folder), (*notes, *_inside(file, state)))
 
 
 def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -172,16 +180,22 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
     )
 
 
-def _sighting(
-    source: str, file: SceneFile, grid: AvoidanceGrid, state: State, measured: Measured | None
-) -> SceneScan:
-    assert file.scan is not None
-    if measured is not None:
-        lidar, pattern_from = lidar_of(source, file.scan, measured.cloud, measured.sequence)
-        scan = Scan(measured.cloud.points_m, measured.scan.time_s, lidar.name)
-        return SceneScan(lidar, scan, pattern_from)
+def _seen(source: str, section: ScanSection, measured: Measured) -> SceneScan:
+    """The scan of a file with its sensor."""
+    lidar, pattern_from = lidar_of(source, section, measured.cloud, measured.sequence)
+    scan = Scan(measured.cloud.points_m, measured.scan.time_s, lidar.name)
+    return SceneScan(lidar, scan, pattern_from)
+
+
+def _sightings(
+    source: str, file: SceneFile, grid: AvoidanceGrid, state: State, seen: SceneScan | None
+) -> tuple[SceneScan, ...]:
+    if seen is not None:
+        return (seen,)
+    if file.scan is None:
+        return ()
     assert file.scan.simulate is not None
-    return _simulated(source, file, file.scan.simulate, grid, state)
+    return (_simulated(source, file, file.scan.simulate, grid, state),)
 
 
 def lidar_of(
@@ -207,7 +221,14 @@ def lidar_of(
             pattern, pattern_from = estimate_pattern(cloud.points_m), "estimated"
     except ClearwayError as error:
         raise InputError(source, f"scan.pattern: {error}; or auto") from error
-    return Lidar(pattern.name, pattern, _mounting(section, sequence)), pattern_from
+    if section.min_range_m is not None:
+        pattern = replace(pattern, min_range_m=section.min_range_m)
+    return Lidar(
+        pattern.name,
+        pattern,
+        _mounting(section, sequence),
+        airframe_radius_m=section.airframe_radius_m,
+    ), pattern_from
 
 
 def _mounting(section: ScanSection, sequence: ScanSequence) -> Mounting:

@@ -61,6 +61,9 @@ class TrafficSection(Section):
     volumes: Annotated[str | None, OneOf(VOLUME_SETS)] = None
     """Volumes about other aircraft to alert on, in every decision's record; see
     [volumes.md](volumes.md). Your own as `[[volume]]` tables."""
+    keep_volumes: bool = False
+    """Decide by those volumes too: ways that lead into them within a minute come last, the worst
+    into the innermost one, and the risk of being inside has a price."""
 
     def to_settings(self) -> TrafficSettings:
         return TrafficSettings(**values_for(TrafficSettings, self))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
+from clearway.base.suggest import did_you_mean
 from clearway.base.variants import Variants
 from clearway.reach import covering, keep
 from clearway.reach.buffers import ByteArray
@@ -132,7 +133,8 @@ def _selection(method: str, tuning: Mapping[str, float]) -> Select:
     unknown = [name for name in tuning if name not in known]
     if unknown:
         raise ClearwayError(
-            f"reach set {method}: unknown tuning {', '.join(unknown)}; "
+            f"reach set {method}: unknown tuning {', '.join(unknown)}"
+            f"{did_you_mean(unknown[0], ('depth', *known))}; "
             f"it takes {', '.join(('depth', *known))}"
         )
     for name, value in tuning.items():

@@ -34,12 +34,17 @@ NEIGHBOURS = 8
 MAX_BEAMS = 500_000
 
 
+RECOGNISED = " recognised by "
+"""In the name of a pattern whose sensor is known: its field of view is known too."""
+
+
 def estimate_pattern(points_m: FloatArray) -> BeamPattern:
     """Pattern of a scan [n, 3] in the sensor frame: a known sensor's, rings, or an even raster.
 
     Azimuths beyond a sector of 90 deg without returns are left out; elevations outside the lowest
-    and highest returns are not looked at unless the sensor is recognised. Raises ClearwayError if
-    no point is finite and away from the origin.
+    and highest returns are not looked at unless the sensor is recognised. A guess drops no return:
+    where some are nearer than the recognised sensor's blind range, there is none. Raises
+    ClearwayError if no point is finite and away from the origin.
     """
     points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
     spherical = spherical_from_cartesian(points[np.all(np.isfinite(points), axis=1)])
@@ -59,14 +64,17 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
         name = f"estimated: {len(rings)} rings, azimuth step {np.degrees(step):.3g} deg, {sector}"
         return BeamPattern.from_angles(azimuths, rings, name=name, max_range_m=farthest)
     lasers = np.unique(known.elevation_rad)
+    near = int(np.count_nonzero(spherical[:, 0] < known.min_range_m))
     name = (
-        f"estimated: {known.name} recognised by {len(rings)} of {len(lasers)} rings, "
+        f"estimated: {known.name}{RECOGNISED}{len(rings)} of {len(lasers)} rings, "
         f"azimuth step {np.degrees(step):.3g} deg measured, {sector}"
     )
+    if near:
+        name += f"; {near} returns nearer than its blind range of {known.min_range_m:g} m kept"
     pattern = BeamPattern.from_angles(azimuths, lasers, name=name)
-    return replace(
-        pattern, min_range_m=known.min_range_m, max_range_m=max(known.max_range_m, farthest)
-    )
+    # What measures nearer than the sensor it was taken for is another one with the same rings.
+    blind = 0.0 if near else known.min_range_m
+    return replace(pattern, min_range_m=blind, max_range_m=max(known.max_range_m, farthest))
 
 
 def _rings(elevation: FloatArray) -> FloatArray | None:

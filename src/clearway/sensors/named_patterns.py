@@ -8,6 +8,7 @@ import numpy as np
 
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.suggest import did_you_mean
 from clearway.sensors.beams import BeamPattern
 
 
@@ -78,6 +79,6 @@ NAMED_PATTERNS: dict[str, Callable[[], BeamPattern]] = {
 def named_pattern(name: str) -> BeamPattern:
     """The pattern of a known sensor; ClearwayError listing the names where there is none."""
     if name not in NAMED_PATTERNS:
-        known = ", ".join(NAMED_PATTERNS)
-        raise ClearwayError(f"beam pattern: no sensor is called {name!r}; known are {known}")
+        known, near = ", ".join(NAMED_PATTERNS), did_you_mean(name, NAMED_PATTERNS)
+        raise ClearwayError(f"beam pattern: no sensor is called {name!r}{near}; known are {known}")
     return NAMED_PATTERNS[name]()

@@ -15,6 +15,7 @@ import numpy as np
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.base.suggest import did_you_mean
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -249,4 +250,5 @@ def made_world(family: str, seed: int) -> MadeWorld:
     try:
         return FAMILIES[family](seed)
     except KeyError:
-        raise ClearwayError(f"world {family!r}: families are {', '.join(FAMILIES)}") from None
+        near = did_you_mean(family, FAMILIES)
+        raise ClearwayError(f"world {family!r}{near}: families are {', '.join(FAMILIES)}") from None

@@ -83,18 +83,22 @@ class CityFile(Foreign):
     metadata: Metadata = Metadata()
 
 
-def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
+def read_cityjson(path: Path, data: Mapping[str, Any], crs: str | None = None) -> ParsedMap:
     """Objects that stand above the ground, with outlines of the model's reference system.
 
-    data: the object in the file. Raises InputError for a model that is not one, vertices that do
-    not exist, or no reference system; MissingExtraError without pyproj or shapely.
+    data: the object in the file. crs: of a file that states none. Raises InputError for a model
+    that is not one, vertices that do not exist, or no reference system; MissingExtraError without
+    pyproj or shapely.
     """
     city = parse_model(str(path), data, CityFile)
-    if city.metadata.referenceSystem is None:
+    stated = city.metadata.referenceSystem or crs
+    if stated is None:
         raise InputError(
-            str(path), "metadata.referenceSystem: missing, but needed to place the model"
+            str(path),
+            "metadata.referenceSystem: missing, but needed to place the model; state it beside the "
+            "file (--crs EPSG:7415, `crs` of [map]) if you know it",
         )
-    place = projection(path, city.metadata.referenceSystem)
+    place = projection(path, stated)
     if place.across_m is None:
         raise InputError(
             str(path),
@@ -124,7 +128,7 @@ def read_cityjson(path: Path, data: Mapping[str, Any]) -> ParsedMap:
         crs=place.name,
         features=tuple(features),
         counts=counts,
-        notes=_notes(place),
+        notes=(*_notes(place), *([] if city.metadata.referenceSystem else [f"{crs} as stated"])),
     )
 
 

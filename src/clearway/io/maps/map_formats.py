@@ -23,13 +23,22 @@ SEQUENCES = (".jsonl", ".geojsonl", ".ndjson")
 """Suffixes of files with one object a line."""
 
 
+class Assumed(NamedTuple):
+    """What is taken where a file says nothing."""
+
+    radius_m: float
+    """Of mere points."""
+    crs: str | None = None
+    """Of a model whose file states no reference system, such as EPSG:7415."""
+
+
 class JsonFormat(NamedTuple):
     """A kind of map in JSON."""
 
     name: str
     recognises: Callable[[Mapping[str, Any]], bool]
-    read: Callable[[Path, dict[str, Any], float], ParsedMap]
-    """Path, the object in it, and the radius of mere points."""
+    read: Callable[[Path, dict[str, Any], Assumed], ParsedMap]
+    """Path, the object in it, and what is taken where it says nothing."""
     file: str
     """For tables; so the next two."""
     holds: str
@@ -44,7 +53,7 @@ JSON_FORMATS = (
     JsonFormat(
         "CityJSON",
         lambda data: data.get("type") == "CityJSON",
-        lambda path, data, _radius_m: read_cityjson(path, data),
+        lambda path, data, assumed: read_cityjson(path, data, assumed.crs),
         "`.json` CityJSON 1.0 to 2.0, `.jsonl` sequences",
         "whatever stands more than 1 m above its lowest point; roads, water and land are left out, "
         "and so are points, lines and instances of templates",
@@ -53,21 +62,21 @@ JSON_FORMATS = (
     JsonFormat(
         "ED-269 zones",
         is_ed269,
-        lambda path, data, _radius_m: read_ed269(path, data),
+        lambda path, data, _assumed: read_ed269(path, data),
         "`.json` ED-269",
         *ZONES,
     ),
     JsonFormat(
         "ED-318 zones",
         is_ed318,
-        lambda path, data, _radius_m: read_ed318(path, data),
+        lambda path, data, _assumed: read_ed318(path, data),
         "`.json` ED-318",
         *ZONES,
     ),
     JsonFormat(
         "GeoJSON features",
         lambda data: data.get("type") in ("FeatureCollection", "Feature"),
-        read_geojson,
+        lambda path, data, assumed: read_geojson(path, data, assumed.radius_m),
         "GeoJSON (`.json`, `.geojson`), features one a line in `.geojsonl`, `.ndjson`",
         "polygons and points with `height` (from `min_height` up, above ground) or `top_m` (above "
         "sea level, from `ground_m` up), in metres or with a unit (`40 ft`, `40'6\"`)",
@@ -77,16 +86,12 @@ JSON_FORMATS = (
 """In the order in which they are tried."""
 
 
-def _read_terrain(path: Path, _radius_m: float) -> ParsedMap:
-    return read_terrain(path)
-
-
-def _read_json(path: Path, radius_m: float) -> ParsedMap:
+def _read_json(path: Path, assumed: Assumed) -> ParsedMap:
     """A map by what the object in the file says."""
     data = read_sequence(path) if path.suffix.lower() in SEQUENCES else read_json(path)
     for one in JSON_FORMATS:
         if one.recognises(data):
-            return one.read(path, data, radius_m)
+            return one.read(path, data, assumed)
     raise InputError(
         str(path),
         f"JSON of no known map format (type {data.get('type')!r}, keys "
@@ -100,7 +105,7 @@ class MapFormat(NamedTuple):
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[[Path, float], ParsedMap]
+    read: Callable[[Path, Assumed], ParsedMap]
     file: str = ""
     """For tables; so the next two. Empty where a row tells more than one kind."""
     holds: str = ""
@@ -111,7 +116,7 @@ FORMATS = (
     MapFormat(
         "tables of obstacles, of the FAA too",
         (".csv", ".tsv"),
-        read_obstacle_table,
+        lambda path, assumed: read_obstacle_table(path, assumed.radius_m),
         "`.csv`, `.tsv`",
         "columns `lat`, `lon`, and `h` or `height` (above ground) or `z` or `top` (above sea "
         "level); `gnd_elev`, `radius`, `name` if there; metres, or feet where a column's name says "
@@ -122,7 +127,7 @@ FORMATS = (
     MapFormat(
         "digital obstacle file of the FAA",
         (".dat",),
-        read_faa_obstacles,
+        lambda path, assumed: read_faa_obstacles(path, assumed.radius_m),
         "`.dat`, `.csv`",
         "digital obstacle file of the FAA, 128 columns a record, or its table with `LATDEC` and "
         "`AMSL`",
@@ -137,7 +142,7 @@ FORMATS = (
     MapFormat(
         "terrain (GeoTIFF)",
         (".tif", ".tiff"),
-        _read_terrain,
+        lambda path, _assumed: read_terrain(path),
         "`.tif`, `.tiff`",
         "a terrain raster of one band with a reference system; heights in the unit that the band "
         "or the vertical system states; what lies outside -500 to 9000 m is no data",
@@ -145,6 +150,6 @@ FORMATS = (
     ),
 )
 """Add a format here: help, messages and the table of docs/maps.md are made from it."""
-READERS: Mapping[str, Callable[[Path, float], ParsedMap]] = {
+READERS: Mapping[str, Callable[[Path, Assumed], ParsedMap]] = {
     suffix: one.read for one in FORMATS for suffix in one.suffixes
 }

@@ -116,17 +116,18 @@ def read_maps(
     *,
     bounds_m: Bounds | None = None,
     point_radius_m: float = POINT_RADIUS_M,
+    crs: str | None = None,
 ) -> tuple[MapFile, ...]:
     """Map files of known formats in one local frame; the suffix and the content tell which.
 
     origin: latitude, longitude, height above sea level; by default amid the places of the first
     file that has any, at its lowest ground. A terrain among the files is the ground that heights of
     the others are above. bounds_m: lowest and highest x, y; what lies beyond is left out and
-    counted.
+    counted. crs: reference system of a CityJSON model that states none, such as EPSG:7415.
     Raises InputError when a file is absent, empty, truncated or of no known format, and
     MissingExtraError when the package that reads it is not installed.
     """
-    parsed = [_parse(Path(path), point_radius_m) for path in paths]
+    parsed = [_parse(Path(path), point_radius_m, crs) for path in paths]
     ground = next((one.terrain for one in parsed if one.terrain is not None), None)
     place = Place(origin or _middle(paths, parsed), ground, bounds_m)
     placed = []
@@ -136,8 +137,8 @@ def read_maps(
     return tuple(placed)
 
 
-def _parse(path: Path, radius_m: float) -> ParsedMap:
-    from clearway.io.maps.map_formats import READERS
+def _parse(path: Path, radius_m: float, crs: str | None) -> ParsedMap:
+    from clearway.io.maps.map_formats import READERS, Assumed
 
     reader = reader_of(path, READERS, "map")
     with naming(path, "read"):
@@ -146,7 +147,7 @@ def _parse(path: Path, radius_m: float) -> ParsedMap:
         raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
     refuse_others(path, "map")
     with damage_told(path, "map"):
-        parsed = reader(path, radius_m)
+        parsed = reader(path, Assumed(radius_m, crs))
     refuse_impossible(path, parsed)
     return parsed
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from clearway.base.errors import InputError
+from clearway.base.suggest import nearest
 from clearway.base.units import FOOT_M
 from clearway.io.foreign import read_text, unended
 from clearway.io.maps.faa_table import is_faa_table, read_faa_table
@@ -133,10 +134,13 @@ def _columns(path: Path, line: int, header: list[str]) -> dict[str, Column]:
             " or ".join(" or ".join(COLUMNS[part]) for part in name.split(" or "))
             for name in missing
         )
+        called = [one for name in missing for part in name.split(" or ") for one in COLUMNS[part]]
+        near = [(name, nearest(name, called)) for name in plain]
+        hint = "".join(f" ({name!r}: did you mean {one!r}?)" for name, one in near if one)
         raise InputError(
             str(path),
-            f"line {line}: no column for {', '.join(missing)} among {', '.join(header)[:200]}; "
-            f"valid names: {wanted}, with a unit (m, ft) after it or not",
+            f"line {line}: no column for {', '.join(missing)} among {', '.join(header)[:200]}"
+            f"{hint}; valid names: {wanted}, with a unit (m, ft) after it or not",
         )
     return columns
 

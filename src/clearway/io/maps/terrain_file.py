@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,16 @@ METRES = {
 """Of a unit of heights, by the names that rasters have for it."""
 
 
+OTHERS = ("population", "density", "landcover", "landuse", "ndvi", "slope", "aspect", "temperature",
+          "rainfall", "precipitation", "nightlight")  # fmt: skip
+"""Words of rasters that hold something else than heights."""
+WORDS = re.compile(r"[a-z]+")
+MOST_WORDS = 2_000
+STEEP_SHARE = 0.2
+"""Of neighbours steeper than 45 deg; of mountains fewer are."""
+DEGREE_M = 111_195.0
+
+
 class Raster(NamedTuple):
     """A raster as it is stored."""
 
@@ -39,6 +50,8 @@ class Raster(NamedTuple):
     """[rows, columns] in its own unit, NaN where it has no data."""
     unit: str
     """Of heights, as the band states it; empty where it does not."""
+    about: str = ""
+    """What the file says its band is."""
 
 
 def read_terrain(path: Path) -> ParsedMap:
@@ -66,7 +79,7 @@ def read_terrain(path: Path) -> ParsedMap:
         crs=place.name,
         terrain=_terrain(path, raster, place, heights),
         counts=counts,
-        notes=notes,
+        notes=(*notes, *_doubts(path, raster, heights)),
     )
 
 
@@ -102,7 +115,10 @@ def _raster(path: Path, raster: Any) -> Raster:
     with np.errstate(over="ignore", invalid="ignore"):
         heights *= raster.scales[0]
         heights += raster.offsets[0]
-    return Raster(raster.transform, raster.crs, heights, (raster.units[0] or "").strip())
+    words = (raster.descriptions[0], *(f"{key} {value}" for key, value in raster.tags().items()))
+    about = " ".join(str(word) for word in words if word)[:MOST_WORDS]
+    unit = (raster.units[0] or "").strip()
+    return Raster(raster.transform, raster.crs, heights, unit, about)
 
 
 def _check_size(path: Path, raster: Any) -> None:
@@ -145,6 +161,30 @@ def _unit(path: Path, stated: str, place: Projection) -> tuple[float, tuple[str,
     if place.across_m not in (None, 1.0):
         return place.across_m or 1.0, (f"no unit of heights in the file: {place.unit} assumed",)
     return 1.0, notes
+
+
+def _doubts(path: Path, raster: Raster, heights: FloatArray) -> tuple[str, ...]:
+    """Notes where a raster may be of something else: any single band is taken as heights."""
+    notes = []
+    if not raster.unit:
+        low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+        notes.append(
+            f"nothing in the file says that its band is heights: {low:g} to {high:g} are taken as "
+            "metres of ground"
+        )
+    words = WORDS.findall(f"{path.stem} {raster.about}".lower().replace("_", " "))
+    other = next((word for word in words if word.startswith(OTHERS)), None)
+    if other is not None:
+        notes.append(f"IS THIS TERRAIN? Its name or its tags say {other!r}")
+    across = abs(raster.affine.a) * (DEGREE_M if raster.crs.is_geographic else 1.0)
+    steps = np.abs(np.diff(heights, axis=1))
+    steps = steps[np.isfinite(steps)]
+    if len(steps) and float(np.mean(steps > across)) > STEEP_SHARE:
+        notes.append(
+            f"IS THIS TERRAIN? {100.0 * float(np.mean(steps > across)):.0f} % of its neighbours "
+            "lie more than 45 deg above each other"
+        )
+    return tuple(notes)
 
 
 def _ground(path: Path, heights: FloatArray, metres: float) -> tuple[FloatArray, dict[str, int]]:

@@ -77,21 +77,41 @@ def scaled_tables(speed_mps: float) -> dict[str, Any]:
     }
 
 
-def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
+def as_mission(
+    plan: FlightPlan,
+    speed_mps: float | None = None,
+    origin: tuple[float, float, float] | None = None,
+    *,
+    own_goals: bool = False,
+) -> Converted:
     """Tables of a mission file that flies the plan; the frame is east, north, up from home.
 
-    speed_mps: in place of the plan's. Raises InputError for a plan without a waypoint, or with one
-    on the wrong side of a fence or too far away.
+    speed_mps: in place of the plan's. origin: home, where the plan sets none. own_goals: whether
+    the mission has waypoints itself, so that a plan of fences alone will do. Raises InputError for
+    a plan without a waypoint, or with one on the wrong side of a fence or too far away.
     """
     unset = plan.home[:2] == (0.0, 0.0)
+    if unset and origin is not None:
+        plan, unset = replace(plan, home=Geodetic(*origin)), False
     if unset:
         plan = _with_home(plan)
     counts = Counter(plan.counts)
     speed = speed_mps or plan.speed_mps or DEFAULT_SPEED_MPS
     tables = scaled_tables(speed)
     start, goals, landing = _points(plan)
+    if not goals and own_goals and plan.fences and not unset:
+        return _fences_alone(plan, tables, speed)
     if not goals:
-        raise InputError(plan.source, "no waypoint in it")
+        raise InputError(
+            plan.source,
+            "no waypoint in it"
+            + (
+                "; fences alone will do for a mission with waypoints_m, and with origin_geodetic "
+                "where the plan has no home"
+                if plan.fences
+                else ""
+            ),
+        )
     if len(plan.items) > MOST_ITEMS:
         raise InputError(
             plan.source,
@@ -118,6 +138,17 @@ def as_mission(plan: FlightPlan, speed_mps: float | None = None) -> Converted:
     if unset:
         notes = ("home is not set in the plan: the first place in it is taken for home", *notes)
     return Converted(tables, notes)
+
+
+def _fences_alone(plan: FlightPlan, tables: dict[str, Any], speed_mps: float) -> Converted:
+    """Tables of a plan that says where to stay, and nothing of where to go."""
+    tables["mission"] |= {"name": plan.name, "origin_geodetic": tuple(plan.home)}
+    tables["obstacle"] = [_table(one) for one in _fence_volumes(plan)]
+    note = (
+        f"no waypoint in it: its {len(plan.fences)} fences are taken, about home as the origin; "
+        f"{speed_mps:g} m/s, range, margin and reach radius go with it"
+    )
+    return Converted(tables, (note,))
 
 
 def _with_home(plan: FlightPlan) -> FlightPlan:

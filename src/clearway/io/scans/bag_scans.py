@@ -7,6 +7,7 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
+from clearway.base.suggest import did_you_mean
 from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.bag_poses import BagPoses, poses_of_bag
 from clearway.io.scans.bag import Bag, RawMessage, Topic
@@ -66,11 +67,16 @@ def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
         return known[0]
     there = [topic for topic in topics if topic.type in POINTS]
     if name is not None:
-        cause = f"no points of topic {name!r}"
+        cause = f"no points of topic {name!r}{did_you_mean(name, [one.name for one in there])}"
     elif there:
         cause = "several topics with points: choose one (--topic, `topic` of [scan])"
     else:
         cause = "no topic with points"
+        if any("ouster" in topic.type and "Packet" in topic.type for topic in topics):
+            cause += (
+                "; it holds raw packets of an Ouster LiDAR: save them as such (`ouster-cli source "
+                "BAG save FILE.pcap`), or play them through its driver and record its points"
+            )
     valid = "; valid: " + _listed(there) if there else "; it has " + _listed(topics)
     raise InputError(str(path), cause + valid)
 

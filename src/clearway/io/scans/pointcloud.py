@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,7 @@ SURVEY_LIMIT_M = 100_000.0
 """Aerial tiles are a few kilometres wide."""
 NOT_FINITE = "not finite"
 NO_RETURN = "at the sensor's origin, no return"
+UNWANTED = "class not wanted"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,11 +52,17 @@ class PointCloud:
     __repr__ = brief
 
 
-def cleaned(cloud: PointCloud) -> PointCloud:
+def cleaned(cloud: PointCloud, without_classes: Sequence[int] = ()) -> PointCloud:
     """Only finite points, and no wider than the unit can be right; of a scan, none at its origin.
+
+    without_classes: left out first, since it is noise that strays; InputError without classes.
 
     Drivers write 0, 0, 0 where a beam has no return.
     """
+    if without_classes:
+        if cloud.classes is None:
+            raise InputError(cloud.source, "leave_out_classes: the file has no classes")
+        cloud = _without(cloud, np.isin(cloud.classes, without_classes), UNWANTED)
     # Extremes of numbers that are not finite are not finite either, and quicker than asking each.
     if not np.all(np.isfinite(_extent(cloud.points_m))):
         finite = np.logical_and.reduce(np.isfinite(cloud.points_m), axis=1)
@@ -123,4 +130,4 @@ def _likely_unit(widest_m: float) -> str:
                 f"Likely the file is in {unit} (then {widest_m / per_metre:,.0f} m wide): "
                 f"divide by {per_metre:,.0f}."
             )
-    return "Likely another unit, or points far from the rest."
+    return "Likely another unit, or points far from the rest (leave_out_classes leaves noise out)."

@@ -6,7 +6,7 @@ can list the formats at no cost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -138,8 +138,10 @@ def format_of(path: Path) -> ScanFormat:
     return reader_of(path, BY_SUFFIX, "point cloud")
 
 
-def read_points(path: str | Path) -> PointCloud:
+def read_points(path: str | Path, without_classes: Sequence[int] = ()) -> PointCloud:
     """Read a point cloud of any known format, of recordings the first; the suffix tells which.
+
+    without_classes: points of a survey that are left out and counted, wherever they stray.
 
     Points that are not finite are left out and counted. Raises InputError when the file is absent,
     empty, truncated, of another format than its suffix says, without points, or too wide to be in
@@ -147,10 +149,10 @@ def read_points(path: str | Path) -> PointCloud:
     """
     from clearway.io.scans.pointcloud import with_points
 
-    return with_points(read_cloud(Path(path)))
+    return with_points(read_cloud(Path(path), without_classes))
 
 
-def read_cloud(path: Path) -> PointCloud:
+def read_cloud(path: Path, without_classes: Sequence[int] = ()) -> PointCloud:
     """As `read_points`, but perhaps without any point."""
     from clearway.io.foreign_errors import damage_told
     from clearway.io.scans.pointcloud import cleaned
@@ -159,7 +161,7 @@ def read_cloud(path: Path) -> PointCloud:
     check_start(path)
     with damage_told(path, f"{path.suffix} file"):
         if one.cloud is not None:
-            return cleaned(one.cloud(path))
+            return cleaned(one.cloud(path), without_classes)
         assert one.scans is not None
         return _first(one.scans(path, None, None))
 

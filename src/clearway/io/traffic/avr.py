@@ -43,9 +43,8 @@ def read_avr(source: str, content: bytes) -> TrafficRecording:
             _take(found[1], found[2], clock, frames, sieve)
         except ValueError as cause:
             if place == len(lines) and not content.endswith((b"\n", b";")):
-                raise InputError(
-                    source, f"truncated: line {place}, the last one, {cause}"
-                ) from None
+                sieve.cut_off(f"line {place}, the last one, {cause}")
+                continue
             sieve.drop(DAMAGED, f"line {place}: {cause}")
     if not frames.frames or (clock.frames > 1 and clock.stands):
         raise InputError(

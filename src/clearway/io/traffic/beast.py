@@ -45,7 +45,7 @@ def read_beast(source: str, content: bytes) -> TrafficRecording:
     sieve, frames = Sieve(source), Frames()
     whole = [
         (number, kind, body)
-        for number, (kind, body) in enumerate(_frames(source, content, sieve), start=1)
+        for number, (kind, body) in enumerate(_frames(content, sieve), start=1)
         if _is_whole(number, kind, body, sieve)
     ]
     states = [body for _, kind, body in whole if kind == STATE]
@@ -75,7 +75,7 @@ def _is_whole(number: int, kind: int, body: bytes, sieve: Sieve) -> bool:
     return False
 
 
-def _frames(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[int, bytes]]:
+def _frames(content: bytes, sieve: Sieve) -> Iterator[tuple[int, bytes]]:
     """Type and unescaped rest of each frame; 0x1a is doubled inside, single at its start."""
     parts = content.split(ESCAPE)
     if parts[0]:
@@ -86,14 +86,13 @@ def _frames(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[int, by
         at += 1
         while at < len(parts) and not parts[at]:
             if at + 1 == len(parts):
-                raise InputError(source, "truncated: it ends with the first byte of a frame")
+                sieve.cut_off("it ends with the first byte of a frame")
+                return
             body += ESCAPE + parts[at + 1]
             at += 2
         kind = body[0] if body else 0
         expected = 1 + BODY_BYTES.get(kind, 0)
         if at >= len(parts) and len(body) < expected:
-            raise InputError(
-                source,
-                f"truncated: the last frame has {len(body)} bytes after its start, of {expected}",
-            )
+            sieve.cut_off(f"the last frame has {len(body)} bytes after its start, of {expected}")
+            return
         yield kind, body[1:]

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterator
 
-from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.io.traffic.traffic_rows import DAMAGED, NO_POSITION, Sieve
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
@@ -42,7 +41,8 @@ def read_bluesky(source: str, content: bytes) -> TrafficRecording:
         found = LINE.fullmatch(line)
         if found is None:
             if last and not whole:
-                raise InputError(source, f"truncated: line {place}, the last one: {line[:40]!r}")
+                sieve.cut_off(f"line {place}, the last one: {line[:40]!r}")
+                continue
             sieve.drop(DAMAGED, f"line {place}: no time and command: {line[:40]!r}")
             continue
         hours, minutes, seconds, command = found.groups()
@@ -50,7 +50,7 @@ def read_bluesky(source: str, content: bytes) -> TrafficRecording:
         if not words or words[0].upper() not in CREATE:
             sieve.use("other command")
         elif len(words) <= VALUES and last and not whole:
-            raise InputError(source, f"truncated: line {place}, the last one: {line[:60]!r}")
+            sieve.cut_off(f"line {place}, the last one: {line[:60]!r}")
         else:
             time_s = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
             if last and not whole:

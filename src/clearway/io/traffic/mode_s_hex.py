@@ -6,7 +6,6 @@ import math
 import re
 from typing import NamedTuple
 
-from clearway.base.errors import InputError
 from clearway.io.json_objects import json_objects
 from clearway.io.moments import second_of
 from clearway.io.traffic.mode_s import LONG_BYTES, SHORT_BYTES, Frames, decode_frames
@@ -45,9 +44,8 @@ def read_hex(source: str, content: bytes) -> TrafficRecording:
             if not line.strip() or line.startswith("#") or (place == 1 and _is_header(line)):
                 continue
             if place == len(lines) and not content.endswith(b"\n"):
-                raise InputError(
-                    source, f"truncated: line {place}, the last one, {cause}"
-                ) from cause
+                sieve.cut_off(f"line {place}, the last one, {cause}")
+                continue
             sieve.drop(DAMAGED, f"line {place}: {cause}")
     return _recording(frames, sieve)
 

@@ -8,7 +8,6 @@ from collections import defaultdict
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 from clearway.io.traffic.mode_s import UNKNOWN_MOTION, VELOCITY_AGE_S, Motion
 from clearway.io.traffic.traffic_rows import (
@@ -57,7 +56,7 @@ def read_sbs(source: str, content: bytes) -> TrafficRecording:
         elif row[0] == "MSG" and len(row) >= LEAST_FIELDS:
             _take([*row, *[""] * (MOST_FIELDS - len(row))], f"line {place}", known, sieve)
         elif place == len(lines) and not content.endswith(b"\n"):
-            raise InputError(source, f"truncated: line {place}, the last one: {row[0][:20]!r} ...")
+            sieve.cut_off(f"line {place}, the last one: {row[0][:20]!r} ...")
         else:
             sieve.drop(DAMAGED, f"line {place}: {','.join(row)[:40]!r}")
     return sieve.recording(FORM)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 from clearway.base.errors import InputError, naming
@@ -37,9 +38,12 @@ def read_traffic(path: str | Path) -> TrafficRecording:
         content = path.read_bytes()
     if not content:
         raise InputError(str(path), "the file is empty (0 bytes)")
+    packed_cut = ""
     if content.startswith(GZIP):
-        content = _unpacked(str(path), content)
+        content, packed_cut = _unpacked(str(path), content)
     reader = next((form.read for form in FORMATS if form.recognises(content)), None)
+    if reader is None and packed_cut:
+        raise InputError(str(path), f"truncated: {packed_cut}")
     if reader is None:
         raise InputError(
             str(path),
@@ -48,6 +52,9 @@ def read_traffic(path: str | Path) -> TrafficRecording:
         )
     with damage_told(path, "recording of traffic"):
         recording = reader(str(path), content)
+        if packed_cut:
+            note = f"truncated: {packed_cut}; all before that was read"
+            recording = replace(recording, notes=(note, *recording.notes))
     if not (recording.reports or recording.of_use or recording.heard):
         reasons = ", ".join(f"{count} {reason}" for reason, count in recording.left_out.items())
         raise InputError(
@@ -57,8 +64,8 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     return recording
 
 
-def _unpacked(source: str, content: bytes) -> bytes:
-    """What gzip has packed, all members of it."""
+def _unpacked(source: str, content: bytes) -> tuple[bytes, str]:
+    """What gzip has packed, all members of it, and where it is cut off, in words, if it is."""
     parts: list[bytes] = []
     most = max(MOST_BYTES, MOST_RATIO * len(content))
     while content:
@@ -74,13 +81,13 @@ def _unpacked(source: str, content: bytes) -> bytes:
                 "be of any size, or a shorter time cut out of it",
             )
         if not unpacker.eof:
-            raise InputError(
-                source,
-                f"truncated: the gzip data end in the middle, after {sum(map(len, parts))} bytes "
-                "unpacked",
-            )
+            count = sum(map(len, parts))
+            cut = f"the gzip data end in the middle, after {count} bytes unpacked"
+            if not count:
+                raise InputError(source, f"truncated: {cut}")
+            return b"".join(parts), cut
         content = unpacker.unused_data
     unpacked = b"".join(parts)
     if not unpacked:
         raise InputError(source, "the file is empty (0 bytes, unpacked)")
-    return unpacked
+    return unpacked, ""

@@ -16,8 +16,9 @@ from clearway.io.traffic.mode_s_hex import columns_of, read_hex, read_json_frame
 from clearway.io.traffic.opensky import read_states
 from clearway.io.traffic.readsb_trace import read_trace
 from clearway.io.traffic.sbs import read_sbs
+from clearway.io.traffic.telemetry_log import RECORD, read_telemetry_log
 from clearway.io.traffic.traffic_table import is_table, read_table
-from clearway.io.traffic.trajectories import read_trajectories
+from clearway.io.traffic.trajectories import read_trajectories, read_trajectory_columns
 from clearway.traffic.recorded.report import TrafficRecording
 
 HEAD = 4096
@@ -25,6 +26,7 @@ BEAST_FRAME = re.compile(rb"\x1a[\x31-\x35\xe3]")
 HEX_ROW = re.compile(rb"^\s*\"?[0-9.eE+-]+\"?\s*[,;]\s*\"?[0-9A-Fa-f]{14,28}", re.MULTILINE)
 BLUESKY_ROW = re.compile(rb"^\s*\d+:\d\d:\d\d(\.\d+)?\s*>", re.MULTILINE)
 SBS_ROW = re.compile(rb"^MSG,[1-8],", re.MULTILINE)
+BY_COLUMN = re.compile(rb'\s*\{\s*"\w+"\s*:\s*\{\s*"\d+"\s*:')
 JSON_FRAME = re.compile(rb'"frame"\s*:\s*"[0-9A-Fa-f]{14,28}"')
 DAIDALUS_COLUMNS = {"lat", "latitude", "sx"}
 
@@ -61,6 +63,11 @@ def _has(*keys: str) -> Callable[[bytes], bool]:
     """Whether JSON has all of these keys near its start."""
     signs = [re.compile(rf'"{key}"\s*:'.encode()) for key in keys]
     return lambda content: _is_json(content) and all(s.search(content[:HEAD]) for s in signs)
+
+
+def _is_by_column(content: bytes) -> bool:
+    columns = (b'"icao24"', b'"latitude"')
+    return BY_COLUMN.match(content) is not None and all(name in content for name in columns)
 
 
 def _is_json_frames(content: bytes) -> bool:
@@ -104,6 +111,14 @@ FORMATS = (
         "`[ulog]`",
     ),
     Format(
+        "telemetry log of MAVLink (.tlog)",
+        lambda content: RECORD.match(content) is not None,
+        read_telemetry_log,
+        "times of 8 bytes before `fd` or `fe`; own GPS positions (`own`), `ADSB_VEHICLE`",
+        "of the ground station, UTC",
+        "`[mavlink]`",
+    ),
+    Format(
         "Beast binary",
         _is_beast,
         read_beast,
@@ -139,6 +154,13 @@ FORMATS = (
         read_trajectories,
         "`icao24` and `latitude`: the `traffic` library, OpenSky's fields in feet",
         "`last_position`, else `timestamp`",
+    ),
+    Format(
+        "trajectories (JSON, by column)",
+        _is_by_column,
+        read_trajectory_columns,
+        '`{"timestamp": {"0": ...}, ...}`: `to_json()` of the `traffic` library and of pandas',
+        "as of rows",
     ),
     Format(
         "readsb aircraft (JSON, one object or one a line)",

@@ -38,6 +38,7 @@ NO_ADDRESS = "no address"
 NO_TIME = "no time"
 IMPOSSIBLE = "impossible value"
 DUPLICATE = "told twice"
+CUT_OFF = "cut off"
 
 
 class Sieve:
@@ -61,6 +62,11 @@ class Sieve:
         self.left_out[reason] += count
         if place and self.left_out[reason] <= TOLD_PLACES:
             self.notes.append(place)
+
+    def cut_off(self, place: str) -> None:
+        """The last message, of which the end is missing: whoever stops a recorder leaves one."""
+        self.drop(CUT_OFF)
+        self.notes.append(f"truncated: {place}; left out, all before it was read")
 
     def complete(
         self, time_s: float | None, address: str, latitude: Any, longitude: Any

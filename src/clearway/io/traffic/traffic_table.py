@@ -6,7 +6,6 @@ import csv
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from clearway.base.errors import InputError
 from clearway.io.foreign import unended
 from clearway.io.traffic.opensky import FORM as STATES
 from clearway.io.traffic.opensky import take_state
@@ -45,10 +44,7 @@ def read_table(source: str, content: bytes) -> TrafficRecording:
         if len(row) == len(names):
             take({name: _value(name, word) for name, word in zip(names, row, strict=True)}, sieve)
         elif place == len(lines) and not content.endswith(b"\n"):
-            raise InputError(
-                source, f"truncated: line {place}, the last one, has {len(row)} of {len(names)} "
-                "values"
-            )  # fmt: skip
+            sieve.cut_off(f"line {place}, the last one, has {len(row)} of {len(names)} values")
         else:
             sieve.drop(DAMAGED, f"line {place}: {len(row)} values, not {len(names)}")
     return sieve.recording(form)

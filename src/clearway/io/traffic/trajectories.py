@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from clearway.base.errors import InputError
+from clearway.io.foreign import parsed_json
 from clearway.io.json_objects import json_objects
 from clearway.io.traffic.traffic_rows import (
     Sieve,
@@ -29,6 +31,24 @@ def read_trajectories(source: str, content: bytes) -> TrafficRecording:
     sieve = Sieve(source)
     for _, row in json_objects(source, content, sieve):
         take_trajectory(row, sieve)
+    return sieve.recording(FORM)
+
+
+def read_trajectory_columns(source: str, content: bytes) -> TrafficRecording:
+    """The same as pandas writes it by default, and with it `Traffic.to_json`: values by column.
+
+    Raises InputError where the object is cut off, or a column is no object.
+    """
+    try:
+        columns = parsed_json(content)
+    except (ValueError, RecursionError) as cause:
+        raise InputError(source, f"no whole JSON object, truncated? ({cause})") from cause
+    named = {name: values for name, values in columns.items() if isinstance(values, dict)}
+    if "icao24" not in named:
+        raise InputError(source, "no column icao24 in it")
+    sieve = Sieve(source)
+    for index in named["icao24"]:
+        take_trajectory({name: values.get(index) for name, values in named.items()}, sieve)
     return sieve.recording(FORM)
 
 

@@ -10,6 +10,8 @@ from types import MappingProxyType
 from typing import Any
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.base.suggest import did_you_mean
+from clearway.io.public_data import where_from
 from clearway.io.toml import Section, parse_model
 from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
@@ -83,23 +85,23 @@ def _mission(case: CaseOf) -> MissionFile:
     name = case.parameters.mission
     if name not in built_in_missions():
         known = ", ".join(sorted(built_in_missions()))
-        raise InputError("mission", f"{name!r}: there are {known}; family place takes files")
+        near = did_you_mean(name, built_in_missions())
+        raise InputError("mission", f"{name!r}{near}: there are {known}; family place takes files")
     return read_mission_file(name).changed("simulation", seed=case.seed)
 
 
 def _place(case: CaseOf) -> MissionFile:
     path = case.folder / case.parameters.mission
     if not path.exists():
-        raise AbsentDataError(f"no file {case.parameters.mission}")
+        raise AbsentDataError(f"no file {case.parameters.mission}{where_from(path)}")
     file = read_mission_file(str(path))
     clouds = (file.point_cloud.file,) if file.point_cloud else ()
     absent = [
         name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
     ]
     if absent:
-        raise AbsentDataError(
-            f"{case.parameters.mission} needs {', '.join(Path(a).name for a in absent)}"
-        )
+        needed = ", ".join(Path(a).name for a in absent)
+        raise AbsentDataError(f"{case.parameters.mission} needs {needed}{where_from(absent[0])}")
     return file.changed("simulation", seed=case.seed)
 
 
@@ -111,7 +113,7 @@ def _model(case: CaseOf) -> Path | None:
     name = case.parameters.model
     path = None if name is None else case.folder / name
     if path is not None and not path.exists():
-        raise AbsentDataError(f"no file {name}")
+        raise AbsentDataError(f"no file {name}{where_from(path)}")
     return path
 
 

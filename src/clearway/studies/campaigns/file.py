@@ -13,6 +13,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationInfo, model_validator
 
 from clearway.base.errors import InputError
+from clearway.base.suggest import did_you_mean
 from clearway.io.choices import folder_of
 from clearway.io.toml import Section, parse_model, read_toml
 from clearway.missions.mission_file import MissionFile
@@ -59,7 +60,8 @@ class FamilySection(Section):
     @model_validator(mode="after")
     def _is_known(self, info: ValidationInfo) -> Self:
         if self.family not in FAMILIES:
-            raise ValueError(f"family {self.family!r}: there are {', '.join(FAMILIES)}")
+            near = did_you_mean(self.family, FAMILIES)
+            raise ValueError(f"family {self.family!r}{near}: there are {', '.join(FAMILIES)}")
         _check_planners((*(self.planners or ()), *self.leave_out), info)
         parse_model(f"family {self.name}: parameters", self.parameters, self.known.parameters)
         _check_tables(self.changes)
@@ -123,8 +125,10 @@ def read_campaign(name_or_path: str) -> Campaign:
     built_in = built_in_campaigns()
     path = built_in.get(name_or_path, Path(name_or_path))
     if name_or_path not in built_in and not path.exists() and path.suffix != ".toml":
-        names = ", ".join(sorted(built_in))
-        raise InputError(name_or_path, f"no such campaign or file; campaigns by name: {names}")
+        names, near = ", ".join(sorted(built_in)), did_you_mean(name_or_path, built_in)
+        raise InputError(
+            name_or_path, f"no such campaign or file{near}; campaigns by name: {names}"
+        )
     folder = path.resolve().parent
     file = parse_model(str(name_or_path), read_toml(path), CampaignFile, folder)
     return Campaign(name_or_path, str(folder), file)

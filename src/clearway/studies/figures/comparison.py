@@ -10,23 +10,12 @@ from matplotlib.figure import Figure
 
 from clearway.obstacles.world import World
 from clearway.sim import Run
+from clearway.sim.baselines import CLEARWAY
 from clearway.sim.pilot import Steering
 from clearway.view.plot.flight import PLANNED, WAYPOINT
 from clearway.view.plot.ground_plan import draw_ground_plan
+from clearway.view.plot.style import OWN, line_of
 
-STYLES = (
-    ("#1f5fbf", "-"),
-    ("#7f7f7f", "-"),
-    ("#e08a00", "-"),
-    ("#e08a00", "--"),
-    ("#8c564b", "-."),
-    ("#9467bd", "-"),
-    ("#17a2b8", "-"),
-    ("#c2186b", "-"),
-    ("#6b8e23", "-"),
-    ("#111111", "--"),
-)
-"""The first for the first planner, clearway as a rule."""
 INTRUDER = "#d98ad9"
 
 
@@ -38,8 +27,11 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
     tracks_m = np.concatenate([run.states[:, :3] for run in runs.values()])
     draw_ground_plan(above, tracks_m, world, next(iter(runs.values())).safety_margin_m)
     _draw_intruders(above, next(iter(runs.values())))
-    for number, (planner, run) in enumerate(runs.items()):
-        _draw_run(above, near, run, planner, number)
+    others = [planner for planner in runs if planner != CLEARWAY]
+    for planner, run in runs.items():
+        own = planner == CLEARWAY
+        color, line = (OWN, "-") if own else line_of(others.index(planner))
+        _draw_run(above, near, run, planner, (color, line, own or len(runs) == 1))
     _finish(above, near, next(iter(runs.values())))
     handles, labels = above.get_legend_handles_labels()
     figure.legend(
@@ -71,10 +63,12 @@ def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:
         )
 
 
-def _draw_run(above: Axes, near: Axes, run: Run[Steering], planner: str, number: int) -> None:
-    """One track; the first is drawn broader, and over the others."""
-    color, line = STYLES[number % len(STYLES)]
-    width, order = (2.4, 5) if number == 0 else (1.3, 3)
+def _draw_run(
+    above: Axes, near: Axes, run: Run[Steering], planner: str, style: tuple[str, str, bool]
+) -> None:
+    """One track; style: colour, line, and whether it is drawn broader, over the others."""
+    color, line, broad = style
+    width, order = (2.4, 5) if broad else (1.3, 3)
     x, y = run.states[:, 0], run.states[:, 1]
     above.plot(x, y, line, color=color, linewidth=width, label=planner, zorder=order)
     if run.crashed_s is not None:
@@ -92,7 +86,7 @@ def _finish(above: Axes, near: Axes, run: Run[Steering]) -> None:
     )
     above.set_xlabel("x (m)")
     above.set_ylabel("y (m)")
-    above.set_aspect("equal", adjustable="datalim")
+    above.set_aspect("equal", adjustable="box")
     near.axhline(run.safety_margin_m, linestyle="--", color=PLANNED)
     near.annotate(
         f"margin {run.safety_margin_m:g} m",

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from clearway.base.errors import InputError
+from clearway.base.suggest import did_you_mean
 from clearway.studies.reproduction.chain_figure import chain_figure
 from clearway.studies.reproduction.comparison_figures import comparison
 from clearway.studies.reproduction.cone_figures import cone_figures, patch_figure
@@ -73,6 +74,9 @@ def targets_named(names: Sequence[str]) -> tuple[Target, ...]:
         raise InputError("command line", f"nothing to reproduce: name at least one target; {valid}")
     unknown = [name for name in names if name not in TARGETS and name != ALL]
     if unknown:
-        raise InputError("command line", [f"no target {name!r}; {valid}" for name in unknown])
+        raise InputError(
+            "command line",
+            [f"no target {name!r}{did_you_mean(name, TARGETS)}; {valid}" for name in unknown],
+        )
     chosen = TARGETS if ALL in names else dict.fromkeys(names)
     return tuple(TARGETS[name] for name in chosen)

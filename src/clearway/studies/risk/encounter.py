@@ -7,11 +7,13 @@ that straight flight would meet are drawn more often, and weigh less.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.units import FOOT_M
 from clearway.studies.encounter_model import EncounterModel, sample_tracks
 from clearway.studies.risk.entry import Entries
 from clearway.studies.risk.settings import RiskSettings
@@ -37,6 +39,8 @@ class ModelEncounter:
     """How long it is flown."""
     layer: int
     """Altitude layer that the intruder begins in, from 0."""
+    own_height_m: float = math.inf
+    """Of the ownship's straight flight above ground."""
 
     def at(self, time_s: float) -> tuple[FloatArray, FloatArray]:
         """Position and reported velocity [3] of the intruder at a time."""
@@ -61,7 +65,8 @@ def draw_encounter(
     while True:
         encounter = _drawn(model, number, settings, rng)
         # What does not enter has no weight in any sum, so it need not be flown.
-        if encounter.weight > 0.0:
+        above_ground = encounter.own_height_m >= settings.floor_ft * FOOT_M
+        if encounter.weight > 0.0 and (above_ground or not settings.vehicle):
             return encounter
 
 
@@ -88,4 +93,5 @@ def _drawn(
         velocity_mps=np.concatenate([velocity[:1], velocity[:-1]]),
         lasts_s=nearest / STEPS_PER_S + settings.afterwards_s,
         layer=int(tracks.bins[0, 0, model.index("L")]),
+        own_height_m=float(tracks.position_m[0, 0, 2] - entry[2]),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,12 +21,13 @@ from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.pilot import Steering
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import ModelEncounter
+from clearway.studies.risk.long_flight import fly_long
 from clearway.studies.risk.settings import COLLISION, NEAR_COLLISION, WELL_CLEAR, RiskSettings
+from clearway.studies.risk.settings import STRAIGHT as STRAIGHT
 from clearway.traffic import Intruder
+from clearway.traffic.volumes.named import SMALL_WELL_CLEAR
 from clearway.vehicle.automaton import MovementAutomaton
 
-STRAIGHT = "straight"
-"""Straight flight needs no simulation: what happens without any avoidance."""
 INTRUDER = "intruder"
 BODY_SHARE = 0.25
 """Body radius that the margins (6.14) and (6.15) are told, of the margin: as 0.3 of 1.2 m."""
@@ -51,6 +52,10 @@ class Separation:
     """In the true world."""
     aside_m: float
     """Farthest from straight flight, in the true world: what avoiding cost."""
+    side_reversals: int = 0
+    """How often the side of passing was changed, at real scale."""
+    sense_reversals: int = 0
+    """How often climbing became sinking, or the other way round."""
 
 
 @lru_cache(maxsize=4)
@@ -150,6 +155,14 @@ def separation_of(
     encounter: ModelEncounter, planner: str, settings: RiskSettings
 ) -> tuple[Separation, int]:
     """How near it came with a planner, and its decisions in which nothing kept the margin."""
+    if settings.vehicle and planner != STRAIGHT:
+        flown = fly_long(encounter, planner, settings)
+        came = separation(flown.own_m, flown.other_m, settings)
+        return replace(
+            came,
+            side_reversals=flown.side_reversals,
+            sense_reversals=flown.sense_reversals,
+        ), 0
     if planner == STRAIGHT:
         time_s = np.arange(0.0, encounter.lasts_s + 0.5 * STEP_S, STEP_S)
         own = np.zeros((len(time_s), 3))
@@ -172,7 +185,15 @@ def separation(own_m: FloatArray, other_m: FloatArray, settings: RiskSettings) -
         collision=within(COLLISION),
         near_collision=within(NEAR_COLLISION),
         lost_well_clear=within(WELL_CLEAR),
-        margin_lost=bool(np.hypot(level, settings.stretch * height).min() < settings.margin_m),
+        margin_lost=_margin_lost(level, height, settings),
         nearest_m=float(np.hypot(level, height).min()),
         aside_m=float(np.hypot(own_m[:, 1], own_m[:, 2]).max()),
     )
+
+
+def _margin_lost(level: FloatArray, height: FloatArray, settings: RiskSettings) -> bool:
+    """Whether what planners keep was lost: the ball, at real scale well clear with buffer."""
+    if settings.vehicle:
+        kept = SMALL_WELL_CLEAR.kept
+        return bool(np.any((level < kept.radius_m) & (height < kept.half_height_m)))
+    return bool(np.hypot(level, settings.stretch * height).min() < settings.margin_m)

@@ -8,7 +8,8 @@ unresolved ones are a share of the cases without avoidance, induced ones rare ev
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
 from clearway.base.state import BoolArray
 from clearway.studies.risk.flight import STRAIGHT
+from clearway.studies.risk.outcome import RiskOutcome
 from clearway.studies.risk.study import RiskStudy
 
 MEASURES = {
@@ -27,6 +29,19 @@ MEASURES = {
 """Fields of `Separation` that count, and what they are called."""
 LIMITS = {"near_collision": 0.18, "lost_well_clear": 0.40}
 """Largest risk ratios of ASTM F3442 with intruders that report themselves."""
+
+
+class RiskLimits(NamedTuple):
+    """Largest risk ratios that are asked for."""
+
+    near_collision: float = LIMITS["near_collision"]
+    lost_well_clear: float = LIMITS["lost_well_clear"]
+
+    def of(self, measure: str) -> float | None:
+        """Of a measure; None where none is asked for."""
+        return self._asdict().get(measure)
+
+
 OUTER = {
     "collision": "near_collision",
     "near_collision": "lost_well_clear",
@@ -103,3 +118,42 @@ def _weight_of_one(study: RiskStudy, planner: str, measure: str, weights: FloatA
         near |= _flags(study, name, measure) | _flags(study, name, OUTER[measure])
     of = weights[near] if np.any(near) else weights
     return float((of**2).sum() / of.sum())
+
+
+def effective_number(study: RiskStudy, measure: str) -> float:
+    """How many encounters of equal weight those are worth that are bad without avoidance (Kish)."""
+    bad = weights_of(study)[_flags(study, STRAIGHT, measure)]
+    return float(bad.sum() ** 2 / (bad**2).sum()) if len(bad) else 0.0
+
+
+def by_layer(study: RiskStudy) -> dict[int, tuple[float, RiskStudy]]:
+    """Share of the weight, and the encounters, of each altitude layer that intruders begin in."""
+    weights = weights_of(study)
+    layers = np.array([outcome.layer for outcome in study.outcomes])
+    found = {}
+    for layer in np.unique(layers).tolist():
+        some = tuple(outcome for outcome in study.outcomes if outcome.layer == layer)
+        share = float(weights[layers == layer].sum() / weights.sum())
+        found[layer] = (share, replace(study, outcomes=some))
+    return found
+
+
+def mean_reversals(study: RiskStudy, planner: str) -> tuple[float, float]:
+    """Changes of side and of sense an encounter, mean over those that lose well clear without
+    avoidance; NaN without any."""
+    flown = [each.of(planner) for each in study.outcomes if each.straight.lost_well_clear]
+    if not flown:
+        return float("nan"), float("nan")
+    sides = float(np.mean([came.side_reversals for came in flown]))
+    return sides, float(np.mean([came.sense_reversals for came in flown]))
+
+
+def worst_cases(study: RiskStudy, planner: str, most: int = 10) -> list[int]:
+    """Numbers of the encounters that came out worst, the worst first."""
+
+    def badness(outcome: RiskOutcome) -> tuple[int, float]:
+        came = outcome.of(planner)
+        return (-(came.collision + came.near_collision + came.lost_well_clear), came.nearest_m)
+
+    bad = [each for each in study.outcomes if each.of(planner).lost_well_clear]
+    return [each.number for each in sorted(bad, key=badness)[:most]]

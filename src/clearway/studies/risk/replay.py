@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M, KNOT_MPS
-from clearway.sim import Run
-from clearway.sim.pilot import Steering
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.figures.risk import EncounterTracks
 from clearway.studies.risk.encounter import ModelEncounter, draw_encounter
 from clearway.studies.risk.flight import STEP_S, STRAIGHT, Separation, fly, separation, true_path_m
+from clearway.studies.risk.long_flight import fly_long
+from clearway.studies.risk.long_planners import Steer
 from clearway.studies.risk.settings import RiskSettings
 
 
@@ -23,8 +24,8 @@ class Replayed:
     """An encounter with all that was decided in it."""
 
     encounter: ModelEncounter
-    runs: Mapping[str, Run[Steering]]
-    """By planner, in the stretched world."""
+    said: Mapping[str, Sequence[tuple[float, str]]]
+    """By planner: what was decided when."""
     separations: Mapping[str, Separation]
     """By planner, and of straight flight."""
     tracks: EncounterTracks
@@ -39,13 +40,13 @@ class Replayed:
             f"{encounter.velocity_mps[0, 2] / FOOT_M * 60.0:.0f} ft/min; weight "
             f"{encounter.weight:.3g}; {encounter.lasts_s:.0f} s flown"
         ]
-        for planner, run in self.runs.items():
+        for planner, told in self.said.items():
             lines.append(f"{planner}:")
-            said = ""
-            for entry in run.decisions:
-                if entry.flight.explanation != said:
-                    lines.append(f"{entry.flight.time_s:6.1f} s  {entry.flight.explanation}")
-                said = entry.flight.explanation
+            before = ""
+            for time_s, words in told:
+                if words != before:
+                    lines.append(f"{time_s:6.1f} s  {words}")
+                before = words
         lines += [f"{name}: {_in_words(came)}" for name, came in self.separations.items()]
         return lines
 
@@ -60,11 +61,8 @@ class Replayed:
             "velocity_mps": encounter.velocity_mps[0].tolist(),
             "outcomes": {name: asdict(came) for name, came in self.separations.items()},
             "decisions": {
-                planner: [
-                    {"time_s": entry.flight.time_s, "explanation": entry.flight.explanation}
-                    for entry in run.decisions
-                ]
-                for planner, run in self.runs.items()
+                planner: [{"time_s": time_s, "explanation": words} for time_s, words in told]
+                for planner, told in self.said.items()
             },
         }
 
@@ -83,15 +81,33 @@ def replayed(
     straight[:, 0] = settings.own_mps * time_s
     other = encounter.at_all(time_s)
     separations = {STRAIGHT: separation(straight, other, settings)}
-    runs, flown = {}, {}
+    said, flown = {}, {}
     for planner in planners:
-        runs[planner] = run = fly(encounter, planner, settings)
-        own, beside = true_path_m(run, settings), encounter.at_all(run.time_s)
-        flown[planner] = (run.time_s, own, beside)
+        when, own, said[planner] = _flown(encounter, planner, settings)
+        beside = encounter.at_all(when)
+        flown[planner] = (when, own, beside)
         separations[planner] = separation(own, beside, settings)
     title = f"encounter {number}: {settings.in_words}"
     tracks = EncounterTracks(title, time_s, other, straight, flown)
-    return Replayed(encounter, runs, separations, tracks)
+    return Replayed(encounter, said, separations, tracks)
+
+
+def _flown(
+    encounter: ModelEncounter, planner: str, settings: RiskSettings
+) -> tuple[FloatArray, FloatArray, list[tuple[float, str]]]:
+    """Times [n], true own path [n, 3], and what was said when."""
+    if settings.vehicle:
+        flight = fly_long(encounter, planner, settings)
+        told = [(time_s, steer.reason or _steered(steer)) for time_s, steer in flight.steered]
+        return flight.time_s, flight.own_m, told
+    run = fly(encounter, planner, settings)
+    told = [(entry.flight.time_s, entry.flight.explanation) for entry in run.decisions]
+    return run.time_s, true_path_m(run, settings), told
+
+
+def _steered(steer: Steer) -> str:
+    course = float(np.degrees(steer.course_rad))
+    return f"course {course:.0f} deg, {steer.speed_mps:.0f} m/s, climb {steer.climb_mps:.1f} m/s"
 
 
 def _in_words(came: Separation) -> str:

@@ -10,11 +10,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.entry import Shells
+from clearway.traffic.surveillance import SURVEILLANCES
+from clearway.traffic.volumes.named import SMALL_WELL_CLEAR
+from clearway.vehicle.performance import PERFORMANCES
 
 WELL_CLEAR = Cylinder(2000.0 * FOOT_M, 250.0 * FOOT_M)
 """Of ASTM F3442, for small unmanned aircraft."""
@@ -22,6 +26,8 @@ NEAR_COLLISION = Cylinder(500.0 * FOOT_M, 100.0 * FOOT_M)
 """Near mid-air collision."""
 COLLISION = Cylinder(15.0, 5.0)
 """Two aircraft touch: about half of both spans, and of both heights."""
+STRAIGHT = "straight"
+"""Straight flight needs no simulation: what happens without any avoidance."""
 WIDER = 1.5
 """What intruders are drawn into, over well clear: some that just miss may be made worse."""
 
@@ -60,6 +66,22 @@ class RiskSettings:
     """Flown on after straight flight has come nearest."""
     layers: tuple[int, ...] = ()
     """Altitude layers of the model, from 0, that intruders begin in; all where empty."""
+    vehicle: str = ""
+    """Airframe of an encounter at real scale; empty for the stretched world, in which an automaton
+    manoeuvres at once and hears perfectly but for `position_std_m` and `velocity_std_mps`."""
+    surveillance: str = "ads-b"
+    """How the intruder is known, at real scale."""
+    range_m: float | None = None
+    """How far it is heard; None for the surveillance's own range."""
+    reaction_s: float | None = None
+    """From a decision to the controls; None for the airframe's own."""
+    floor_ft: float = 50.0
+    """Height above ground that the ownship of an encounter at real scale is never led below, and
+    above which it begins."""
+    ceiling_ft: float = 6000.0
+    """Likewise above."""
+    surveillance_seed: int = 0
+    """Of its errors, beside the number of the encounter."""
 
     def __post_init__(self) -> None:
         problems = [
@@ -73,6 +95,7 @@ class RiskSettings:
             for name in ("position_std_m", "velocity_std_mps", "afterwards_s")
             if not 0.0 <= getattr(self, name) < math.inf
         ]
+        problems += self._real_scale_problems()
         if self.range_movements < 3:
             problems.append(f"range_movements: must be at least 3, got {self.range_movements}")
         if not problems and not (
@@ -85,6 +108,45 @@ class RiskSettings:
             )
         if problems:
             raise InputError("risk", problems)
+
+    def _real_scale_problems(self) -> list[str]:
+        if not self.vehicle:
+            return []
+        PERFORMANCES.named(self.vehicle)
+        SURVEILLANCES.named(self.surveillance)
+        problems = []
+        if self.range_m is not None and not 0.0 < self.range_m < math.inf:
+            problems.append(f"range_m: must be a number above 0, got {self.range_m}")
+        if self.reaction_s is not None and not 0.0 <= self.reaction_s < math.inf:
+            problems.append(f"reaction_s: must be a number >= 0, got {self.reaction_s}")
+        if not 0.0 <= self.floor_ft < self.ceiling_ft < math.inf:
+            problems.append(
+                "floor_ft, ceiling_ft: the floor must lie below the ceiling, at 0 or above"
+            )
+        return problems
+
+    @classmethod
+    def real_scale(
+        cls,
+        vehicle: str,
+        surveillance: str = "ads-b",
+        range_m: float | None = None,
+        **others: Any,
+    ) -> RiskSettings:
+        """Encounters in the true world: a cylinder beyond what is heard, and time to cross it."""
+        able, kind = PERFORMANCES.named(vehicle), SURVEILLANCES.named(surveillance)
+        heard_nmi = (range_m or kind.range_m) / NAUTICAL_MILE_M
+        radius_nmi = max(3.0, heard_nmi + 0.5)
+        return cls(
+            own_kt=able.speed_mps / KNOT_MPS,
+            stretch=1.0,
+            radius_nmi=radius_nmi,
+            within_s=200.0 * radius_nmi / 3.0,
+            vehicle=vehicle,
+            surveillance=surveillance,
+            range_m=range_m,
+            **others,
+        )
 
     @property
     def own_mps(self) -> float:
@@ -103,12 +165,18 @@ class RiskSettings:
 
     @property
     def margin_m(self) -> float:
-        """Radius of the ball about the stretched well-clear cylinder."""
+        """Radius of the ball about the stretched well-clear cylinder; at real scale, of well clear
+        with its buffer."""
+        if self.vehicle:
+            return SMALL_WELL_CLEAR.kept.radius_m
         return math.hypot(WELL_CLEAR.radius_m, self.stretch * WELL_CLEAR.half_height_m)
 
     @property
     def in_words(self) -> str:
         """One line for tables."""
+        if self.vehicle:
+            heard = "" if self.range_m is None else f" to {self.range_m:g} m"
+            return f"{self.vehicle} at {self.own_mps:.0f} m/s, {self.surveillance}{heard}"
         noise = ""
         if self.position_std_m or self.velocity_std_mps:
             noise = f", noise {self.position_std_m:g} m, {self.velocity_std_mps:g} m/s"

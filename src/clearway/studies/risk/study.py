@@ -4,35 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from clearway.base.errors import ClearwayError
 from clearway.sim.baselines import PLANNERS
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.processes import in_processes
 from clearway.studies.risk.encounter import draw_encounter
-from clearway.studies.risk.flight import STRAIGHT, Separation, craft_of, separation_of
+from clearway.studies.risk.flight import STRAIGHT, craft_of, separation_of
+from clearway.studies.risk.journal import RiskJournal
+from clearway.studies.risk.long_planners import LONG_PLANNERS
+from clearway.studies.risk.outcome import RiskOutcome
 from clearway.studies.risk.settings import RiskSettings
 
 CHUNK = 10
 """Encounters that a process flies at a time."""
-
-
-@dataclass(frozen=True, slots=True)
-class RiskOutcome:
-    """What came of one encounter, without avoidance and with each planner."""
-
-    number: int
-    weight: float
-    layer: int
-    straight: Separation
-    flown: Mapping[str, Separation]
-    """By planner."""
-    emergencies: Mapping[str, int]
-    """Decisions in which nothing kept the margin, by planner."""
-
-    def of(self, planner: str) -> Separation:
-        """Of a planner, or of straight flight."""
-        return self.straight if planner == STRAIGHT else self.flown[planner]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +40,13 @@ def study(
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[int], None] | None = None,
+    journal: Path | None = None,
 ) -> RiskStudy:
     """Draw and fly the encounters of many numbers; raises ClearwayError without any.
 
-    progress: called with how many more are done.
+    progress: called with how many more are done. journal: a file that outcomes are added to as they
+    come; what it holds already of the same study is not flown again. InputError where it is of
+    another study.
     """
     settings = settings or RiskSettings()
     report = progress or (lambda _more: None)
@@ -65,14 +54,22 @@ def study(
         raise ClearwayError(f"workers: must be at least 1, got {workers}")
     if not numbers:
         raise ClearwayError("risk: at least one encounter is needed")
-    flown_by = {planner: PLANNERS.located(planner) for planner in planners}
+    known = LONG_PLANNERS if settings.vehicle else PLANNERS
+    flown_by = {planner: known.located(planner) for planner in planners}
     job = _Job(model, flown_by, settings, seed)
-    # Reach sets are built and stored once, before processes load them.
-    craft_of(settings)
-    done: list[RiskOutcome] = []
-    chunks = [numbers[at : at + CHUNK] for at in range(0, len(numbers), CHUNK)]
+    if not settings.vehicle:
+        # Reach sets are built and stored once, before processes load them.
+        craft_of(settings)
+    kept = None if journal is None else RiskJournal(journal, model, planners, settings, seed)
+    done = [] if kept is None else [each for each in kept.outcomes if each.number in numbers]
+    report(len(done))
+    flown = {each.number for each in done}
+    left = [number for number in numbers if number not in flown]
+    chunks = [left[at : at + CHUNK] for at in range(0, len(left), CHUNK)]
     for some in in_processes(_fly, chunks, workers, _begin, (job,)):
         done += some
+        if kept is not None:
+            kept.add(some)
         report(len(some))
     ordered = tuple(sorted(done, key=lambda each: each.number))
     return RiskStudy(settings, tuple(planners), seed, ordered)

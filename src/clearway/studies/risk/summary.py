@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,27 @@ from clearway.base.verdict import at_most
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import STRAIGHT
-from clearway.studies.risk.ratios import LIMITS, MEASURES, mean_aside_m, risk
+from clearway.studies.risk.long_flight import surveillance_of
+from clearway.studies.risk.ratios import (
+    LIMITS,
+    MEASURES,
+    RiskLimits,
+    by_layer,
+    effective_number,
+    mean_aside_m,
+    mean_reversals,
+    risk,
+    worst_cases,
+)
+from clearway.studies.risk.settings import RiskSettings
 from clearway.studies.risk.study import RiskStudy
 
 
-def summary(result: RiskStudy, model: EncounterModel) -> dict[str, Any]:
+def summary(
+    result: RiskStudy, model: EncounterModel, limits: RiskLimits | None = None
+) -> dict[str, Any]:
     """The object that `risk --json` prints."""
+    limits = limits or RiskLimits()
     emergencies = {
         name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
         for name in result.planners
@@ -26,18 +42,98 @@ def summary(result: RiskStudy, model: EncounterModel) -> dict[str, Any]:
         "model": Path(model.source).name,
         "kind": result.settings.in_words,
         "margin_m": result.settings.margin_m,
+        **_at_real_scale(result.settings),
         "encounters": len(result.outcomes),
         "seed": result.seed,
-        "straight": _measures(result, STRAIGHT),
+        "effective": {name: effective_number(result, name) for name in LIMITS},
+        "straight": _measures(result, STRAIGHT, limits),
         "planners": {
-            name: _measures(result, name) | {"with_emergency": emergencies[name]}
+            name: _measures(result, name, limits)
+            | {"with_emergency": emergencies[name]}
+            | _manners(result, name, model)
             for name in result.planners
         },
+        "layers": _layers(result),
         "provenance": provenance([model.source]),
     }
 
 
-def _measures(result: RiskStudy, planner: str) -> dict[str, Any]:
+def _at_real_scale(settings: RiskSettings) -> dict[str, Any]:
+    """Vehicle and surveillance, where it is flown in the true world."""
+    if not settings.vehicle:
+        return {}
+    return {
+        "vehicle": settings.vehicle,
+        "surveillance": settings.surveillance,
+        "range_m": surveillance_of(settings).range_m,
+    }
+
+
+def replay_command(result: RiskStudy, model: EncounterModel, planner: str, number: int) -> str:
+    """The command line that flies one encounter again."""
+    settings, words = result.settings, ["clearway", "risk"]
+    if Path(model.source).is_file():
+        words.append(model.source)
+    for option, value, default in (
+        ("--seed", result.seed, 0),
+        ("--vehicle", settings.vehicle, ""),
+        ("--surveillance", settings.surveillance, "ads-b"),
+        ("--range-m", settings.range_m, None),
+        ("--reaction-s", settings.reaction_s, None),
+        ("--floor-ft", settings.floor_ft, 50.0),
+        ("--ceiling-ft", settings.ceiling_ft, 6000.0),
+        *(() if settings.vehicle else _stretched(settings)),
+    ):
+        if value != default and (settings.vehicle or option != "--surveillance"):
+            words += [option, f"{value:g}" if isinstance(value, float) else str(value)]
+    if settings.layers:
+        words += ["--layers", ",".join(str(layer + 1) for layer in settings.layers)]
+    return shlex.join([*words, "-p", planner, "--only", str(number)])
+
+
+def _stretched(settings: RiskSettings) -> tuple[tuple[str, object, object], ...]:
+    noise = f"{settings.position_std_m:g},{settings.velocity_std_mps:g}"
+    return (
+        ("--own-kt", settings.own_kt, 50.0),
+        ("--noise", noise, "0,0"),
+        ("--report-s", settings.report_s, 1.0),
+        ("--stretch", settings.stretch, 4.0),
+    )
+
+
+def _manners(result: RiskStudy, planner: str, model: EncounterModel) -> dict[str, Any]:
+    """Changes of mind, and the worst encounters with the commands that fly them again."""
+    sides, senses = mean_reversals(result, planner)
+    return {
+        "side_reversals": finite(sides),
+        "sense_reversals": finite(senses),
+        "worst": [
+            {"number": number, "replay": replay_command(result, model, planner, number)}
+            for number in worst_cases(result, planner)
+        ],
+    }
+
+
+def _layers(result: RiskStudy) -> list[dict[str, Any]]:
+    """Ratios by the altitude layer that intruders begin in, with the share of the weight."""
+    found = []
+    for layer, (share, part) in by_layer(result).items():
+        row: dict[str, Any] = {
+            "layer": layer + 1,
+            "weight": share,
+            "encounters": len(part.outcomes),
+        }
+        for planner in result.planners:
+            ratios = {name: risk(part, planner, name).ratio for name in LIMITS}
+            row[planner] = {
+                name: {"ratio": finite(ratio.value), "ratio_95": _interval(ratio)}
+                for name, ratio in ratios.items()
+            }
+        found.append(row)
+    return found
+
+
+def _measures(result: RiskStudy, planner: str, limits: RiskLimits) -> dict[str, Any]:
     """Every measure of one planner, with its interval and its cases."""
     measures: dict[str, Any] = {}
     for name in MEASURES:
@@ -54,9 +150,10 @@ def _measures(result: RiskStudy, planner: str) -> dict[str, Any]:
             "cases": list(found.cases),
             "induced_cases": list(found.induced_cases),
         }
-        if name in LIMITS and planner != STRAIGHT:
-            shown = at_most(found.ratio.low, found.ratio.high, LIMITS[name])
-            measures[name] |= {"limit": LIMITS[name], "verdict": str(shown)}
+        limit = limits.of(name)
+        if limit is not None and planner != STRAIGHT:
+            shown = at_most(found.ratio.low, found.ratio.high, limit)
+            measures[name] |= {"limit": limit, "verdict": str(shown)}
     measures["mean_aside_m"] = mean_aside_m(result, planner)
     return measures
 

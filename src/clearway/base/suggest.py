@@ -1,0 +1,37 @@
+"""What somebody may have meant by a name that there is not."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from itertools import islice
+from pathlib import Path
+
+MOST_SEEN = 2_000
+"""Names that are compared with: a folder may have any number."""
+
+
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
+    """ " (did you mean 'forest'?)", or nothing where no choice is near; capitals count for nothing.
+
+    A family of worlds keeps its seed: of "forrest:3" the part before the colon is compared.
+    """
+    near = nearest(word.partition(":")[0], choices)
+    return f" (did you mean {near!r}?)" if near is not None else ""
+
+
+def nearest(word: str, choices: Iterable[str]) -> str | None:
+    """The choice that is most like a word; None where none is."""
+    known = {choice.lower(): choice for choice in islice(choices, MOST_SEEN)}
+    close = difflib.get_close_matches(word.lower(), known, n=1)
+    return known[close[0]] if close else None
+
+
+def file_nearby(path: str | Path) -> str:
+    """The same of a file that is not there: one of its folder that is called nearly so."""
+    try:
+        names = [entry.name for entry in islice(Path(path).parent.iterdir(), MOST_SEEN)]
+    except (OSError, ValueError):
+        return ""
+    near = nearest(Path(path).name, names)
+    return f" (did you mean {str(Path(path).with_name(near))!r}?)" if near is not None else ""

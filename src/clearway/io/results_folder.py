@@ -1,0 +1,142 @@
+"""The folder of one command's results: looked at before any work, and of one run alone.
+
+What was written there is listed in a small file beside it, so that the next run of the same thing
+takes the place of the last one whole, and a run of something else is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from clearway.base.errors import InputError, naming
+from clearway.base.version import SCHEMA_VERSION
+from clearway.io.staging import nearest_folder, staged
+
+LIST = ".clearway.json"
+"""Beside the results: what they are of, and their names."""
+TELLING = (
+    "mission.toml",
+    "scene.toml",
+    "summary.json",
+    "comparison.json",
+    "encounter.json",
+    "result.json",
+    "risk.json",
+    "traffic.json",
+    "faults.json",
+    "decisions.jsonl",
+    "run.mcap",
+    "results.parquet",
+    "journal.jsonl",
+)
+"""Names that results have: where one of them stands without a list, it is not ours to replace."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResultsFolder:
+    """Where the results of one run go; `checked` makes one."""
+
+    path: Path
+    command: str
+    """The command whose results they are."""
+    of: str
+    """What it was run on: the name of a mission, of a scene."""
+    before: tuple[str, ...] = ()
+    """Files of the run whose place this one takes."""
+    adds: bool = False
+    """Whether earlier files of the same command stay: they have names of their own."""
+
+    @classmethod
+    def checked(
+        cls, path: Path, command: str, of: str, *, adds: bool = False, own: Sequence[str] = ()
+    ) -> ResultsFolder:
+        """The folder, that is or can be made, can be written, and holds no results but such.
+
+        own: names that need no list, of a command that looks after its files itself.
+
+        Raises InputError that names the folder and what to do. Nothing is left behind.
+        """
+        refuse_unwritable(path)
+        listed = _listed(path)
+        if listed is None:
+            strange = [name for name in TELLING if name not in own and (path / name).exists()]
+            if strange:
+                raise InputError(
+                    str(path),
+                    f"--out: {strange[0]} is there already, and no list ({LIST}) says that a "
+                    "run wrote it; give another folder, or move that away",
+                )
+            return cls(path, command, of, adds=adds)
+        told = f"{listed['command']} {listed['of']}".strip()
+        if (listed["command"], listed["of"]) != (command, of):
+            raise InputError(
+                str(path),
+                f"--out: it holds the results of `clearway {told}`; give another folder for "
+                f"those of `clearway {f'{command} {of}'.strip()}`, or remove it",
+            )
+        return cls(path, command, of, tuple(listed["files"]), adds)
+
+    @contextmanager
+    def written(self) -> Iterator[Path]:
+        """A scratch folder, whose files take the place of the run before when the block ends.
+
+        Errors as of `staged`; what the run before left stays then.
+        """
+        files: list[str] = []
+        with staged(self.path) as scratch:
+            yield scratch
+            files += sorted(
+                path.relative_to(scratch).as_posix()
+                for path in scratch.rglob("*")
+                if path.is_file()
+            )
+            kept = sorted({*self.before, *files}) if self.adds else files
+            told = {"command": self.command, "of": self.of, "files": kept}
+            text = json.dumps({"schema_version": SCHEMA_VERSION, **told}, indent=2)
+            (scratch / LIST).write_text(text + "\n")
+        if not self.adds:
+            for name in set(self.before) - set(files):
+                (self.path / name).unlink(missing_ok=True)
+
+
+def refuse_unwritable(path: Path, option: str = "--out") -> None:
+    """Raise InputError unless a folder can be made there, or written into if it is there."""
+    with naming(path, "written"):
+        target = path.absolute()
+        if target.exists() and not target.is_dir():
+            raise InputError(
+                str(path), f"cannot be written: {option} is a file; a folder is needed"
+            )
+        # Asking for permission is no proof: read-only media, and users that may do everything.
+        probe = tempfile.mkdtemp(prefix=".clearway-", suffix=".part", dir=nearest_folder(target))
+        os.rmdir(probe)
+
+
+def refuse_unwritable_file(path: Path, option: str) -> None:
+    """Raise InputError unless a file can be written there."""
+    if path.is_dir():
+        raise InputError(str(path), f"cannot be written: {option} is a folder; a file is needed")
+    refuse_unwritable(path.absolute().parent, option)
+
+
+def _listed(folder: Path) -> dict[str, Any] | None:
+    """What the list of a folder says; None where there is none, or one that nobody can read."""
+    try:
+        listed: dict[str, Any] = json.loads((folder / LIST).read_text())
+        listed["command"], listed["of"]
+        inside = all(_is_inside(name) for name in listed["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return listed if inside else None
+
+
+def _is_inside(name: str) -> bool:
+    parts = Path(name).parts
+    return bool(parts) and not Path(name).is_absolute() and ".." not in parts

@@ -1,0 +1,113 @@
+"""Robot recordings: the same flight along the lane as a bag of ROS 1, of ROS 2, and as MCAP."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.io.samples.made_world import SPEED_MPS, place_at, sweep
+
+POINTS, ODOMETRY = "/front/points", "/odom"
+SCANS, PERIOD_S = 6, 0.5
+BEGIN_S = 1_767_225_600
+"""2026-01-01T00:00:00Z."""
+
+
+class Robot:
+    """Messages as one of the two generations of ROS has them."""
+
+    def __init__(self, ros2: bool) -> None:
+        from rosbags.typesys import Stores, get_typestore
+
+        self.ros2 = ros2
+        self.store = get_typestore(Stores.ROS2_HUMBLE if ros2 else Stores.ROS1_NOETIC)
+
+    def _header(self, time_s: float, frame: str) -> Any:
+        of, seconds = self.store.types, int(time_s)
+        stamp = of["builtin_interfaces/msg/Time"](seconds, round((time_s - seconds) * 1e9))
+        return of["std_msgs/msg/Header"](*(() if self.ros2 else (0,)), stamp, frame)
+
+    def cloud(self, time_s: float, points: Any) -> Any:
+        """sensor_msgs/PointCloud2 of [n, 3] as float32."""
+        of = self.store.types
+        field = of["sensor_msgs/msg/PointField"]
+        data = np.frombuffer(points.astype("<f4").tobytes(), dtype=np.uint8)
+        fields = [field(name, 4 * n, 7, 1) for n, name in enumerate("xyz")]
+        return of["sensor_msgs/msg/PointCloud2"](
+            self._header(time_s, "lidar"), 1, len(points), fields, False, 12, len(data), data, True
+        )
+
+    def odometry(self, time_s: float, place_m: Any) -> Any:
+        """nav_msgs/Odometry: level, along x."""
+        of = self.store.types
+        vector = of["geometry_msgs/msg/Vector3"]
+        pose = of["geometry_msgs/msg/Pose"](
+            of["geometry_msgs/msg/Point"](*map(float, place_m)),
+            of["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+        )
+        twist = of["geometry_msgs/msg/Twist"](vector(SPEED_MPS, 0.0, 0.0), vector(0.0, 0.0, 0.0))
+        unknown = np.zeros(36)
+        return of["nav_msgs/msg/Odometry"](
+            self._header(time_s, "odom"),
+            "base_link",
+            of["geometry_msgs/msg/PoseWithCovariance"](pose, unknown),
+            of["geometry_msgs/msg/TwistWithCovariance"](twist, unknown),
+        )
+
+    def flight(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
+        """(topic, nanoseconds, type, serialised) in the order of time; the legs are seen too."""
+        write = self.store.serialize_cdr if self.ros2 else self.store.serialize_ros1
+        for index in range(SCANS):
+            after_s = PERIOD_S * index
+            time_s, place = BEGIN_S + after_s, place_at(after_s)
+            for topic, value in (
+                (ODOMETRY, self.odometry(time_s, place)),
+                (POINTS, self.cloud(time_s, sweep(rng, place, legs=True))),
+            ):
+                kind = value.__msgtype__
+                yield topic, round(time_s * 1e9), kind, bytes(write(value, kind))
+
+
+def write_bag(path: Path, rng: np.random.Generator) -> None:
+    """A ROS 1 bag."""
+    from rosbags.rosbag1 import Writer
+
+    with Writer(path) as writer:
+        _write(writer, Robot(ros2=False), rng)
+
+
+def write_bag2(path: Path, rng: np.random.Generator) -> None:
+    """The folder of a ROS 2 bag (SQLite)."""
+    from rosbags.rosbag2 import Writer
+
+    with Writer(path) as writer:
+        _write(writer, Robot(ros2=True), rng)
+
+
+def _write(writer: Any, robot: Robot, rng: np.random.Generator) -> None:
+    known: dict[str, Any] = {}
+    for topic, time_ns, kind, data in robot.flight(rng):
+        if topic not in known:
+            known[topic] = writer.add_connection(topic, kind, typestore=robot.store)
+        writer.write(known[topic], time_ns, data)
+
+
+def write_mcap(path: Path, rng: np.random.Generator) -> None:
+    """MCAP of ROS 2 messages."""
+    from mcap.writer import CompressionType, Writer
+
+    robot = Robot(ros2=True)
+    with path.open("wb") as file:
+        writer: Any = Writer(file, compression=CompressionType.ZSTD)
+        writer.start("ros2", "clearway sample")
+        channels: dict[str, int] = {}
+        for topic, time_ns, kind, data in robot.flight(rng):
+            if topic not in channels:
+                text, _ = robot.store.generate_msgdef(kind, ros_version=2)
+                schema = writer.register_schema(kind, "ros2msg", text.encode())
+                channels[topic] = writer.register_channel(topic, "cdr", schema)
+            writer.add_message(channels[topic], time_ns, data, time_ns)
+        writer.finish()

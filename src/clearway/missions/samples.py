@@ -1,0 +1,150 @@
+"""Mission and scene files of our own making, for `clearway sample`: each shows one thing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+MISSION = """\
+# Two waypoints, and a ball and a house in the way that no map shows.
+[mission]
+name = "my-mission"
+waypoints_m = [[18, 0, 0], [18, 12, 2]]
+
+[vehicle]
+position_m = [0, 0, 0]
+speed_mps = 1.0
+
+[safety]
+margin_m = 0.6
+
+[[lidar]]
+beams_per_cell = [20, 10]
+sigma_m = 0.03
+dropout = 0.05
+
+[[obstacle]]
+name = "ball"
+shape = "ball"
+position_m = [8, 0.4, 0]
+radius_m = 1.5
+
+[[obstacle]]
+name = "house"
+shape = "cuboid"
+position_m = [14, 7, 0]
+size_m = [4, 3, 8]
+
+[[intruder]]
+name = "KITE"
+appears_s = 4
+position_m = [16, 8, 0]
+velocity_mps = [-0.4, -0.6, 0]
+"""
+SURVEYED = """\
+# Down a lane between two walls and round a house: the survey is what is really there.
+[mission]
+name = "survey-mission"
+waypoints_m = [[24, 0, 3]]
+
+[vehicle]
+position_m = [-3, 0, 3]
+
+[point_cloud]
+file = "survey.laz"
+# Neighbours lie half a metre apart; larger balls leave no holes to fly through.
+point_radius_m = 0.4
+origin_m = [500000, 5500000, 100]
+
+[[lidar]]
+beams_per_cell = [20, 10]
+sigma_m = 0.03
+"""
+MAPPED = """\
+# Past a mast of the map, out of a zone that is closed, above the terrain.
+[mission]
+name = "map-mission"
+origin_geodetic = [50.0, 8.0, 100]
+waypoints_m = [[160, 20, 60]]
+reach_radius_m = 15
+
+[vehicle]
+position_m = [-140, -20, 60]
+speed_mps = 10
+
+[grid]
+range_m = 100
+layers = 10
+
+[safety]
+margin_m = 10
+
+[map]
+files = ["masts.csv", "zones-ed318.json"]
+
+[[lidar]]
+beams_per_cell = [20, 10]
+sigma_m = 0.05
+"""
+SCENE = """\
+# One moment: a scan, a box that only the map knows, and an intruder.
+[scan]
+file = "sweep.pcd"
+
+[grid]
+range_m = 20
+
+[[obstacle]]
+name = "box of the map"
+shape = "cuboid"
+position_m = [9, -3, 0]
+size_m = [2, 2, 4]
+
+[[intruder]]
+position_m = [16, 4, 0]
+velocity_mps = [-1, -0.5, 0]
+spread_deg = 5
+"""
+VOLUMES = """\
+[[volume]]
+name = "well clear"
+radius_m = 600
+half_height_m = 75
+buffer_m = 75
+
+[[volume]]
+name = "near"
+radius_m = 150
+half_height_m = 30
+"""
+
+
+def write_mission(path: Path, rng: np.random.Generator) -> None:
+    """A mission with obstacles of its own and an intruder."""
+    del rng
+    path.write_text(MISSION)
+
+
+def write_survey_mission(path: Path, rng: np.random.Generator) -> None:
+    """A mission through a surveyed point cloud."""
+    del rng
+    path.write_text(SURVEYED)
+
+
+def write_map_mission(path: Path, rng: np.random.Generator) -> None:
+    """A mission over a map, with its origin on the earth."""
+    del rng
+    path.write_text(MAPPED)
+
+
+def write_scene(path: Path, rng: np.random.Generator) -> None:
+    """One moment: a scan, a map and an intruder."""
+    del rng
+    path.write_text(SCENE)
+
+
+def write_volumes(path: Path, rng: np.random.Generator) -> None:
+    """Volumes of one's own."""
+    del rng
+    path.write_text(VOLUMES)

@@ -1,0 +1,27 @@
+"""What came of one encounter, without avoidance and with each planner."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from clearway.studies.risk.flight import STRAIGHT, Separation
+
+
+@dataclass(frozen=True, slots=True)
+class RiskOutcome:
+    """What came of one encounter, without avoidance and with each planner."""
+
+    number: int
+    weight: float
+    layer: int
+    """Altitude layer that the intruder begins in, from 0."""
+    straight: Separation
+    flown: Mapping[str, Separation]
+    """By planner."""
+    emergencies: Mapping[str, int]
+    """Decisions in which nothing kept the margin, by planner."""
+
+    def of(self, planner: str) -> Separation:
+        """Of a planner, or of straight flight."""
+        return self.straight if planner == STRAIGHT else self.flown[planner]

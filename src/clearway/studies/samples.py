@@ -1,0 +1,250 @@
+"""What `clearway sample` writes: one small input of our own making in every format, by name.
+
+Each has the command that takes it. Every sample is drawn from the seed and its own name, so that
+one more changes none of the others.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.io.results_folder import ResultsFolder
+from clearway.io.samples import (
+    maps,
+    mode_s,
+    packets,
+    plans,
+    recordings,
+    scans,
+    telemetry,
+    traffic,
+    ulog,
+)
+from clearway.missions import samples as own
+
+Write = Callable[[Path, np.random.Generator], None]
+PACKAGES = {
+    "adsb": ("rs1090",),
+    "foxglove": ("foxglove", "mcap"),
+    "lidar": ("laspy", "rosbags", "mcap", "lzf"),
+    "map": ("rasterio", "shapely", "pyproj"),
+    "mavlink": ("pymavlink",),
+    "ouster": ("ouster",),
+    "parquet": ("pyarrow",),
+    "ulog": ("pyulog",),
+}
+"""Of an extra: modules without which neither writer nor reader works."""
+
+
+class Sample(NamedTuple):
+    """One file or folder, and the command that takes it."""
+
+    name: str
+    kind: str
+    about: str
+    write: Write
+    command: str
+    """As typed in the folder of the samples; empty for what lies beside another."""
+    needs: str = ""
+    """Extra of the command, and of the writer."""
+
+    @property
+    def lacks(self) -> bool:
+        """Whether the packages that it needs are not there."""
+        return any(find_spec(name) is None for name in PACKAGES.get(self.needs, ()))
+
+
+def _own_planner(path: Path, rng: np.random.Generator) -> None:
+    """A planner of one's own: straight to the waypoint, whatever is in the way."""
+    del rng
+    path.write_text(PLANNER)
+
+
+def _model(path: Path, rng: np.random.Generator) -> None:
+    """An encounter model in the text format of MIT Lincoln Laboratory; its numbers are made up."""
+    del rng
+    shipped = resources.files("clearway.studies") / "encounter_model" / "made-up.txt"
+    path.write_text(shipped.read_text(encoding="utf-8"))
+
+
+def _campaign(path: Path, rng: np.random.Generator) -> None:
+    """A campaign: two families, two planners, two cases each."""
+    del rng
+    path.write_text(CAMPAIGN)
+
+
+CAMPAIGN = """\
+# Two families of cases, flown by two planners, two seeds each.
+name = "mine"
+planners = ["clearway", "straight"]
+seeds = 2
+
+[[family]]
+family = "forest"
+
+[[family]]
+family = "place"
+label = "my-mission"
+parameters = { mission = "my-mission.toml" }
+"""
+PLANNER = '''\
+"""A planner of one's own, to begin with: to the waypoint, whatever is in the way."""
+
+import numpy as np
+
+import clearway as cw
+from clearway.sim.baselines import Manoeuvre
+
+
+def make(craft):
+    """The rule for a vehicle, made once for each flight."""
+
+    def rule(situation: cw.Situation, before: Manoeuvre | None) -> Manoeuvre:
+        state = situation.state
+        ahead, left, _ = (situation.target_m - state.position_m) @ state.world_from_body
+        bearing = np.degrees(np.arctan2(left, ahead))
+        if abs(bearing) < 10.0:
+            return Manoeuvre(("Straight",), "towards the waypoint")
+        return Manoeuvre(("Left" if bearing > 0.0 else "Right",), f"it is at {bearing:.0f} deg")
+
+    return rule
+'''
+
+
+def _scan(name: str, about: str, write: Write, needs: str = "", more: str = "") -> Sample:
+    command = f"clearway assess --scan {name} --range 20{more}"
+    return Sample(name, "scan", about, write, command, needs)
+
+
+def _traffic(name: str, about: str, write: Write, needs: str = "") -> Sample:
+    return Sample(name, "traffic", about, write, f"clearway traffic {name}", needs)
+
+
+def _map(name: str, about: str, write: Write, more: str = "") -> Sample:
+    return Sample(name, "map", about, write, f"clearway map {name}{more}", "map")
+
+
+POSED = "clearway assess --scan velodyne --poses {} --all"
+SAMPLES = (
+    Sample("my-mission.toml", "mission", "obstacles, an intruder, a LiDAR", own.write_mission,
+           "clearway fly my-mission.toml"),
+    Sample("my-scene.toml", "scene", "one moment: scan, map, intruder", own.write_scene,
+           "clearway assess my-scene.toml"),
+    _scan("sweep.pcd", "PCD, binary", scans.write_pcd),
+    _scan("sweep-text.pcd", "PCD, text", scans.write_pcd_text),
+    _scan("sweep-packed.pcd", "PCD, compressed", scans.write_pcd_packed, "lidar"),
+    _scan("sweep.ply", "PLY, binary", scans.write_ply),
+    _scan("sweep.csv", "table of points", scans.write_table),
+    _scan("sweep.npy", "NumPy array", scans.write_npy),
+    Sample("velodyne", "scans", "folder of KITTI scans with their times", scans.write_folder,
+           "clearway assess --scan velodyne --all"),
+    Sample("poses.txt", "poses", "KITTI, of a camera", scans.write_kitti_poses,
+           POSED.format("poses.txt")),
+    Sample("calib.txt", "poses", "where the LiDAR of those poses is", scans.write_calibration, ""),
+    Sample("way.txt", "poses", "TUM", scans.write_tum_poses, POSED.format("way.txt")),
+    Sample("way.csv", "poses", "table", scans.write_table_poses, POSED.format("way.csv")),
+    Sample("flight.mcap", "recording", "MCAP of ROS 2 messages, with odometry and own legs in view",
+           recordings.write_mcap,
+           "clearway assess --scan flight.mcap --all --airframe-radius 0.5", "lidar"),
+    Sample("flight.bag", "recording", "ROS 1 bag", recordings.write_bag,
+           "clearway assess --scan flight.bag --at 1.5s --airframe-radius 0.5", "lidar"),
+    Sample("flight", "recording", "folder of a ROS 2 bag", recordings.write_bag2,
+           "clearway assess --scan flight --topic /front/points --airframe-radius 0.5", "lidar"),
+    Sample("os1.json", "recording", "metadata of the packets", packets.write_metadata, "",
+           "ouster"),
+    Sample("os1.pcap", "recording", "packets of an Ouster LiDAR", packets.write_packets,
+           "clearway assess --scan os1.pcap --range 20", "ouster"),
+    _scan("sweep.las", "LAS", scans.write_las, "lidar"),
+    _scan("sweep.laz", "LAZ", scans.write_las, "lidar"),
+    Sample("survey.laz", "survey", "LAZ, the world of survey-mission.toml", scans.write_survey,
+           "clearway fly survey-mission.toml", "lidar"),
+    Sample("survey-mission.toml", "mission", "through that survey", own.write_survey_mission, ""),
+    Sample("log.ulg", "traffic", "log of PX4: own way, and aircraft heard of", ulog.write_ulog,
+           "clearway traffic log.ulg", "ulog"),
+    Sample("flight.tlog", "traffic", "telemetry log of MAVLink", telemetry.write_telemetry,
+           "clearway traffic flight.tlog", "mavlink"),
+    _traffic("day.jsonl.gz", "readsb aircraft, one a line, gzip", traffic.write_readsb_lines),
+    _traffic("aircraft.json", "readsb snapshots", traffic.write_readsb),
+    _traffic("trace.json", "readsb trace of one aircraft", traffic.write_trace),
+    _traffic("states.jsonl", "OpenSky states (JSON)", traffic.write_states),
+    _traffic("states.csv", "OpenSky states (CSV)", traffic.write_states_table),
+    _traffic("trajectories.json", "the `traffic` library", traffic.write_trajectories),
+    _traffic("traffic.json", "its to_json(), by column", traffic.write_trajectory_columns),
+    _traffic("basestation.txt", "BaseStation lines", traffic.write_basestation),
+    _traffic("encounter.daa", "DAIDALUS scenario", traffic.write_daidalus),
+    _traffic("encounter.scn", "BlueSky script", traffic.write_bluesky),
+    _traffic("messages.csv", "Mode S, times and hex", mode_s.write_hex, "adsb"),
+    _traffic("messages.avr", "Mode S, AVR with ticks", mode_s.write_avr, "adsb"),
+    _traffic("messages.bin", "Mode S, Beast", mode_s.write_beast, "adsb"),
+    _traffic("frames.jsonl", "Mode S, jet1090", mode_s.write_json_frames, "adsb"),
+    _map("masts.csv", "table of obstacles", maps.write_obstacle_table),
+    _map("masts.dat", "digital obstacle file of the FAA", maps.write_faa),
+    _map("blocks.geojson", "GeoJSON", maps.write_geojson),
+    _map("blocks.geojsonl", "GeoJSON, a feature a line", maps.write_geojson_lines),
+    _map("city.json", "CityJSON", maps.write_cityjson),
+    _map("city.jsonl", "CityJSON sequence", maps.write_cityjson_lines),
+    _map("zones-ed269.json", "ED-269 zones", maps.write_ed269, " --at 2026-07-01T12:00Z"),
+    _map("zones-ed318.json", "ED-318 zones", maps.write_ed318),
+    _map("terrain.tif", "terrain raster", maps.write_terrain, " masts.csv"),
+    Sample("map-mission.toml", "mission", "over that map, 10 m/s", own.write_map_mission,
+           "clearway fly map-mission.toml", "map"),
+    Sample("volumes.toml", "volumes", "what two aircraft should not share", own.write_volumes,
+           "clearway alerts encounter.daa --volumes volumes.toml"),
+    Sample("plan.plan", "plan", "QGroundControl, with a fence", plans.write_plan,
+           "clearway fly plan.plan", "map"),
+    Sample("plan.waypoints", "plan", "QGC WPL 110", plans.write_waypoints,
+           "clearway fly plan.waypoints"),
+    Sample("model.txt", "encounter model", "made-up numbers, MIT-LL's text format", _model,
+           "clearway risk model.txt --count 20"),
+    Sample("my.toml", "campaign", "two families, two planners", _campaign,
+           "clearway campaign my.toml", "parquet"),
+    Sample("own_planner.py", "planner", "one's own, as module:name", _own_planner,
+           "clearway compare my-mission.toml --planners clearway,own_planner:make"),
+)  # fmt: skip
+"""Add a sample here: README.md of the folder and the tests are made from it."""
+
+
+class Written(NamedTuple):
+    """What there is in a folder now."""
+
+    samples: tuple[Sample, ...]
+    left_out: tuple[Sample, ...]
+    """For want of an extra."""
+
+
+def write_samples(folder: ResultsFolder, seed: int = 0) -> Written:
+    """All samples that the installed packages can write and read, and a README.md with commands.
+
+    The same seed gives the same files. Errors as of `ResultsFolder`.
+    """
+    written = tuple(one for one in SAMPLES if not one.lacks)
+    left_out = tuple(one for one in SAMPLES if one.lacks)
+    with folder.written() as scratch:
+        for one in written:
+            rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
+            one.write(scratch / one.name, rng)
+        (scratch / "README.md").write_text(_readme(written, left_out, seed))
+    return Written(written, left_out)
+
+
+def _readme(written: Sequence[Sample], left_out: Sequence[Sample], seed: int) -> str:
+    lines = [
+        "# Samples of everything that clearway reads\n",
+        f"Written by `clearway sample`, seed {seed}: all of it is made up. Go into this folder and",
+        "try the commands; each writes its results below `clearway-out/`.\n",
+        "| file | what it is | command |",
+        "| --- | --- | --- |",
+    ]
+    for one in written:
+        command = f"`{one.command}`" if one.command else ""
+        lines.append(f"| {one.name} | {one.kind}: {one.about} | {command} |")
+    for one in left_out:
+        lines.append(f"| {one.name} | {one.kind}: {one.about} | not written: needs [{one.needs}] |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,65 @@
+"""The house style of pictures, and how they are kept: as PNG, SVG or PDF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from clearway.base.errors import InputError
+from clearway.base.suggest import did_you_mean
+
+FORMATS = ("png", "svg", "pdf")
+FEWEST_DPI, MOST_DPI = 30, 1200
+OWN = "#0072b2"
+"""Clearway's own colour, which no other planner has."""
+OTHERS = ("#d55e00", "#009e73", "#cc79a7", "#e69f00", "#555555")
+"""Told apart from it, and from each other, by the colour-blind too."""
+LINES = ("-", "--", "-.", ":")
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Figures made in the block have the house style; what was set before holds after it."""
+    import matplotlib.style
+
+    with (
+        resources.as_file(resources.files("clearway.view.plot") / "clearway.mplstyle") as path,
+        matplotlib.style.context(str(path)),
+    ):
+        yield
+
+
+def line_of(number: int) -> tuple[str, str]:
+    """Colour and line of the planner with a number from 0 that is not clearway."""
+    return OTHERS[number % len(OTHERS)], LINES[number // len(OTHERS) % len(LINES)]
+
+
+@dataclass(frozen=True, slots=True)
+class Pictures:
+    """How pictures are kept."""
+
+    format: str = "png"
+    dpi: int = 110
+    """Of what is no vector."""
+
+    @classmethod
+    def checked(cls, form: str, dpi: int) -> Pictures:
+        """Raises InputError naming the option that is out of its bounds."""
+        if form not in FORMATS:
+            near = did_you_mean(form, FORMATS)
+            raise InputError("--format", f"{form!r}{near}: there are {', '.join(FORMATS)}")
+        if not FEWEST_DPI <= dpi <= MOST_DPI:
+            raise InputError("--dpi", f"{dpi} is not within {FEWEST_DPI} to {MOST_DPI}")
+        return cls(form, dpi)
+
+    def save(self, figure: Figure, folder: Path, name: str) -> str:
+        """Write a picture into a folder; its name, with suffix. Nothing of the moment is in it."""
+        file = f"{name}.{self.format}"
+        told = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(self.format)
+        figure.savefig(folder / file, dpi=self.dpi, format=self.format, metadata=told)
+        return file

@@ -1,0 +1,69 @@
+"""The site has every page; every dependency has a licence; placeholders stand in few places."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from repository import REPOSITORY
+
+DOCS = REPOSITORY / "docs"
+PLACEHOLDERS = {"mkdocs.yml", "pyproject.toml", "CITATION.cff"}
+"""Where an owner fills in the project's addresses."""
+
+
+def test_every_page_is_in_the_navigation_and_there() -> None:
+    listed = re.findall(r"^ +- [^:\n]+: (\S+\.md)$", (REPOSITORY / "mkdocs.yml").read_text(), re.M)
+    pages = {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")}
+    assert set(listed) == pages
+    assert len(listed) == len(set(listed))
+
+
+def test_every_dependency_has_its_licence_told() -> None:
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"].values()
+    named = [*project["dependencies"], *(one for extra in extras for one in extra)]
+    wanted = {re.split(r"[^\w.-]", one, maxsplit=1)[0].lower() for one in named}
+    rows = re.findall(
+        r"^\| ([\w.-]+) \| [^|]+ \| ([^|]+) \|", (DOCS / "licences.md").read_text(), re.M
+    )
+    told = dict(rows[1:])
+    assert set(told) - {"---"} == wanted, "run python -m tools.licences --write"
+    assert [name for name, licence in told.items() if "GNU General Public" in licence] == []
+
+
+def test_placeholders_stand_in_few_places() -> None:
+    tracked = subprocess.run(
+        ["git", "ls-files"], cwd=REPOSITORY, capture_output=True, text=True, check=False
+    )
+    if tracked.returncode:
+        pytest.skip("no checkout")
+    files = [REPOSITORY / name for name in tracked.stdout.splitlines()]
+    found = {
+        path.relative_to(REPOSITORY).as_posix()
+        for path in files
+        if path.suffix in (".md", ".py", ".toml", ".yml", ".cff")
+        and path.is_file()
+        and "PROJECT-" + "REPOSITORY" in path.read_text(encoding="utf-8")
+    }
+    assert found == PLACEHOLDERS
+
+
+@pytest.mark.nightly
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "WARNING" not in done.stderr
+    assert (tmp_path / "site" / "tutorials" / "own-scan.html").is_file()

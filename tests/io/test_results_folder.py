@@ -1,0 +1,104 @@
+"""A folder of results holds one run: it is looked at before any work, and replaced whole."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from clearway.base.errors import InputError
+from clearway.io.results_folder import LIST, TELLING, ResultsFolder, refuse_unwritable_file
+
+
+def write(folder: ResultsFolder, *names: str) -> None:
+    with folder.written() as scratch:
+        for name in names:
+            (scratch / name).parent.mkdir(parents=True, exist_ok=True)
+            (scratch / name).write_text(f"{folder.of} {name}")
+
+
+def names(path: Path) -> set[str]:
+    return {found.relative_to(path).as_posix() for found in path.rglob("*") if found.is_file()} - {
+        LIST
+    }
+
+
+def test_the_next_run_of_the_same_takes_the_place_of_the_last_one_whole(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write(ResultsFolder.checked(out, "fly", "a"), "summary.json", "run.mcap", "x/flight.png")
+    (out / "notes.txt").write_text("somebody's own")
+    write(ResultsFolder.checked(out, "fly", "a"), "summary.json")
+    assert names(out) == {"summary.json", "notes.txt"}
+
+
+def test_what_adds_keeps_what_is_there_and_knows_it_afterwards(tmp_path: Path) -> None:
+    for name in ("one.png", "two.png"):
+        write(ResultsFolder.checked(tmp_path / "out", "reach-set", "", adds=True), name)
+    found = ResultsFolder.checked(tmp_path / "out", "reach-set", "", adds=True)
+    assert set(found.before) == names(tmp_path / "out") == {"one.png", "two.png"}
+
+
+@pytest.mark.parametrize(("command", "of"), [("fly", "b"), ("compare", "a")])
+def test_results_of_something_else_are_refused(tmp_path: Path, command: str, of: str) -> None:
+    write(ResultsFolder.checked(tmp_path / "out", "fly", "a"), "summary.json")
+    with pytest.raises(InputError, match=r"holds the results of `clearway fly a`; give another"):
+        ResultsFolder.checked(tmp_path / "out", command, of)
+    assert names(tmp_path / "out") == {"summary.json"}
+
+
+@pytest.mark.parametrize("name", TELLING)
+def test_files_that_no_list_tells_of_are_not_replaced(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError, match="is there already"):
+        ResultsFolder.checked(tmp_path, "fly", "a")
+    assert (tmp_path / name).read_text() == "mine"
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"command": "fly"}', '{"command": 1}', "\x00"])
+def test_a_damaged_list_is_none(tmp_path: Path, text: str) -> None:
+    write(ResultsFolder.checked(tmp_path, "fly", "a"), "summary.json")
+    (tmp_path / LIST).write_text(text)
+    with pytest.raises(InputError, match="is there already"):
+        ResultsFolder.checked(tmp_path, "fly", "a")
+
+
+@pytest.mark.parametrize("name", ["../mine.txt", "/etc/none", ""])
+def test_a_list_never_removes_what_lies_elsewhere(tmp_path: Path, name: str) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": [name]}))
+    write(ResultsFolder.checked(out, "fly", "a"), "flight.png")
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+def test_an_error_leaves_the_run_before(tmp_path: Path) -> None:
+    write(ResultsFolder.checked(tmp_path, "fly", "a"), "summary.json")
+
+    def broken() -> None:
+        with ResultsFolder.checked(tmp_path, "fly", "a").written() as scratch:
+            (scratch / "run.mcap").write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        broken()
+    assert names(tmp_path) == {"summary.json"}
+
+
+def test_a_file_is_no_folder_and_a_folder_no_file(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="--out is a file; a folder is needed"):
+        ResultsFolder.checked(tmp_path / "file", "fly", "a")
+    with pytest.raises(InputError, match="cannot be written"):
+        ResultsFolder.checked(tmp_path / "file" / "inner", "fly", "a")
+    with pytest.raises(InputError, match="--html is a folder; a file is needed"):
+        refuse_unwritable_file(tmp_path, "--html")
+    with pytest.raises(InputError, match="cannot be written"):
+        ResultsFolder.checked(Path("/proc/nowhere"), "fly", "a")
+
+
+def test_to_look_leaves_nothing(tmp_path: Path) -> None:
+    ResultsFolder.checked(tmp_path / "a" / "b", "fly", "a")
+    refuse_unwritable_file(tmp_path / "a" / "b.csv", "--out")
+    assert list(tmp_path.iterdir()) == []

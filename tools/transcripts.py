@@ -1,0 +1,63 @@
+"""What the commands of the tutorials print: `python -m tools.transcripts` writes it into the pages.
+
+Each block of language `console` that begins with `$ clearway ...` is run, page after page, in the
+folder of `clearway sample`; below the command goes what it says, without times of computing.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+PAGES = Path(__file__).resolve().parent.parent / "docs" / "tutorials"
+BLOCK = re.compile(r"^```console\n\$ (clearway [^\n]*)\n.*?^```$", re.MULTILINE | re.DOTALL)
+LONGEST, LINES = 118, 18
+SLOW = re.compile(r"^(preparing reach sets|still working|compiling).*\n", re.MULTILINE)
+TIMES = re.compile(r"\b(\d+\.\d+)( ms\b)")
+
+
+def transcript(command: str, folder: Path) -> str:
+    """What a command prints: what it assumed, then its result."""
+    code = "from clearway.cli.app import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, *shlex.split(command)[1:]],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "COLUMNS": "110"},
+        check=False,
+    )
+    said = SLOW.sub("", done.stderr.replace(f"{folder}{os.sep}", ""))
+    text = TIMES.sub(r"...\2", said + done.stdout)
+    lines = [line.rstrip()[:LONGEST] for line in text.strip().splitlines()]
+    if len(lines) > LINES:
+        lines = [*lines[: LINES - 1], f"({len(lines) - LINES + 1} more lines)"]
+    return "\n".join(lines)
+
+
+def filled(page: str, folder: Path) -> str:
+    """The page with all of its commands run, in order."""
+    return BLOCK.sub(
+        lambda found: f"```console\n$ {found[1]}\n{transcript(found[1], folder)}\n```", page
+    )
+
+
+def main() -> None:
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch).resolve() / "samples"
+        transcript(f"clearway sample {folder}", Path(scratch))
+        for page in sorted(PAGES.glob("*.md")):
+            text = page.read_text(encoding="utf-8")
+            made = filled(text, folder)
+            if made != text:
+                page.write_text(made, encoding="utf-8")
+                print(f"{page.name} written")
+
+
+if __name__ == "__main__":
+    main()
