@@ -108,6 +108,21 @@ class Decision:
         return self.choice.basis is Basis.NARROW
 
     @property
+    def tube_m(self) -> FloatArray:
+        """[points] within how far of `path_m` the vehicle is to be expected: def. 13.
+
+        0 where nothing was measured of how far flights stray from predictions.
+        """
+        tube = self.prepared.tube_m
+        if tube is None:
+            return np.zeros(len(self.path_m))
+        ends = np.concatenate([[0.0], tube[self.prepared.reach_set.path(self.choice.node)]])
+        samples = self.prepared.reach_set.samples_m.shape[1]
+        at = np.arange(len(self.path_m)) / samples
+        radii: FloatArray = np.interp(at, np.arange(len(ends)), ends)
+        return radii
+
+    @property
     def way_out_path_m(self) -> FloatArray:
         """[points, 3] the way out from where it begins, up to the end of its first round, world
         frame; none where there is no way out."""
@@ -209,21 +224,22 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    def choose_clear_of(hazards: Hazards, candidates: Candidates) -> Choice:
+    def choose_clear_of(hazards: Hazards, share: float, candidates: Candidates) -> Choice:
         return choose(
             prepared,
             known.reach,
             candidates,
             hazards,
-            margin_m=margin,
+            margin_m=share * margin,
             threshold=settings.threshold,
             verify=settings.verify,
         )
 
-    def choose_among(hazards: Hazards, candidates: Candidates) -> Choice:
+    def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
+        clear_of = partial(choose_clear_of, hazards, share)
         if ruling is None:
-            return choose_clear_of(hazards, candidates)
-        return choose_by_rules(ruling, candidates, partial(choose_clear_of, hazards))  # fig. 7.1
+            return clear_of(candidates)
+        return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
 
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()
