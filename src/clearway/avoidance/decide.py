@@ -209,21 +209,22 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    def choose_clear_of(hazards: Hazards, candidates: Candidates) -> Choice:
+    def choose_clear_of(hazards: Hazards, share: float, candidates: Candidates) -> Choice:
         return choose(
             prepared,
             known.reach,
             candidates,
             hazards,
-            margin_m=margin,
+            margin_m=share * margin,
             threshold=settings.threshold,
             verify=settings.verify,
         )
 
-    def choose_among(hazards: Hazards, candidates: Candidates) -> Choice:
+    def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
+        clear_of = partial(choose_clear_of, hazards, share)
         if ruling is None:
-            return choose_clear_of(hazards, candidates)
-        return choose_by_rules(ruling, candidates, partial(choose_clear_of, hazards))  # fig. 7.1
+            return clear_of(candidates)
+        return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
 
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()

@@ -21,7 +21,8 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
-ChooseAmong = Callable[[Hazards, Candidates], Choice]
+ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
+"""The best of some candidates, with a share of the margin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ class Leaving:
         best: Choice | None = None
         narrow: Choice | None = None
         while len(allowed.nodes):
-            choice = self.choose_among(hazards, allowed)
+            choice = self.choose_among(hazards, allowed, 1.0)
             best = best or choice
             if self.ways is None or choice.basis is Basis.EMERGENCY:
                 break
@@ -106,12 +107,32 @@ class Leaving:
         for way in self._ways_out(ways):
             flown = self._flown(way, hazards, taken.banned)
             if flown is not None and flown.good:
-                return flown
+                return self._no_nearer(ways, flown) or flown
             too_near = too_near or flown
         beside = self._beside_intruders(ways, taken, hazards) or too_near
         if beside is not None:
             return beside
         return self._unseen(ways, taken, hazards) if ways.strict else taken
+
+    def _no_nearer(self, ways: WaysOut, stays: Taken) -> Taken | None:
+        """What leads on from a place that noise has brought too near to something, and comes no
+        nearer: who stays there because nothing keeps the whole margin, stays for ever."""
+        near_m, way = stays.choice.clearance_m, stays.way_out
+        full_m = ways.margin_m
+        if way is None or not 0.0 < near_m < full_m or not ways.stands(way):
+            return None
+        share, allowed = near_m / full_m, self.candidates
+        while len(allowed.nodes):
+            choice = self.choose_among(stays.hazards, allowed, share)
+            if choice.basis is Basis.EMERGENCY:
+                return None
+            first = int(self.prepared.first_movement[choice.node])
+            leaves = ways.after(first, share=share)
+            if leaves is not None:
+                choice = replace(choice, basis=Basis.NO_NEARER)
+                return Taken(choice, stays.hazards, leaves, stays.banned)
+            allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
+        return None
 
     def _beside_intruders(self, ways: WaysOut, taken: Taken, hazards: Hazards) -> Taken | None:
         """What keeps away best from intruders that leave no margin, of all that leaves a way out
@@ -123,7 +144,7 @@ class Leaving:
         allowed = among(self.candidates, np.isin(firsts, leave))
         if not len(allowed.nodes):
             return None
-        choice = self.choose_among(hazards, allowed)
+        choice = self.choose_among(hazards, allowed, 1.0)
         way = self._after(ways, int(self.prepared.first_movement[choice.node]), True)
         return Taken(choice, hazards, way, taken.banned)
 

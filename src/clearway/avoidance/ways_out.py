@@ -106,7 +106,12 @@ class WaysOut:
             in_wind_s(planner.automaton) if self.windy else 0.0,
         )
         self._loops: dict[int, FloatArray] = {}
-        self._after: dict[tuple[int, bool], WayOut | None] = {}
+        self._after: dict[tuple[int, bool, float], WayOut | None] = {}
+
+    @property
+    def margin_m(self) -> float:
+        """The whole margin."""
+        return self._full_m
 
     @property
     def for_less(self) -> WaysOut:
@@ -128,11 +133,20 @@ class WaysOut:
         stands = (ends <= 1e-9) & (np.abs(turns) > 1e-6)
         return {int(m): float(turns[m]) for m in np.flatnonzero(stands)}
 
-    def after(self, movement: int, *, strict: bool = True) -> WayOut | None:
-        """The way out from the end of a movement that begins now; None where there is none."""
-        key = (movement, strict and self.strict)
+    def stands(self, way: WayOut) -> bool:
+        """Whether a way out is to stay where the vehicle is."""
+        paths = self._legs.path[self._start, self._numbers(way.movements), :, :3]
+        return bool(np.abs(paths).max() <= 1e-9)
+
+    def after(self, movement: int, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
+        """The way out from the end of a movement that begins now; None where there is none.
+
+        share: of the margin that it has to keep.
+        """
+        key = (movement, strict and self.strict, share)
         if key not in self._after:
-            self._after[key] = self._find_after(movement, self._with(strict, self._full_m))
+            terms = self._with(strict, share * self._full_m)
+            self._after[key] = self._find_after(movement, terms)
         return self._after[key]
 
     def _find_after(self, movement: int, terms: EscapeTerms) -> WayOut | None:

@@ -11,7 +11,7 @@ from clearway.base.state import State
 from clearway.live.detour import known_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
-from clearway.live.route_map import RouteMap
+from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.seen_route import seen_route
 from clearway.sensors.free_space import SeenSpace
 
@@ -21,8 +21,9 @@ PATIENCE = 0.5
 """Share of that time without progress after which one is looked for at all."""
 MAPPED = 0.5
 """Share of that time after which what was seen is taken in, while no way is looked for."""
-GIVEN_UP = 4.0
-"""Full circles' worth of ways that came to nothing along the best way, for it to be none."""
+GIVEN_UP, TAKEN_UP = 4.0, 2.0
+"""Full circles' worth of ways that came to nothing along the best way, for it to be none, and
+for it to be one again."""
 STRAIGHT = 1.25
 """Length of a way, in straight ones to the goal, that needs no corners."""
 STANDING_TURN = 12.0
@@ -98,6 +99,7 @@ def _through_seen(
     if nearer and route.length_m <= STRAIGHT * distance:
         return replace(progress, stuck_m=None, detour=(), planned_s=now_s, closed=False)
     ends_at_goal = route.reaches and np.array_equal(route.corners_m[-1], goal)
+    most_turns = TAKEN_UP if progress.closed else GIVEN_UP
     corners = route.corners_m[:-1] if ends_at_goal else route.corners_m
     return replace(
         progress,
@@ -105,7 +107,7 @@ def _through_seen(
         detour=tuple(corners),
         detours=progress.detours + 1,
         planned_s=now_s,
-        closed=not route.reaches or route.in_vain_m > GIVEN_UP * turn_s * planner.speed_mps,
+        closed=not route.reaches or route.in_vain_m > most_turns * turn_s * planner.speed_mps,
     )
 
 
@@ -117,8 +119,8 @@ def _take_in(knowledge: Knowledge, routes: RouteMap, seen: SeenSpace, state: Sta
 def _turn(knowledge: Knowledge) -> tuple[float, float]:
     """Turning radius, 0 where the vehicle turns on the spot, and the time of a full circle."""
     automaton = knowledge.planner.automaton
-    radius = automaton.turning_radius_m
-    if np.isfinite(radius):
+    radius = turning_room_m(automaton)
+    if radius > 0.0:
         return radius, 2.0 * np.pi * radius / knowledge.planner.speed_mps
     return 0.0, STANDING_TURN * max(movement.duration_s for movement in automaton.movements)
 

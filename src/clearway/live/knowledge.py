@@ -25,7 +25,7 @@ from clearway.live.own_states import Flown, OwnStates
 from clearway.live.range_sensing import RangeSensing
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.reports import reports_for
-from clearway.live.route_map import RouteMap
+from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.waiting import Waiting
 from clearway.live.wind import WindEstimate
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -83,11 +83,10 @@ class Knowledge:
         self.route_map: RouteMap | None = None
         """For ways through seen space, where that is kept."""
         if self.sensing.free_space is not None:
-            radius = planner.automaton.turning_radius_m
             self.route_map = RouteMap(
                 self.sensing.free_space.seen.voxel_m,
                 planner.settings.safety_margin_m,
-                radius if np.isfinite(radius) else 0.0,
+                turning_room_m(planner.automaton),
                 obstacle_map,
                 narrow=planner.settings.narrow == Narrow.ALLOW,
             )

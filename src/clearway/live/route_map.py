@@ -19,6 +19,7 @@ from clearway.base.frames import FloatArray
 from clearway.live.distance_field import HALF_DIAGONAL
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.free_space import SeenSpace, Voxels
+from clearway.vehicle.automaton import MovementAutomaton
 
 Number = TypeVar("Number", np.float64, np.bool_)
 
@@ -37,11 +38,20 @@ NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
 TALL = 50.0
-"""Price of a metre that nobody has seen above or below what stands: most of it stands on."""
+"""Price of a metre that nobody has seen above or below what stands, in coarse cells; in fine ones a
+cell costs as much: most of it stands on."""
+IN_VAIN_VOXELS = 12
+"""About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
 """Added to a metre's price for every time that a way there came no nearer to it."""
 NEARER = 0.5
 """Share of what was flown that a way must come nearer to the place that it hangs on."""
+
+
+def turning_room_m(automaton: MovementAutomaton) -> float:
+    """Room that a turn takes; 0 where the vehicle can stop, or turns nowhere."""
+    room = automaton.room_to_turn_m
+    return room if np.isfinite(room) else 0.0
 
 
 class Cells(NamedTuple):
@@ -168,7 +178,12 @@ class RouteMap:
         if left[0] - left[at] - off[at] >= NEARER * flown_m:
             return True
         cell = np.floor(way[-1] / self.width_m).astype(np.int64) - self._low
-        _add_ball(self._in_vain, cell, max(self.rooms_m[1] / self.width_m, 1.0), IN_VAIN)
+        _add_ball(
+            self._in_vain,
+            cell,
+            max(self.rooms_m[1] / self.width_m, IN_VAIN_VOXELS / self._per_cell),
+            IN_VAIN,
+        )
         return False
 
     # --- prices ---------------------------------------------------------------------------
@@ -181,7 +196,7 @@ class RouteMap:
         price = np.where(self._seen, 1.0, UNSEEN)
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
-        price[~self._seen & stands] *= TALL
+        price[~self._seen & stands] *= TALL * COARSE / self._per_cell
         price[nearest < self.rooms_m[1]] *= self._no_room
         price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
