@@ -71,7 +71,7 @@ $(PEERS)/.ready: benchmarks/peers/constraints.txt
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.core
-	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,ros2,ulog,dev]'
+	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,dev]'
 	touch $@
 
 clean:

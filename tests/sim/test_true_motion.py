@@ -8,6 +8,7 @@ import pytest
 from clearway.base.state import State
 from clearway.sim import SimulationSettings
 from clearway.sim.motion import TrueMotion
+from clearway.sim.plants.kinematic import KinematicPlant
 from clearway.vehicle.automaton import MovementAutomaton
 
 AUTOMATON = MovementAutomaton.plane()
@@ -16,13 +17,10 @@ NAMES = ("Left", "Up", "Straight", "Right")
 
 def moved(seed: int = 0, steps: int | None = None, **settings: object) -> TrueMotion:
     """The motion after NAMES, or after some steps of the first one."""
-    motion = TrueMotion(
-        AUTOMATON,
-        State([1.0, 2.0, 3.0], [0.0, 0.0, 0.3], 5.0),
-        SimulationSettings(**settings),  # type: ignore[arg-type]
-        np.random.default_rng(seed),
-        margin_m=0.6,
-    )
+    simulation = SimulationSettings(**settings)  # type: ignore[arg-type]
+    start = State([1.0, 2.0, 3.0], [0.0, 0.0, 0.3], 5.0)
+    plant = KinematicPlant(AUTOMATON, start, simulation, np.random.default_rng(seed), 0.6)
+    motion = TrueMotion(plant, start.time_s, simulation.step_s)
     for movement in AUTOMATON.chain(NAMES):
         for step, _ in enumerate(motion.fly(movement), start=1):
             if step == steps:

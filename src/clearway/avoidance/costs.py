@@ -171,7 +171,8 @@ def curved_distance_to_go(
     """
     steepest = automaton.steepest_rad
     radius = automaton.turning_radius_m
-    pitches = np.isfinite(radius) and not automaton.keeps_attitude
+    climbs_level = automaton.keeps_attitude or automaton.pairs is not None
+    pitches = np.isfinite(radius) and not climbs_level
     return _to_go(
         reach_set.states,
         nodes,

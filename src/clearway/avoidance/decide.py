@@ -108,6 +108,21 @@ class Decision:
         return self.choice.basis is Basis.NARROW
 
     @property
+    def tube_m(self) -> FloatArray:
+        """[points] within how far of `path_m` the vehicle is to be expected: def. 13.
+
+        0 where nothing was measured of how far flights stray from predictions.
+        """
+        tube = self.prepared.tube_m
+        if tube is None:
+            return np.zeros(len(self.path_m))
+        ends = np.concatenate([[0.0], tube[self.prepared.reach_set.path(self.choice.node)]])
+        samples = self.prepared.reach_set.samples_m.shape[1]
+        at = np.arange(len(self.path_m)) / samples
+        radii: FloatArray = np.interp(at, np.arange(len(ends)), ends)
+        return radii
+
+    @property
     def way_out_path_m(self) -> FloatArray:
         """[points, 3] the way out from where it begins, up to the end of its first round, world
         frame; none where there is no way out."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.avoidance.clearance import moving_clearance, span_clearance, span_of
 from clearway.avoidance.hazards import MovingHazards, PointBins
@@ -18,13 +19,24 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.escapes import Legs, Ways
-from clearway.sensors.free_space import Voxels, is_free
+from clearway.sensors.free_space import (
+    NO_VOXELS,
+    Voxels,
+    box_about,
+    is_box_free,
+    is_declared,
+    is_free,
+)
 
 GROWN_S = 10.0
 """For how long what is unsure about the wind adds up: then own states have told it anew."""
 MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""
+NEARLY = 0.9
+"""Of a distance, so that rounding never makes a first look stricter than the last."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
+Known = npt.NDArray[np.int8]
+"""Of each, whether it is UNKNOWN, KEEPS what is asked, or FAILS."""
 Times = tuple[float, float]
 """When a movement begins and ends, s from the decision on."""
 
@@ -134,12 +146,17 @@ def _way_was_seen(
         dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
         dz = corners[s + 1, 2] - corners[s, 2]
         half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
+    known = NO_VOXELS  # Boxes of neighbours share most of their voxels.
     for at in range(len(corners)):
         s = last - at
         x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
         y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
-        if not is_free(free, window, x, y, origin[2] + corners[s, 2], radius + half):
-            return False
+        z = origin[2] + corners[s, 2]
+        if not is_declared(window, x, y, z, radius + half):
+            box = box_about(window, x, y, z, radius + half)
+            if box != known and not is_box_free(free, window, box, known):
+                return False
+            known = box
     return True
 
 
@@ -172,11 +189,34 @@ def leg_keeps(
     terms: EscapeTerms,
 ) -> bool:
     """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
-    corners = carried(pose, path, (start_s, end_s), terms)
-    sagitta += unsure_after(end_s, terms)
-    if terms.must_see and not was_seen(corners, sagitta, terms):
+    times = (start_s, end_s)
+    if terms.must_see and not _leg_was_seen(pose, path, sagitta, times, terms.unseen_m, terms):
         return False
-    return keeps_margin(corners, sagitta, start_s, end_s, terms)
+    return _leg_keeps_margin(pose, path, sagitta, times, terms)
+
+
+@compiled
+def _leg_was_seen(
+    pose: FloatArray,
+    path: FloatArray,
+    sagitta: float,
+    times: Times,
+    unseen: float,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether it leads through seen space, so far from the unseen."""
+    corners = carried(pose, path, times, terms)
+    radius = sagitta + unsure_after(times[1], terms) + unseen
+    return _way_was_seen(corners, radius, terms.origin_m, terms.yaw_rad, terms.free, terms.window)
+
+
+@compiled
+def _leg_keeps_margin(
+    pose: FloatArray, path: FloatArray, sagitta: float, times: Times, terms: EscapeTerms
+) -> bool:
+    corners = carried(pose, path, times, terms)
+    around = sagitta + unsure_after(times[1], terms)
+    return keeps_margin(corners, around, times[0], times[1], terms)
 
 
 @compiled
@@ -192,31 +232,86 @@ def chain_keeps(
 
     What is quick to find out is looked at first: most chains fail in what nobody has seen.
     """
+    unseen = terms.unseen_m
+    if terms.must_see and not _chain_was_seen(movements, start, pose, start_s, legs, unseen, terms):
+        return False
+    return _chain_keeps_margin(movements, start, pose, start_s, legs, terms)
+
+
+@compiled
+def _chain_was_seen(
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
+    unseen: float,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether all movements may be flown, through seen space, so far from the unseen.
+
+    Those half way along come first, each time: most chains are loops, and fail there.
+    """
     count = len(movements)
-    poses, at = np.empty((count + 1, 4)), np.empty(count + 1, dtype=np.int64)
-    times = np.empty(count + 1)
-    poses[0], at[0], times[0] = pose, start, start_s
+    poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
+    at = np.empty(count + 1, dtype=np.int64)
+    poses[0], times[0], at[0] = pose, start_s, start
     for n in range(count):
         m = movements[n]
-        at[n + 1] = legs.following[at[n], m]
+        at[n + 1], times[n + 1] = legs.following[at[n], m], times[n] + legs.duration_s[m]
         if at[n + 1] < 0:
             return False
         _step(poses, n, legs.path[at[n], m])
-        times[n + 1] = times[n] + legs.duration_s[m]
-    if terms.must_see:
-        for n in range(count):
-            m = movements[n]
-            corners = carried(poses[n], legs.path[at[n], m], (times[n], times[n + 1]), terms)
-            around = legs.sagitta_m[at[n], m] + unsure_after(times[n + 1], terms)
-            if not was_seen(corners, around, terms):
+    stride = max(1, count // 4)
+    for begins in range(stride):
+        for lap in range((count - begins + stride - 1) // stride):
+            n = (count // 2 + begins + lap * stride) % count
+            m, when = movements[n], (times[n], times[n + 1])
+            path, sagitta = legs.path[at[n], m], legs.sagitta_m[at[n], m]
+            if not _leg_was_seen(poses[n], path, sagitta, when, unseen, terms):
                 return False
-    for n in range(count):
-        m = movements[n]
-        corners = carried(poses[n], legs.path[at[n], m], (times[n], times[n + 1]), terms)
-        around = legs.sagitta_m[at[n], m] + unsure_after(times[n + 1], terms)
-        if not keeps_margin(corners, around, times[n], times[n + 1], terms):
-            return False
     return True
+
+
+@compiled
+def _chain_keeps_margin(
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether all movements may be flown, with the margin."""
+    at = start
+    for m in movements:
+        if legs.following[at, m] < 0:
+            return False
+        path, times = legs.path[at, m], (start_s, start_s + legs.duration_s[m])
+        if not _leg_keeps_margin(pose, path, legs.sagitta_m[at, m], times, terms):
+            return False
+        pose, at, start_s = pose_after(pose, path), legs.following[at, m], times[1]
+    return True
+
+
+@compiled
+def chain_corners(
+    movements: IntArray,
+    start: int,
+    pose: FloatArray,
+    start_s: float,
+    legs: Legs,
+    terms: EscapeTerms,
+) -> FloatArray:
+    """[movements x samples, 3] places along movements one after the other, level frame."""
+    samples, at = legs.path.shape[2], start
+    places = np.empty((len(movements) * samples, 3))
+    for n in range(len(movements)):
+        m = movements[n]
+        path, times = legs.path[at, m], (start_s, start_s + legs.duration_s[m])
+        places[n * samples : (n + 1) * samples] = carried(pose, path, times, terms)[1:]
+        pose, at, start_s = pose_after(pose, path), legs.following[at, m], times[1]
+    return places
 
 
 @compiled
@@ -264,23 +359,17 @@ def _places_were_seen(
     places: FloatArray,
     first: int,
     last: int,
-    poses: FloatArray,
-    begin: int,
-    origin: FloatArray,
-    yaw: float,
+    placed: FloatArray,
+    radius: float,
     free: Voxels,
     window: FloatArray,
 ) -> bool:
     """Whether places first to last of a loop were seen, those half way round first.
 
-    The loop begins at the pose [4] numbered `begin`. The places alone are looked up: quick to tell
-    that a loop leads where nobody has looked, which most do.
+    placed: where the loop begins, by `_placed_at`. The places alone are looked up, with a radius:
+    quick to tell that a loop leads where nobody has looked, which most do.
     """
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    px, py = poses[begin, 0], poses[begin, 1]
-    x0, y0 = origin[0] + cosine * px - sine * py, origin[1] + sine * px + cosine * py
-    z0 = origin[2] + poses[begin, 2]
-    cosine, sine = np.cos(yaw + poses[begin, 3]), np.sin(yaw + poses[begin, 3])
+    x0, y0, z0, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
     count = last - first
     stride = max(1, count // 4)
     for begins in range(stride):
@@ -288,9 +377,21 @@ def _places_were_seen(
             n = first + (count // 2 + begins + lap * stride) % count
             x = x0 + cosine * places[n, 0] - sine * places[n, 1]
             y = y0 + sine * places[n, 0] + cosine * places[n, 1]
-            if not is_free(free, window, x, y, z0 + places[n, 2], 0.0):
+            if not is_free(free, window, x, y, z0 + places[n, 2], radius):
                 return False
     return True
+
+
+@compiled
+def _placed_at(pose: FloatArray, terms: EscapeTerms) -> FloatArray:
+    """[5] world place of a pose, cosine and sine of its yaw."""
+    yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(5)
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    placed[0] = origin[0] + cosine * pose[0] - sine * pose[1]
+    placed[1] = origin[1] + sine * pose[0] + cosine * pose[1]
+    placed[2] = origin[2] + pose[2]
+    placed[3], placed[4] = np.cos(yaw + pose[3]), np.sin(yaw + pose[3])
+    return placed
 
 
 @compiled
@@ -351,87 +452,133 @@ def first_escape(
     pose: FloatArray,
     start_s: float,
     terms: EscapeTerms,
+    aloof_m: FloatArray,
 ) -> tuple[int, float]:
     """The first escape that is safe from an attitude and a pose [4], and its room from intruders.
 
-    places: of the loops, by `loop_places`. Among intruders the best of a few; -1 if none is safe.
+    places: of the loops, by `loop_places`. aloof_m: distances to be kept from what nobody has seen,
+    in place of that of the terms; a later one only where those before leave nothing. Among
+    intruders the best of a few; -1 if none is safe.
+
+    What is quick to find out is looked at first, and what does not depend on the distance once.
     """
-    count = len(ways.parent)
-    state = np.zeros(count, dtype=np.int64)
+    count, escapes = len(ways.parent), len(ways.begins)
     poses, times = np.empty((count, 4)), np.empty(count)
-    state[0], poses[0], times[0] = KEEPS, pose, start_s
-    best, best_room, compared = -1, -np.inf, 0
-    for escape in range(len(ways.begins)):
-        begin = ways.begins[escape]
-        if state[begin] == UNKNOWN:
-            _look_at(begin, ways, legs, poses, times, state, terms)
-        if state[begin] == FAILS:
-            continue
-        loop = ways.loop[escape]
-        first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-        # Where wind carries the places, they are looked up with the rest.
-        if (
-            terms.must_see
-            and terms.least_s == 0.0
-            and not _places_were_seen(
-                places,
-                first,
-                last,
-                poses,
-                begin,
-                terms.origin_m,
-                terms.yaw_rad,
-                terms.free,
-                terms.window,
+    placed = np.empty((count, 5))
+    poses[0], times[0], placed[0], known = pose, start_s, _placed_at(pose, terms), 1
+    clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
+    clear[0] = KEEPS
+    looped = np.zeros(escapes, dtype=np.int8)  # Whether the places of its loop were seen at all.
+    cleared = np.zeros(escapes, dtype=np.int8)  # Whether its loop keeps the margin.
+    best, best_room = -1, -np.inf
+    for unseen in aloof_m:
+        seen, compared = np.zeros(count, dtype=np.int8), 0
+        seen[0] = KEEPS
+        for escape in range(escapes):
+            begin, loop = ways.begins[escape], ways.loop[escape]
+            first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+            while known <= begin:  # Parents come first.
+                parent, m = ways.parent[known], ways.movement[known]
+                poses[known] = pose_after(poses[parent], legs.path[ways.attitude[parent], m])
+                times[known] = times[parent] + legs.duration_s[m]
+                placed[known] = _placed_at(poses[known], terms)
+                known += 1
+            # Where wind carries the places, they are looked up with the rest.
+            if terms.must_see and terms.least_s == 0.0 and looped[escape] == UNKNOWN:
+                met = _places_were_seen(
+                    places, first, last, placed[begin], 0.0, terms.free, terms.window
+                )
+                looped[escape] = KEEPS if met else FAILS
+            if looped[escape] == FAILS or cleared[escape] == FAILS or clear[begin] == FAILS:
+                continue
+            if looped[escape] == KEEPS and not _places_were_seen(
+                places, first, last, placed[begin], NEARLY * unseen, terms.free, terms.window
+            ):
+                continue
+            if not _begin_was_seen(begin, unseen, ways, legs, poses, times, seen, terms):
+                continue
+            movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
+            at, then, when = ways.attitude[begin], poses[begin], times[begin]
+            if terms.must_see and not _chain_was_seen(
+                movements, at, then, when, legs, unseen, terms
+            ):
+                continue
+            if not _begin_keeps_margin(begin, ways, legs, poses, times, clear, terms):
+                continue
+            if cleared[escape] == UNKNOWN:
+                keeps = _chain_keeps_margin(movements, at, then, when, legs, terms)
+                cleared[escape] = KEEPS if keeps else FAILS
+            if cleared[escape] == FAILS:
+                continue
+            if len(terms.moving.radius_m) == 0:
+                return escape, np.inf
+            room = chain_room(
+                movements_of(ways, escape), start, pose, start_s, legs, terms, 2.0 * terms.margin_m
             )
-        ):
-            continue
-        movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
-        if not chain_keeps(
-            movements, ways.attitude[begin], poses[begin], times[begin], legs, terms
-        ):
-            continue
-        if len(terms.moving.radius_m) == 0:
-            return escape, np.inf
-        room = chain_room(
-            movements_of(ways, escape), start, pose, start_s, legs, terms, 2.0 * terms.margin_m
-        )
-        if room > best_room:
-            best, best_room = escape, room
-        compared += 1
-        if room >= terms.margin_m or compared >= MOST_COMPARED:
+            if room > best_room:
+                best, best_room = escape, room
+            compared += 1
+            if room >= terms.margin_m or compared >= MOST_COMPARED:
+                break
+        if best >= 0:
             break
     return best, best_room
 
 
 @compiled
-def _look_at(
+def _begin_was_seen(
+    begin: int,
+    unseen: float,
+    ways: Ways,
+    legs: Legs,
+    poses: FloatArray,
+    times: FloatArray,
+    seen: Known,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether a beginning may be flown, and leads through seen space where that is asked for."""
+    for b in _up_to(begin, ways, seen):
+        parent, m = ways.parent[b], ways.movement[b]
+        at, when = ways.attitude[parent], (times[parent], times[b])
+        good = seen[parent] == KEEPS and legs.following[at, m] >= 0
+        if good and terms.must_see:
+            path, sagitta = legs.path[at, m], legs.sagitta_m[at, m]
+            good = _leg_was_seen(poses[parent], path, sagitta, when, unseen, terms)
+        seen[b] = KEEPS if good else FAILS
+    return bool(seen[begin] == KEEPS)
+
+
+@compiled
+def _begin_keeps_margin(
     begin: int,
     ways: Ways,
     legs: Legs,
     poses: FloatArray,
     times: FloatArray,
-    state: IntArray,
+    clear: Known,
     terms: EscapeTerms,
-) -> None:
-    """Find out whether a beginning, and those before it, are safe."""
-    way = np.empty(16, dtype=np.int64)
+) -> bool:
+    """Whether a beginning keeps the margin."""
+    for b in _up_to(begin, ways, clear):
+        parent, m = ways.parent[b], ways.movement[b]
+        at, when = ways.attitude[parent], (times[parent], times[b])
+        path, sagitta = legs.path[at, m], legs.sagitta_m[at, m]
+        good = clear[parent] == KEEPS and _leg_keeps_margin(
+            poses[parent], path, sagitta, when, terms
+        )
+        clear[b] = KEEPS if good else FAILS
+    return bool(clear[begin] == KEEPS)
+
+
+@compiled
+def _up_to(begin: int, ways: Ways, state: Known) -> IntArray:
+    """A beginning and those before it of which nothing is known yet, the first one first."""
     depth, b = 0, begin
     while state[b] == UNKNOWN:
-        way[depth] = b
         depth += 1
         b = ways.parent[b]
-    for at in range(depth - 1, -1, -1):
-        b = way[at]
-        parent = ways.parent[b]
-        if state[parent] == FAILS:
-            state[b] = FAILS
-            continue
-        attitude, m = ways.attitude[parent], ways.movement[b]
-        times[b] = times[parent] + legs.duration_s[m]
-        path, sagitta = legs.path[attitude, m], legs.sagitta_m[attitude, m]
-        safe = legs.following[attitude, m] >= 0 and leg_keeps(
-            poses[parent], path, sagitta, times[parent], times[b], terms
-        )
-        state[b] = KEEPS if safe else FAILS
-        poses[b] = pose_after(poses[parent], path)
+    up, b = np.empty(depth, dtype=np.int64), begin
+    for n in range(depth - 1, -1, -1):
+        up[n] = b
+        b = ways.parent[b]
+    return up

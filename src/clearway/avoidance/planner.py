@@ -22,11 +22,13 @@ from clearway.avoidance.way_out import Escape, Narrow
 from clearway.base.brief import brief, one_line
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.errors import ClearwayError, InputError
+from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.store import ReachLibrary
+from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_rule_named
 from clearway.traffic.models.cells import Accuracy
 from clearway.traffic.volumes.volume import VolumeSet
@@ -138,6 +140,11 @@ class AvoidanceSettings(EvidenceSettings):
             raise InputError("settings", found)
 
 
+def tube_of(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
+    """[nodes] within how far of its prediction the vehicle is on each movement: def. 13."""
+    return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
+
+
 @keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Planner:
@@ -184,7 +191,11 @@ class Planner:
             (
                 reach_set.start_pitch_rad,
                 PreparedReachSet.of(
-                    reach_set, settings.prices, stage_cost, library.automaton.room_to_turn_m
+                    reach_set,
+                    settings.prices,
+                    stage_cost,
+                    library.automaton.room_to_turn_m,
+                    tube_of(library.automaton, reach_set),
                 ),
             )
             for reach_set in library.reach_sets

@@ -19,6 +19,8 @@ from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
+CALM = np.zeros(3)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedReachSet:
@@ -44,6 +46,8 @@ class PreparedReachSet:
     """[nodes] whether the path to the node's end keeps the automaton's pitch limit."""
     reach_m: float
     """How far from the vehicle its paths lead, at least the range of the grid."""
+    tube_m: FloatArray | None = None
+    """[nodes] within how far of its prediction the vehicle is on a movement; None for there."""
     may_stay: bool = False
     """Whether trajectories that lead nowhere count too, for costs that know what they are worth."""
 
@@ -56,8 +60,12 @@ class PreparedReachSet:
         prices: Prices,
         stage_cost: StageCost = length_and_prices,
         turning_radius_m: float = 0.0,
+        tube_m: FloatArray | None = None,
     ) -> PreparedReachSet:
-        """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles."""
+        """Evaluate the stage cost (4.6) on a reach set; without a turning radius none circles.
+
+        tube_m: [nodes] within how far of its prediction the vehicle is; None for exactly there.
+        """
         cost = np.array(stage_cost(reach_set, prices), dtype=np.float64)
         if cost.shape != (reach_set.nodes,) or not np.all(np.isfinite(cost)):
             raise ClearwayError("stage cost: must be a finite number for every node")
@@ -71,7 +79,7 @@ class PreparedReachSet:
         loiter = loiter_circles(reach_set, turning_radius_m)
         return cls(
             reach_set,
-            paths_of(reach_set),
+            paths_of(reach_set, tube_m),
             loiter,
             cost,
             first,
@@ -79,7 +87,8 @@ class PreparedReachSet:
             step_m,
             turns_of(reach_set),
             np.ones(reach_set.nodes, dtype=np.bool_),
-            reach_of(paths_of(reach_set), reach_set.grid.range_m),
+            reach_of(paths_of(reach_set, tube_m), reach_set.grid.range_m),
+            tube_m,
         )
 
     def in_wind(self, wind_mps: FloatArray, unsure_mps: float = 0.0) -> PreparedReachSet:
@@ -90,7 +99,7 @@ class PreparedReachSet:
         if not wind_mps.any():
             return self
         carried = drifted(self.reach_set, wind_mps)
-        paths = paths_of(carried)
+        paths = paths_of(carried, self.tube_m)
         paths = paths._replace(sagitta_m=paths.sagitta_m + unsure_mps * paths.end_time_s)
         return replace(
             self,
@@ -107,13 +116,15 @@ class PreparedReachSet:
         if is_flown(self.reach_set, automaton, roll_rad, pitch_rad):
             return self
         flown, flyable = flown_from(self.reach_set, self.turns, automaton, roll_rad, pitch_rad)
+        if automaton.pairs is not None:  # Rooted at another previous movement: other cells too.
+            flown = drifted(flown, CALM)
         return replace(
             self,
             reach_set=flown,
-            paths=paths_of(flown),
+            paths=paths_of(flown, self.tube_m),
             loiter=loiter_circles(flown, self.loiter.radius_m),
             flyable=flyable,
-            reach_m=reach_of(paths_of(flown), flown.grid.range_m),
+            reach_m=reach_of(paths_of(flown, self.tube_m), flown.grid.range_m),
         )
 
 

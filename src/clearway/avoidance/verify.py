@@ -42,9 +42,14 @@ class Paths(NamedTuple):
         return brief(self)
 
 
-def paths_of(reach_set: ReachSet) -> Paths:
-    """What verification needs of a reach set."""
-    return Paths(reach_set.parent, reach_set.samples_m, reach_set.sagitta_m, reach_set.end_time_s)
+def paths_of(reach_set: ReachSet, tube_m: FloatArray | None = None) -> Paths:
+    """What verification needs of a reach set.
+
+    tube_m: [nodes] within how far of its prediction the vehicle is on a movement (def. 13): so much
+    clearance is lacking.
+    """
+    sagitta_m = reach_set.sagitta_m if tube_m is None else reach_set.sagitta_m + tube_m
+    return Paths(reach_set.parent, reach_set.samples_m, sagitta_m, reach_set.end_time_s)
 
 
 def sloping(paths: Paths, slope: float) -> Paths:

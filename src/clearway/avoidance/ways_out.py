@@ -11,11 +11,12 @@ import numpy as np
 
 from clearway.avoidance.escape_search import (
     EscapeTerms,
-    carried,
+    chain_corners,
     chain_keeps,
     first_escape,
     leg_keeps,
     loop_places,
+    movements_of,
     pose_after,
     rounds,
     was_seen,
@@ -282,16 +283,12 @@ class WaysOut:
         self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
     ) -> WayOut | None:
         ways, loops = self._searched(start, float(pose[3]), legs)
-        escape, room_m = -1, 0.0
-        for unseen_m in self._aloof(terms):
-            wary = terms._replace(unseen_m=unseen_m)
-            escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, wary)
-            if escape >= 0:
-                break
+        aloof_m = self._aloof_m(terms)
+        escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, terms, aloof_m)
         if escape < 0:
             return None
         begins, loop = names_of(self.library, ways, escape)
-        places = self._places(self._numbers(begins + loop), (start, pose, start_s), legs)
+        places = self._places(movements_of(ways, escape), (start, pose, start_s), legs)
         certain = terms.must_see or not self.strict
         for_s = self._for_s(terms)
         return WayOut(begins, loop, terms.margin_m, certain, places, room_m, for_s)
@@ -313,11 +310,11 @@ class WaysOut:
     def _for_s(self, terms: EscapeTerms) -> float:
         return terms.least_s if self.windy else np.inf
 
-    def _aloof(self, terms: EscapeTerms) -> tuple[float, ...]:
+    def _aloof_m(self, terms: EscapeTerms) -> FloatArray:
         """Distances from the unseen, the best first: what shows there then costs no margin."""
         if terms.must_see and terms.margin_m > terms.unseen_m:
-            return terms.margin_m, terms.unseen_m
-        return (terms.unseen_m,)
+            return np.array([terms.margin_m, terms.unseen_m])
+        return np.array([terms.unseen_m])
 
     def _with(self, strict: bool, margin_m: float) -> EscapeTerms:
         must_see = strict and self.strict
@@ -333,13 +330,7 @@ class WaysOut:
         self, movements: IntArray, where: tuple[int, FloatArray, float], legs: Legs
     ) -> FloatArray:
         """[n, 3] world frame."""
-        corners = []
-        at, pose, start_s = where
-        for m in movements.tolist():
-            path, end_s = legs.path[at, m], start_s + float(legs.duration_s[m])
-            corners.append(carried(pose, path, (start_s, end_s), self._terms)[1:])
-            pose, at, start_s = pose_after(pose, path), int(legs.following[at, m]), end_s
-        places = np.concatenate(corners) if corners else np.zeros((0, 3))
+        places = chain_corners(movements, *where, legs, self._terms)
         cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
         turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         world: FloatArray = places @ turned.T + self._terms.origin_m

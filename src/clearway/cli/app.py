@@ -15,6 +15,7 @@ from clearway.base.provenance import began_as
 from clearway.base.version import __version__
 from clearway.cli.alerts import alerts
 from clearway.cli.assess import assess
+from clearway.cli.automaton import measure, show
 from clearway.cli.campaign import campaign
 from clearway.cli.choices import Command, Group
 from clearway.cli.compare import compare
@@ -55,6 +56,12 @@ reach_sets = typer.Typer(add_completion=False, cls=Group)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare", cls=Command)(run_guarded(compare_reach_sets))
 app.add_typer(reach_sets, name="reach-set")
+automata = typer.Typer(
+    add_completion=False, cls=Group, help="Measure the movements of a plant, and show them."
+)
+automata.command("measure", cls=Command)(run_guarded(measure))
+automata.command("show", cls=Command)(run_guarded(show))
+app.add_typer(automata, name="automaton")
 app.command("faults", cls=Command)(run_guarded(faults))
 app.command("map", cls=Command)(run_guarded(show_map))
 app.command("mavlink", cls=Command)(run_guarded(mavlink))

@@ -196,7 +196,8 @@ class Knowledge:
         latest = self.own_states.latest
         if now - latest.time_s > self.limits.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
-        return self.planner.automaton.upright(self.flown.carry(latest, now))
+        carried = self.flown.carry(latest, now)
+        return self.planner.automaton.after(carried, self.flown.last_before(now))
 
     def with_detections(self, state: State, now: float) -> tuple[Situation, float]:
         """All that is known from an own state, and the age of the oldest scan used, or NaN."""

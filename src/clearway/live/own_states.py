@@ -56,10 +56,22 @@ class Flown:
         """The same without any wind."""
         if time_s - state.time_s <= 1e-9:
             return state
-        vector = state.vector
+        vector = self._automaton.after(state, self.last_before(state.time_s)).vector
+        if self._automaton.pairs is None:
+            vector = state.vector
         for buffer in self._between(state.time_s, time_s):
             vector = buffer.rollout(self._automaton, vector, np.inf).states[-1]
+        if self._automaton.pairs is not None:  # Its own roll and pitch: these say what was flown.
+            vector[3:5] = state.attitude_rad[:2]
         return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+
+    def last_before(self, time_s: float) -> str | None:
+        """The movement that was flown before a time, or is being flown; None for none."""
+        for buffer in reversed(self._buffers):
+            for entry in reversed(buffer.entries):
+                if entry.start_s < time_s - TIME_TOLERANCE_S:
+                    return entry.movement.name
+        return None
 
     def unknown_s(self, start_s: float, end_s: float) -> float:
         """For how long of a time it is not known what was flown."""

@@ -106,6 +106,22 @@ class Plan:
         more = MovementBuffer.of(loop * rounds, buffer.end_s)
         return MovementBuffer(buffer.entries + more.entries)
 
+    def strayed_m(self, state: State) -> float:
+        """By how much an own state lies beyond the tube of the plan (4.2.2); 0 within it.
+
+        Also where nothing was measured of the vehicle, outside the plan, and at its start.
+        """
+        planned = self.state_at(state.time_s)
+        flown_s = state.time_s - self.buffer.start_s
+        if planned is None or self.automaton.pairs is None or flown_s <= TIME_TOLERANCE_S:
+            return 0.0
+        ends = [
+            entry.end_s - self.buffer.start_s for entry in self.flown_until(state.time_s).entries
+        ]
+        movements = float(np.interp(flown_s, [0.0, *ends], np.arange(len(ends) + 1)))
+        off_m = float(np.linalg.norm(planned.position_m - state.position_m))
+        return max(0.0, off_m - float(self.automaton.tube_m(movements)))
+
     # --- for how long ---------------------------------------------------------------------
 
     @property

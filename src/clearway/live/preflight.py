@@ -68,6 +68,8 @@ def escape_plan(
     return _plans[key]
 
 
+NEARLY = 0.03
+"""Slope and turn (rad) that a measured movement straight on may have."""
 _plans: dict[bytes, EscapePlan] = {}
 """What was tried in this process: campaigns and batches fly one vehicle a thousand times."""
 
@@ -168,7 +170,12 @@ def _settles(
     straight = _straight(library)
     if straight is None:
         return None
-    step = library.legs.path[0, straight, -1, :3]
+    begun, attitude = 0, np.zeros(3)
+    pairs = library.automaton.pairs
+    if pairs is not None:
+        attitude[0] = pairs.label_of(library.automaton.names[straight])
+        begun = library.nearest(float(attitude[0]), 0.0)
+    step = library.legs.path[begun, straight, -1, :3]
     duration = float(library.legs.duration_s[straight])
     step = step + duration * wind_mps
     free = free_space_for(planner, np.zeros(3))
@@ -177,7 +184,7 @@ def _settles(
     most = SETTLED + int(np.ceil(2.0 * reach / max(float(np.linalg.norm(step)), 1e-9)))
     held = 0
     for at in range(min(most, 200)):
-        state = State(at * step, time_s=at * duration)
+        state = State(at * step, attitude, time_s=at * duration)
         for name, sensor in by_name.items():
             free.take(sensor, Scan(np.zeros((0, 3)), state.time_s, sensor=name), state)
         situation = Situation(state, target_m=1e3 * step + 1.0, seen=free.seen, wind_mps=wind_mps)
@@ -191,7 +198,11 @@ def _settles(
 def _straight(library: EscapeLibrary) -> int | None:
     """The movement that leads farthest straight on in level flight."""
     ends = library.legs.path[0, :, -1]
-    ahead = (np.abs(ends[:, 3]) < 1e-9) & (library.legs.following[0] == 0)
+    if library.automaton.pairs is not None:  # No measured way is quite straight, or quite level.
+        level = np.abs(ends[:, 2]) <= NEARLY * ends[:, 0]
+        ahead = (np.abs(ends[:, 3]) <= NEARLY) & level
+    else:
+        ahead = (np.abs(ends[:, 3]) < 1e-9) & (library.legs.following[0] == 0)
     if not ahead.any():
         return None
     return int(np.argmax(np.where(ahead, ends[:, 0], -np.inf)))

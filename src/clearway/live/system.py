@@ -121,6 +121,7 @@ class AvoidanceSystem:
         self._mode: ModeState | None = None
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
         self._told: Counter[str] = Counter()
+        self._held_against: State | None = None  # The own state last held against the plan's tube.
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
@@ -198,7 +199,7 @@ class AvoidanceSystem:
         decided anew with every scan, from between two movements, it would waver for ever.
         """
         now = self._known.catch_up(now_s)
-        due = self._plan.due(now, self.progress.goal)
+        due = self._plan.due(now, self.progress.goal) or self._strayed()
         if due or not (self._known.news or self._margin_has_grown(now)):
             return due
         verified = self.planner.settings.verify
@@ -209,6 +210,23 @@ class AvoidanceSystem:
         danger = self._endangered_at(now)
         self._known.unchecked = danger is not None
         return danger
+
+    def _strayed(self) -> str | None:
+        """Whether the latest own state left the tube of the plan; each is looked at once."""
+        if self.planner.automaton.pairs is None or not self._known.own_states.reach_back_to(np.inf):
+            return None
+        latest = self._known.own_states.latest
+        if latest is self._held_against:
+            return None
+        self._held_against = latest
+        settings, flown_s = self.planner.settings, latest.time_s - self._plan.buffer.start_s
+        unsure_mps = self._known.wind.sigma_mps if self._known.wind.wind_mps.any() else 0.0
+        unsure_m = settings.sigmas * (latest.position_std_m + unsure_mps * max(flown_s, 0.0))
+        beyond_m = self._plan.strayed_m(latest)
+        if beyond_m <= unsure_m:
+            return None
+        self.counts["state: outside the tube of its plan"] += 1
+        return f"the vehicle is {beyond_m:.2f} m outside the tube of its plan"
 
     def _margin_has_grown(self, now: float) -> bool:
         """Whether more must be kept now than the plan has been held against; it then is anew."""

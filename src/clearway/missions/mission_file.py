@@ -259,6 +259,9 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     if mission.map is not None:
         files = tuple(beside(path, file) for file in mission.map.files)
         mission = mission.changed("map", files=files)
+    if mission.vehicle.automaton is not None:
+        file = beside(path, mission.vehicle.automaton)
+        mission = mission.changed("vehicle", automaton=file)
     if mission.traffic.recording is not None:
         mission = mission.changed("traffic", recording=beside(path, mission.traffic.recording))
     return mission

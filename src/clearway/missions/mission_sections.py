@@ -9,13 +9,16 @@ from pydantic import Field, model_validator
 from clearway.avoidance.fusion import RATINGS
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
+from clearway.missions.automaton_file import read_automaton
 from clearway.missions.sections import Attitude, NotNegative, Point, Positive, Share
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
+from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
 
 OF_MULTIROTORS = ("climb_mps", "spot_turn_deg", "slow_mps")
+OF_MOVEMENTS = ("kind", "speed_mps", "turn_step_deg", "movement_s", "pitch_limit_deg")
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
 
 
@@ -51,6 +54,12 @@ class VehicleSection(Section):
     kind: Literal["plane", "multirotor"] = "plane"
     """A plane keeps its speed and cannot hover; a multirotor can hold, turn on the spot, climb and
     sink straight up and down, and fly slower."""
+    plant: Annotated[str, OneOf(PLANTS)] | None = None
+    """What truly moves in the simulator; default: what does as the movements say, turning at once.
+    Where no `kind` is given, the plant's own movements are flown; see [plants.md](plants.md)."""
+    automaton: str | None = None
+    """A file of measured movements, as `clearway automaton measure` writes it, relative to the
+    mission file; it takes the place of kind, speed, turns and durations."""
     speed_mps: Positive = 1.0
     """Of a plane kept throughout, of a multirotor the fastest."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
@@ -73,6 +82,9 @@ class VehicleSection(Section):
     @model_validator(mode="after")
     def _keys_suit_the_kind(self) -> Self:
         given = [key for key in OF_MULTIROTORS if getattr(self, key) is not None]
+        measured = [key for key in OF_MOVEMENTS if key in self.model_fields_set]
+        if self.automaton is not None and measured:
+            raise ValueError(f"{measured[0]}: the automaton's file says what it is flown with")
         if self.kind == "plane" and given:
             raise ValueError(f'{given[0]}: only of kind = "multirotor"')
         for slow in self.slow_mps or ():
@@ -84,7 +96,18 @@ class VehicleSection(Section):
             raise ValueError(f"slow_mps: speeds must differ, got {list(self.slow_mps)}")
         return self
 
+    def to_plant(self) -> PlantKind | None:
+        """What truly moves; None for what does as the automaton predicts."""
+        return None if self.plant is None else PLANTS.named(self.plant)
+
     def to_automaton(self) -> MovementAutomaton:
+        if self.automaton is not None:
+            return read_automaton(self.automaton)
+        plant = self.to_plant()
+        if plant is not None and plant.movements and "kind" not in self.model_fields_set:
+            given = {"speed_mps", "movement_s"} & self.model_fields_set
+            keys = {"speed_mps": "speed_mps", "movement_s": "duration_s"}
+            return plant.movements(**{keys[name]: getattr(self, name) for name in given})
         if self.kind == "multirotor":
             return MovementAutomaton.multirotor(
                 self.speed_mps,
@@ -213,6 +236,8 @@ class SimulationSection(Section):
     """Bound of the disturbance v (3.20), as a share of speed and of the turn rate."""
     wind_mps: Point = (0.0, 0.0, 0.0)
     """Steady wind that carries the vehicle, world frame; unknown to it."""
+    gusts_mps: NotNegative = 0.0
+    """Standard deviation of gusts along and across the flight, by MIL-F-8785C (Dryden)."""
     position_sigma_m: NotNegative = 0.0
     """Standard deviation of the own position as measured; stated to the vehicle."""
     attitude_sigma_deg: NotNegative = 0.0

@@ -116,6 +116,7 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "limited_by": choice.limited_by.name.lower(),
         "way_out": _way_out(decision.way_out),
         "no_way_out": list(decision.no_way_out),
+        **({"tube_m": _list(decision.tube_m)} if decision.tube_m.any() else {}),
         "margin_asked_m": rounded(decision.margin_m),
         "margin_kept_m": rounded(choice.margin_m),
         "side": str(choice.side),

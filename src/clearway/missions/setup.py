@@ -34,6 +34,7 @@ from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.faults import Faults
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
+from clearway.sim.plants import PlantKind
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
 from clearway.traffic import TrackerSettings
 from clearway.traffic.volumes import VolumeSet
@@ -69,6 +70,8 @@ class FlightSetup:
     tracker: TrackerSettings | None
     recorded: RecordedAir | None = None
     """Real traffic that plays around the flight."""
+    plant: PlantKind | None = None
+    """What truly moves; None for what does as the automaton predicts."""
     volumes: VolumeSet | None = None
     """What to alert on about other aircraft."""
     lies: tuple[LyingLidar, ...] = ()
@@ -166,7 +169,9 @@ class FlightSetup:
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
         scanners = [lies.get(sensor.name, sensor) for sensor in self.sensors]
-        return simulate(pilot, self.world, scanners, self.simulation, on_decision, traffic)
+        return simulate(
+            pilot, self.world, scanners, self.simulation, on_decision, traffic, self.plant
+        )
 
     def _traffic(self, deaf: bool) -> AirTraffic | None:
         """Fresh traffic for one flight."""
@@ -213,6 +218,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         follow_movers=file.follows_dynamic_objects,
         tracker=file.traffic.to_tracker(),
         recorded=recorded,
+        plant=file.vehicle.to_plant(),
         volumes=file.to_volumes(),
         lies=tuple(lie for lie in lies if lie is not None),
         notes=maps.notes

@@ -12,11 +12,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.buffers import ByteArray
 from clearway.reach.lattice import Lattice, standing_deep
 from clearway.reach.replay import completed
-from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.automaton import Movement, MovementAutomaton
+from clearway.vehicle.multirotor import MultirotorModel
 
 TURNS_RAD = 1e-9
 """What turns less does not turn."""
@@ -39,12 +41,20 @@ def _turns_by_speed(automaton: MovementAutomaton) -> list[dict[Turn, int]]:
     """Per speed, climb and duration: movement index + 1 by what the movement turns."""
     classes: dict[tuple[float, float | None, float], dict[Turn, int]] = {}
     for index, movement in enumerate(automaton.movements):
-        end = automaton.predict(np.zeros(6), movement)
+        end = _asked(automaton, movement)
         turn = (round(float(end[4]) * 1e9), round(float(end[5]) * 1e9))
         kind = (movement.speed_mps, movement.climb_mps, movement.duration_s)
         turns = classes.setdefault(kind, {})
         turns.setdefault(turn, index + 1)
     return [turns for turns in classes.values() if (0, 0) in turns]
+
+
+def _asked(automaton: MovementAutomaton, movement: Movement) -> FloatArray:
+    """[6] where a movement leads; of a measured one what it is asked for: none is quite straight,
+    and from a stop it leads less far than later."""
+    if automaton.pairs is None:
+        return automaton.predict(np.zeros(6), movement)
+    return MultirotorModel().advance(np.zeros(6), movement.inputs, movement.duration_s)
 
 
 def _schedules(turns: dict[Turn, int], deep: int) -> Iterator[list[int]]:
@@ -70,7 +80,7 @@ def _unhurried(automaton: MovementAutomaton, deep: int) -> list[list[int]]:
     """Of what can stop: something else than full speed straight ahead for a while, then that."""
     if not automaton.can_stop:
         return []
-    ends = np.array([automaton.predict(np.zeros(6), movement) for movement in automaton.movements])
+    ends = np.array([_asked(automaton, movement) for movement in automaton.movements])
     turns = np.any(np.abs(ends[:, 3:]) > TURNS_RAD, axis=1)
     ahead = np.where(turns, -np.inf, ends[:, 0])
     straight = int(np.argmax(ahead))

@@ -41,6 +41,9 @@ FINE = 0.7
 """Of a voxel at the farthest place marked, that bins of directions are wide at least."""
 WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 """Part of the window's width that is always there on either side of the vehicle."""
+VoxelBox = tuple[int, int, int, int, int, int]
+"""First and last voxel along each axis."""
+NO_VOXELS: VoxelBox = (0, -1, 0, -1, 0, -1)
 
 
 class SeenSpace(NamedTuple):
@@ -88,16 +91,39 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
 
     free, window: of a `SeenSpace`.
     """
+    if is_declared(window, x, y, z, radius):
+        return True
+    return is_box_free(free, window, box_about(window, x, y, z, radius), NO_VOXELS)
+
+
+@compiled
+def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
+    """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
     inside = window[7] - radius
     if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
         return True
-    if _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius):
-        return True
+    return _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius)
+
+
+@compiled
+def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -> VoxelBox:
+    """Voxels that the box about a ball meets."""
     per_m = window[3]
-    a0, a1 = int(np.floor((x - radius) * per_m)), int(np.floor((x + radius) * per_m))
-    b0, b1 = int(np.floor((y - radius) * per_m)), int(np.floor((y + radius) * per_m))
-    c0, c1 = int(np.floor((z - radius) * per_m)), int(np.floor((z + radius) * per_m))
+    return (
+        int(np.floor((x - radius) * per_m)),
+        int(np.floor((x + radius) * per_m)),
+        int(np.floor((y - radius) * per_m)),
+        int(np.floor((y + radius) * per_m)),
+        int(np.floor((z - radius) * per_m)),
+        int(np.floor((z + radius) * per_m)),
+    )
+
+
+@compiled
+def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox) -> bool:
+    """Whether all voxels of a box were seen to be free; those of another are known to be."""
+    a0, a1, b0, b1, c0, c1 = box
     if a0 < window[0] or b0 < window[1] or c0 < window[2]:
         return False
     columns, rows = free.shape[0], free.shape[2]
@@ -105,12 +131,18 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
         return False
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
-            for c in range(c0, c1 + 1):
+            aside = known[0] <= a <= known[1] and known[2] <= b <= known[3]
+            c = c0
+            while c <= c1:
+                if aside and known[4] <= c <= known[5]:
+                    c = known[5] + 1
+                    continue
                 if not (
                     free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
                     or _declared(window, a, b, c)
                 ):
                     return False
+                c += 1
     return True
 
 
@@ -334,6 +366,8 @@ def _mark(
         last[axis] = int(np.floor((o[axis] + far) / voxel))
     near2, far2 = sensor.min_range**2, reach * reach
     lowest, highest, behind = _field_of(raster)
+    right, left = _sides(raster)
+    below, above = _slopes(lowest, highest, r[2, 2])
     for a in range(first[0], last[0] + 1):
         dx = (a + 0.5) * voxel - o[0]
         for b in range(first[1], last[1] + 1):
@@ -343,7 +377,21 @@ def _mark(
                 continue
             x0, z0 = r[0, 0] * dx + r[1, 0] * dy, r[0, 2] * dx + r[1, 2] * dy
             column = free[a & (COLUMNS - 1), b & (COLUMNS - 1)]
-            for c in range(first[2], last[2] + 1):
+            level, tall = np.sqrt(level2), np.sqrt(far2 - level2)
+            bottom = max(-tall, below * level) if below > -np.inf else -tall
+            top = min(tall, above * level) if above < np.inf else tall
+            if not behind:  # Where x0 + r[2, 0] dz is above 0.
+                if abs(r[2, 0]) > 1e-9:
+                    edge = -x0 / r[2, 0]
+                    bottom, top = (
+                        (max(bottom, edge), top) if r[2, 0] > 0.0 else (bottom, min(top, edge))
+                    )
+                elif x0 < -1e-6 * reach:
+                    continue
+            # One voxel more on either side than need be: what decides is asked of each of them.
+            c0 = max(first[2], int(np.floor((o[2] + bottom) / voxel)) - 1)
+            c1 = min(last[2], int(np.floor((o[2] + top) / voxel)) + 1)
+            for c in range(c0, c1 + 1):
                 if column[c & (ROWS - 1)]:
                     continue
                 dz = (c + 0.5) * voxel - o[2]
@@ -354,8 +402,24 @@ def _mark(
                 if z < lowest * distance or z > highest * distance:
                     continue
                 y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
+                aside = abs(x) + abs(y)
+                if not behind and (y < right * aside or y > left * aside):
+                    continue
                 if _goes_on(x, y, z, distance, short, around, raster):
                     column[c & (ROWS - 1)] = 1
+
+
+@compiled
+def _slopes(lowest: float, highest: float, upright: float) -> tuple[float, float]:
+    """Least and greatest height over level distance that beams reach, from the sines of the lowest
+    and highest one and the cosine of the sensor's tilt; infinite where some look straight up."""
+    tilt = np.arccos(min(1.0, max(-1.0, upright))) + 1e-6
+    low = np.arcsin(min(1.0, max(-1.0, lowest))) - tilt
+    high = np.arcsin(min(1.0, max(-1.0, highest))) + tilt
+    steep = 0.5 * np.pi - 1e-3
+    below = -np.inf if low <= -steep else np.tan(min(low, steep))
+    above = np.inf if high >= steep else np.tan(max(high, -steep))
+    return below, above
 
 
 @compiled
@@ -369,6 +433,19 @@ def _field_of(raster: BeamRaster) -> tuple[float, float, bool]:
                 lowest, highest = min(lowest, raster.low[j, k]), max(highest, raster.high[j, k])
                 behind = behind or abs((j + 0.5) / raster.per_column - 2.0) > 1.0
     return lowest, highest, behind
+
+
+@compiled
+def _sides(raster: BeamRaster) -> tuple[float, float]:
+    """Of beams that look ahead, y over |x| + |y| of the rightmost and the leftmost bin's edge."""
+    right, left = np.inf, -np.inf
+    columns, rows = raster.low.shape
+    for j in range(columns):
+        for k in range(rows):
+            if raster.low[j, k] < np.inf:
+                right = min(right, j / raster.per_column - 2.0 - 1e-9)
+                left = max(left, (j + 1) / raster.per_column - 2.0 + 1e-9)
+    return right, left
 
 
 @compiled

@@ -25,6 +25,9 @@ from clearway.sim.faults import NO_FAULTS
 from clearway.sim.metrics import intruder_distances, measure, straight_distances
 from clearway.sim.motion import TrueMotion
 from clearway.sim.pilot import CLEARWAY, D, Pilot
+from clearway.sim.plants.air import Air
+from clearway.sim.plants.kinematic import KinematicPlant
+from clearway.sim.plants.plant import Plant, PlantKind
 from clearway.sim.run import LoggedDecision, OnDecision, Run
 from clearway.sim.scripted import AirTraffic
 from clearway.sim.settings import SimulationSettings
@@ -40,10 +43,12 @@ def simulate(
     settings: SimulationSettings | None = None,
     on_decision: OnDecision[D] | None = None,
     traffic: AirTraffic | None = None,
+    plant: PlantKind | None = None,
 ) -> Run[D]:
     """Fly the pilot's mission through a true world; the same seed gives the same run.
 
-    traffic: fresh for every flight, since it flies along.
+    traffic: fresh for every flight, since it flies along. plant: what truly moves; None for what
+    does as the automaton predicts.
 
     >>> import numpy as np
     >>> import clearway as cw
@@ -57,7 +62,7 @@ def simulate(
     (True, 'clearway')
     """
     settings = settings or SimulationSettings()
-    flight = _Flight(system, world, lidars, settings, traffic)
+    flight = _Flight(system, world, lidars, settings, traffic, plant)
     return flight.run(on_decision)
 
 
@@ -71,6 +76,7 @@ class _Flight(Generic[D]):
         lidars: Sequence[Lidar | Scanner],
         settings: SimulationSettings,
         traffic: AirTraffic | None,
+        kind: PlantKind | None,
     ) -> None:
         self.system, self.world, self.lidars, self.settings = system, world, lidars, settings
         self.traffic = traffic
@@ -81,7 +87,13 @@ class _Flight(Generic[D]):
             np.random.default_rng([settings.seed, stream]) for stream in range(4)
         )
         start = self.mission.start
-        self.motion = TrueMotion(self.automaton, start, settings, noise_rng, self.margin_m)
+        plant: Plant
+        if kind is None:
+            plant = KinematicPlant(self.automaton, start, settings, noise_rng, self.margin_m)
+        else:
+            air = Air(settings.wind_mps, settings.gusts_mps, settings.seed)
+            plant = kind.make(start.vector, self.automaton.start_mps, air)
+        self.motion = TrueMotion(plant, start.time_s, settings.step_s)
         self.progress = Progress()
         self.crashed = False
         self.free_m = 0.0

@@ -35,6 +35,8 @@ class SimulationSettings:
     """Bound of v (3.20) as a share of the speed, and of the largest turn rate."""
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Steady wind that carries the vehicle, world frame."""
+    gusts_mps: float = 0.0
+    """Standard deviation of gusts along and across the flight, as of MIL-F-8785C."""
     position_sigma_m: float = 0.0
     """Standard deviation of the own position as measured, stated to the system."""
     attitude_sigma_rad: float = 0.0
@@ -48,7 +50,13 @@ class SimulationSettings:
     def __post_init__(self) -> None:
         if not 0.0 < self.step_s <= LARGEST_STEP_S:
             raise ClearwayError(f"step_s: must be within (0, {LARGEST_STEP_S}], got {self.step_s}")
-        noises = ("state_noise_mps", "input_noise", "position_sigma_m", "attitude_sigma_rad")
+        noises = (
+            "state_noise_mps",
+            "input_noise",
+            "gusts_mps",
+            "position_sigma_m",
+            "attitude_sigma_rad",
+        )
         for name in ("scan_latency_s", *noises):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(f"{name}: must be a number >= 0, got {getattr(self, name)}")

@@ -18,6 +18,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, Trajectory
+from clearway.vehicle.measured import PairTable
 from clearway.vehicle.model import PlaneModel, Vehicle
 from clearway.vehicle.movement import Movement as Movement
 from clearway.vehicle.movement import multirotor_movements, plane_movements
@@ -53,7 +54,7 @@ class MovementAutomaton:
     movements: tuple[Movement, ...]
     pitch_limit_rad: float | None = None
     vehicle: Vehicle = field(default_factory=PlaneModel)
-    table: MovementTable | None = None
+    table: MovementTable | PairTable | None = None
     forbidden: frozenset[tuple[str, str]] = frozenset()
 
     def __post_init__(self) -> None:
@@ -201,6 +202,8 @@ class MovementAutomaton:
     @cached_property
     def mirror(self) -> tuple[int, ...] | None:
         """Per movement the index of its mirror image left to right; None if one has none."""
+        if self.pairs is not None:
+            return None
         level = np.zeros(6)
         ends = np.array([self.predict(level, movement) for movement in self.movements])
         durations = np.array([movement.duration_s for movement in self.movements])
@@ -219,12 +222,51 @@ class MovementAutomaton:
         """Fastest speed along the path of any movement."""
         return max(movement.pace_mps for movement in self.movements)
 
+    @property
+    def start_mps(self) -> float:
+        """Speed that a flight begins with: none for what can stop, else that of the first movement
+        that goes straight on."""
+        if self.can_stop:
+            return 0.0
+        straight = (m.speed_mps for m in self.movements if not m.turn_rate_rps and not m.climb_mps)
+        return next(straight, self.fastest_mps)
+
+    @property
+    def pairs(self) -> PairTable | None:
+        """What was measured of each movement after each other; None where nothing was."""
+        return self.table if isinstance(self.table, PairTable) else None
+
+    def after(self, state: State, previous: str | None) -> State:
+        """A state as decisions take it: with what was flown last, for what that matters to.
+
+        Else without roll and pitch where they do not matter, and as it is where they do.
+        """
+        if self.pairs is None:
+            return self.upright(state)
+        label = self.pairs.label_of(previous or self.pairs.first)
+        return replace(state, attitude_rad=np.array([label, 0.0, state.attitude_rad[2]]))
+
+    def tube_m(self, movements: npt.ArrayLike) -> FloatArray:
+        """Within how far of its prediction the vehicle is after so many movements: def. 13.
+
+        As measured; 0 where nothing was.
+        """
+        return (
+            np.zeros(np.shape(movements)) if self.pairs is None else self.pairs.tube_at(movements)
+        )
+
     @cached_property
     def stands(self) -> tuple[bool, ...]:
         """Per movement whether it stays where it is, and may be repeated for ever.
 
         Holding, and turning on the spot: neither place nor roll and pitch change.
         """
+        if self.pairs is not None:
+            ends = (self.pairs.path(name, name)[-1] for name in self.names)
+            return tuple(
+                not np.any(end[:3]) and (name, name) not in self.forbidden
+                for name, end in zip(self.names, ends, strict=True)
+            )
         level = np.zeros(6)
         return tuple(
             not np.any(self.predict(level, movement)[:5])
@@ -250,6 +292,8 @@ class MovementAutomaton:
     @cached_property
     def keeps_attitude(self) -> bool:
         """Whether roll and pitch neither change nor matter: tilting is no part of the way."""
+        if self.pairs is not None:
+            return False
         level, tilted = np.zeros(6), np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.0])
         return all(
             bool(
@@ -284,6 +328,8 @@ class MovementAutomaton:
     @cached_property
     def turning_radius_m(self) -> float:
         """Smallest v / omega of the level turns; inf when nothing turns in flight."""
+        if self.pairs is not None:
+            return self.pairs.turning_radius_m
         radii = [
             movement.speed_mps / movement.turn_rate_rps
             for movement in self.movements

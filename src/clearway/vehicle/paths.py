@@ -9,6 +9,7 @@ import numpy as np
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.measured import PairTable
 from clearway.vehicle.model import PlaneModel, plane_advance
 
 MovementPaths = Callable[[float, float], FloatArray]
@@ -18,6 +19,8 @@ its end, from the origin at yaw 0; what `MovementAutomaton.predict` says of them
 
 def movement_paths(automaton: MovementAutomaton, samples: int) -> MovementPaths:
     """The quickest way to ask an automaton's predictor about every movement at once."""
+    if automaton.pairs is not None:
+        return _by_pairs(automaton.pairs, samples)
     if automaton.table is not None:
         return _by_table(automaton, samples)
     if type(automaton.vehicle) is PlaneModel:
@@ -50,6 +53,28 @@ def _by_table(automaton: MovementAutomaton, samples: int) -> MovementPaths:
         states[..., :3] = level[..., :3] @ world_from_body([roll_rad, pitch_rad, 0.0]).T  # (4.14)
         states[..., 3:5] += [roll_rad, pitch_rad]  # (4.15)
         return states
+
+    return paths
+
+
+def _by_pairs(pairs: PairTable, samples: int) -> MovementPaths:
+    shares = np.arange(1, samples + 1) / samples
+    known: dict[str, FloatArray] = {}
+
+    def after(previous: str) -> FloatArray:
+        states = np.zeros((len(pairs.names), samples, 6))
+        for m, name in enumerate(pairs.names):
+            way = np.array([pairs.along(previous, name, float(share)) for share in shares])
+            states[m][:, [0, 1, 2, 5]] = way
+            states[m, :, 3] = pairs.label_of(name)
+        return states
+
+    def paths(roll_rad: float, pitch_rad: float) -> FloatArray:
+        del pitch_rad
+        previous = pairs.previous(roll_rad)
+        if previous not in known:
+            known[previous] = after(previous)
+        return known[previous]
 
     return paths
 

@@ -8,7 +8,6 @@ import time
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import BinaryIO
 
 from clearway.base.cache_folder import cache_folder
 from clearway.base.kernels.stamp import PACKAGE
@@ -67,15 +66,15 @@ class Turns:
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / "turns"
-        self._file: BinaryIO | None = None
+        self._file = -1
 
     def take(self, name: str) -> None:
         """Wait until no other process has the turn, or for long enough."""
         with suppress(ImportError, OSError):
             import fcntl
 
-            if self._file is None:
-                self._file = self._path.open("ab")
+            if self._file < 0:
+                self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
             until = time.monotonic() + PATIENCE_S
             while time.monotonic() < until:
                 try:
@@ -90,7 +89,7 @@ class Turns:
         with suppress(ImportError, OSError):
             import fcntl
 
-            if self._file is not None:
+            if self._file >= 0:
                 fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _place(name))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from foxglove import messages as fox
 
 from clearway.avoidance.decide import Decision
-from clearway.base.frames import attitude_from_rotation, cartesian_from_spherical
+from clearway.base.frames import FloatArray, attitude_from_rotation, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
@@ -43,10 +43,26 @@ FACES = (
 
 
 def plan(decision: Decision) -> fox.SceneUpdate:
-    """The path that the decision means to fly."""
+    """The path that the decision means to fly, and the tube within which it is expected."""
     points = [point(place) for place in decision.path_m]
-    planned = entity("plan", decision.state.time_s, lines=[line(points, PLANNED, 3.0)])
+    tube = _balls(decision.path_m, decision.tube_m)
+    lines = [line(points, PLANNED, 3.0)]
+    planned = entity("plan", decision.state.time_s, lines=lines, spheres=tube)
     return fox.SceneUpdate(entities=[planned])
+
+
+def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitive]:
+    """A tube as a chain of balls, those that have a size."""
+    upright = attitude_from_rotation(np.eye(3))
+    return [
+        fox.SpherePrimitive(
+            pose=pose_of(place, upright),
+            size=fox.Vector3(x=2.0 * radius, y=2.0 * radius, z=2.0 * radius),
+            color=color(PLANNED, 0.15),
+        )
+        for place, radius in zip(places_m, radii_m.tolist(), strict=True)
+        if radius > 0.0
+    ]
 
 
 def way_out(decision: Decision) -> fox.SceneUpdate:

@@ -1,0 +1,160 @@
+"""The automaton file: a vehicle's movements as they were measured, one after the other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from clearway.base.errors import ClearwayError, InputError
+from clearway.base.provenance import provenance
+from clearway.io.toml import Section, read_model, write_toml
+from clearway.missions.sections import Count, NotNegative, Positive
+from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings
+from clearway.vehicle.automaton import Movement, MovementAutomaton
+from clearway.vehicle.measured import PairTable
+from clearway.vehicle.multirotor import MultirotorModel
+
+Row = Annotated[tuple[float, float, float, float], Field(strict=False)]
+Name = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+class AboutSection(Section):
+    """`[automaton]`: what was measured, and how."""
+
+    plant: str
+    """By name, or `module:name`."""
+    made_by: str = ""
+    seed: int = 0
+    flights: Count = 1
+    held_out: Count = 1
+    wind_mps: Annotated[tuple[float, float, float], Field(strict=False)] = (0.0, 0.0, 0.0)
+    gusts_mps: NotNegative = 0.0
+    first: Name
+    """What counts as flown before a flight begins."""
+    tube_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
+    """Per number of movements since the own state was known: within how far of its prediction the
+    vehicle was 999 times of 1,000."""
+    error_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
+    """The same 19 times of 20, on flights that did not make the table."""
+
+
+class MovementSection(Section):
+    """`[[movement]]`: what the plant's loops are asked to hold."""
+
+    name: Name
+    speed_mps: NotNegative
+    climb_mps: float = 0.0
+    yaw_rate_deg_s: float = 0.0
+    duration_s: Positive
+    smooth: bool = False
+
+
+class PairSection(Section):
+    """`[[pair]]`: one movement after another."""
+
+    previous: Name
+    movement: Name
+    path: Annotated[tuple[Row, ...], Field(min_length=1, strict=False)]
+    """x, y, z (m) and yaw (rad) from its start, along the heading there, at equal times."""
+    spread_m: NotNegative = 0.0
+    """Standard deviation of its end."""
+
+
+class AutomatonFile(Section):
+    """All of an automaton file."""
+
+    automaton: AboutSection
+    movement: Annotated[tuple[MovementSection, ...], Field(min_length=1, strict=False)]
+    pair: Annotated[tuple[PairSection, ...], Field(min_length=1, strict=False)]
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        try:
+            self.to_automaton()
+        except ClearwayError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+    def to_automaton(self) -> MovementAutomaton:
+        """The automaton with its table; raises ClearwayError where they do not belong together."""
+        movements = tuple(
+            Movement(
+                one.name,
+                one.speed_mps,
+                yaw_rate_rps=float(np.radians(one.yaw_rate_deg_s)),
+                duration_s=one.duration_s,
+                smooth=one.smooth,
+                climb_mps=one.climb_mps,
+            )
+            for one in self.movement
+        )
+        pairs = {(one.previous, one.movement): one for one in self.pair}
+        table = PairTable(
+            tuple(one.name for one in self.movement),
+            {pair: np.array(one.path, dtype=np.float64) for pair, one in pairs.items()},
+            self.automaton.first,
+            {pair: one.spread_m for pair, one in pairs.items()},
+            self.automaton.tube_m,
+        )
+        return MovementAutomaton(movements, 0.0, MultirotorModel(), table, table.forbidden)
+
+
+def read_automaton(path: str | Path) -> MovementAutomaton:
+    """The measured automaton of a file; raises InputError with every problem of it."""
+    return read_model(path, AutomatonFile).to_automaton()
+
+
+def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSettings) -> AutomatonFile:
+    """What measuring gave, as a file."""
+    table = measured.automaton.pairs
+    assert table is not None  # Measuring makes one.
+    made = provenance()
+    about = AboutSection(
+        plant=plant,
+        made_by=f"clearway {made['clearway']}",
+        seed=settings.seed,
+        flights=settings.flights,
+        held_out=settings.held_out,
+        wind_mps=settings.wind_mps,
+        gusts_mps=settings.gusts_mps,
+        first=table.first,
+        tube_m=_rounded(table.tube_m),
+        error_p95_m=_rounded([float(np.quantile(each, 0.95)) for each in measured.error_m]),
+    )
+    movements = tuple(
+        MovementSection(
+            name=m.name,
+            speed_mps=m.speed_mps,
+            climb_mps=m.climb_mps or 0.0,
+            yaw_rate_deg_s=float(np.degrees(m.yaw_rate_rps)),
+            duration_s=m.duration_s,
+            smooth=m.smooth,
+        )
+        for m in measured.automaton.movements
+    )
+    pairs = tuple(
+        PairSection(
+            previous=previous,
+            movement=name,
+            # Whole digits: what circles or stands must do so exactly.
+            path=tuple((float(x), float(y), float(z), float(a)) for x, y, z, a in path),
+            spread_m=round(table.spread_m.get((previous, name), 0.0), 6),
+        )
+        for (previous, name), path in table.paths.items()
+    )
+    return AutomatonFile(automaton=about, movement=movements, pair=pairs)
+
+
+def write_automaton(file: AutomatonFile, path: str | Path) -> None:
+    """Write an automaton file; raises InputError where that cannot be done."""
+    try:
+        write_toml(file, path)
+    except OSError as cause:
+        raise InputError(str(path), f"cannot be written: {cause.strerror}") from cause
+
+
+def _rounded(values: object) -> tuple[float, ...]:
+    return tuple(round(float(value), 6) for value in np.atleast_1d(np.array(values)))

@@ -1,0 +1,94 @@
+"""The plant that does what the automaton predicts, disturbed within bounds (3.20)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.sim.plants.air import Air
+from clearway.sim.settings import SimulationSettings
+from clearway.vehicle.automaton import Movement, MovementAutomaton
+from clearway.vehicle.prediction import corrected_movement, needs_correction, prediction_error
+
+
+class KinematicPlant:
+    """Turns at once, and corrects its attitude where a movement begins (4.2.2).
+
+    Bounded disturbances act on the state's rates (w) and on the inputs (v) of (3.20); margin_m is
+    what prediction errors may take their share of.
+    """
+
+    def __init__(
+        self,
+        automaton: MovementAutomaton,
+        start: State,
+        settings: SimulationSettings,
+        noise: np.random.Generator,
+        margin_m: float,
+    ) -> None:
+        self.state: FloatArray = start.vector
+        self.outputs: Mapping[str, float] = {}
+        self.corrections = 0
+        """Movements flown with corrected turn rates."""
+        self._automaton = automaton
+        self._settings = settings
+        self._noise = noise
+        self._margin_m = margin_m
+        self._air = Air(settings.wind_mps, settings.gusts_mps, settings.seed)
+        self._turn_rate = max(m.turn_rate_rps for m in automaton.movements)
+        self._predicted = start.vector
+        self._movement = automaton.movements[0]
+        self._origin, self._steps = self.state, 0
+        self._disturbed = (
+            settings.state_noise_mps > 0.0
+            or settings.input_noise > 0.0
+            or settings.gusts_mps > 0.0
+            or bool(np.any(settings.wind_mps))
+        )
+
+    def begin(self, movement: Movement) -> None:
+        """Hold a movement, corrected if need be."""
+        self._origin, self._steps = self.state, 0
+        self._movement = self._corrected(movement)
+
+    def step(self, duration_s: float) -> None:
+        """Move on; steps of one movement are of one length."""
+        self._steps += 1
+        if self._disturbed:
+            self.state = self._carried(self.state, self._movement, duration_s)
+        else:
+            self.state = self._automaton.predict(
+                self._origin, self._movement, self._steps * duration_s
+            )
+
+    def _corrected(self, movement: Movement) -> Movement:
+        """The movement that brings the attitude back to what the chain of movements predicts.
+
+        Attitude is predicted along the whole chain, position from where the movement begins: the
+        next decision starts from the true position anyway.
+        """
+        state, predicted = self.state, self._predicted
+        anchored = np.concatenate([state[:3], predicted[3:]])
+        self._predicted = self._automaton.predict(anchored, movement)
+        radius = self._automaton.turning_radius_m
+        error = prediction_error(state, predicted, radius if np.isfinite(radius) else 0.0)
+        if not needs_correction(error, self._margin_m):
+            return movement
+        self.corrections += 1
+        return corrected_movement(self._automaton, movement, state, anchored)
+
+    def _carried(self, state: FloatArray, movement: Movement, step: float) -> FloatArray:
+        """The state [6] a step on."""
+        v = self._noise.uniform(-1.0, 1.0, 3) * self._settings.input_noise
+        inputs = movement.inputs
+        noise = [v[0] * inputs[0], 0.0, v[1] * self._turn_rate, v[2] * self._turn_rate]
+        # A rate of climb is held as well as the speed is.
+        inputs = inputs + np.array([*noise, *(v[0] * inputs[4:])])
+        moved = self._automaton.vehicle.advance(state, inputs, step)
+        w = self._noise.uniform(-1.0, 1.0, 3) * self._settings.state_noise_mps
+        air = self._air.step(step, movement.pace_mps, float(state[2]), float(state[5]))
+        moved[:3] += (w + air) * step
+        return moved

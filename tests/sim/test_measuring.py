@@ -1,0 +1,151 @@
+"""MeasuredPlant movements: every one after every other, in a file, and flown by what they say."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearway.base.errors import InputError
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.missions.automaton_file import automaton_file, read_automaton, write_automaton
+from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.flown import flown_from, turns_of
+from clearway.reach.store import ReachLibrary
+from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings, measure, round_of_pairs
+from clearway.sim.plants.plant import PlantKind, own_plant
+from clearway.vehicle.automaton import MovementAutomaton
+from in_process import clearway
+
+SETTINGS = MeasureSettings(flights=2, held_out=1, seed=3)
+ASKED = MovementAutomaton.multirotor(2.0, 15.0, 2.0, climb_mps=0.5, diagonals=False)
+
+
+class Lagging:
+    """A vehicle that takes half a second to do what it is asked for."""
+
+    def __init__(self, state, speed_mps, _air):
+        self.state, self.now = np.array(state, dtype=float), np.array([speed_mps, 0.0, 0.0])
+        self.outputs = {}
+
+    def begin(self, movement):
+        self.asked = np.array([movement.speed_mps, movement.yaw_rate_rps, movement.climb_mps or 0])
+
+    def step(self, duration_s):
+        self.now = self.now + (self.asked - self.now) * (1.0 - np.exp(-duration_s / 0.5))
+        speed, rate, climb = self.now
+        yaw = self.state[5] + rate * duration_s
+        way = np.array([speed * np.cos(yaw), speed * np.sin(yaw), climb]) * duration_s
+        self.state = np.concatenate([self.state[:3] + way, [0.0, 0.0, yaw]])
+
+
+@pytest.fixture(scope="module")
+def kind() -> PlantKind:
+    return own_plant("plant lagging", Lagging)
+
+
+@pytest.fixture(scope="module")
+def measured(kind: PlantKind) -> MeasuredPlant:
+    return measure(kind, ASKED, SETTINGS)
+
+
+@given(st.integers(1, 9), st.integers(0, 5))
+def test_a_round_of_pairs_flies_each_after_each_once(count: int, seed: int):
+    names = [f"m{n}" for n in range(count)]
+    way = round_of_pairs(names, np.random.default_rng(seed))
+    pairs = list(pairwise(way))
+    assert len(pairs) == len(set(pairs)) == count**2
+    assert way[0] == way[-1]
+
+
+def test_what_was_measured_predicts_far_better_than_the_closed_form(measured: MeasuredPlant):
+    assert measured.samples == 2 * len(ASKED.names) ** 2
+    for own, closed in zip(measured.error_m, measured.closed_form_m, strict=True):
+        assert np.quantile(own, 0.95) < 0.2 * np.quantile(closed, 0.95)
+    table = measured.automaton.pairs
+    assert table is not None
+    # A lag of T: after a stop from v, v T (1 - exp(-t / T)) are left to go.
+    braked = table.path("Straight", "Hold")[-1]
+    assert braked[0] == pytest.approx(2.0 * 0.5 * (1.0 - np.exp(-4.0)), abs=0.15)
+    assert list(table.tube_m) == sorted(table.tube_m)
+    inside = [(each <= table.tube_m[n]).mean() for n, each in enumerate(measured.error_m)]
+    assert min(inside) >= 0.99
+
+
+def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: MeasuredPlant):
+    automaton = measured.automaton
+    assert automaton.can_stop
+    assert automaton.hold is not None
+    assert automaton.hold.name == "Hold"
+    escapes = EscapeLibrary.of(automaton)
+    assert escapes.exists
+    table = automaton.pairs
+    assert table is not None
+    for name in automaton.names:
+        assert len(escapes.ways[escapes.nearest(table.label_of(name), 0.0)].begins)
+    # The way to a stop from full speed brakes first.
+    straight = escapes.nearest(table.label_of("Straight"), 0.0)
+    hold = automaton.names.index("Hold")
+    assert escapes.legs.path[straight, hold, -1, 0] > 0.5
+
+
+def test_reach_sets_are_rooted_at_what_was_flown_last(measured: MeasuredPlant):
+    automaton = measured.automaton
+    library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=20.0))
+    reach_set = library.nearest(0.0)
+    state = automaton.after(State(np.zeros(3), [0.2, -0.3, 0.4]), "Left")
+    roll = float(state.attitude_rad[0])
+    flown, _ = flown_from(reach_set, turns_of(reach_set), automaton, roll, 0.0)
+    names = [automaton.names[m] for m in flown.movement]
+    table = automaton.pairs
+    assert table is not None
+    first = [n for n in range(flown.nodes) if flown.parent[n] < 0]
+    for n in first:
+        expected = table.path("Left", names[n])[-1, :3]
+        np.testing.assert_allclose(flown.states[n, :3], expected, atol=1e-12)
+    second = next(n for n in range(flown.nodes) if flown.parent[n] in first)
+    parent = int(flown.parent[second])
+    vector = automaton.rollout(state.vector, [names[parent], names[second]]).states[-1]
+    turned = vector[:3] @ [[np.cos(0.4), -np.sin(0.4), 0], [np.sin(0.4), np.cos(0.4), 0], [0, 0, 1]]
+    np.testing.assert_allclose(flown.states[second, :3], turned, atol=1e-9)
+
+
+def test_a_file_holds_all_of_it(measured: MeasuredPlant, tmp_path: Path):
+    file = tmp_path / "lagging.toml"
+    write_automaton(automaton_file("lagging", measured, SETTINGS), file)
+    read = read_automaton(file)
+    state = [1.0, 2.0, 3.0, 0.0, 0.0, 0.5]
+    names = ["Straight", "Left", "Hold", "Turn-Right", "Up"]
+    expected = measured.automaton.rollout(state, names).states
+    np.testing.assert_allclose(read.rollout(state, names).states, expected, atol=1e-9)
+    assert read.can_stop
+    shown = clearway("automaton", "show", file, "--json")
+    told = json.loads(shown.stdout)
+    assert len(told["pair"]) == len(ASKED.names) ** 2
+    assert "13 movements, 169 of 169 pairs" in clearway("automaton", "show", file).stdout
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "wrong"),
+    [
+        ('first = "Hold"', 'first = "Fall"', "first is 'Fall'"),
+        ('previous = "Hold"', 'previous = "Fall"', "unknown; there are"),
+        ("duration_s = 2.0", "duration_s = -2.0", "duration_s"),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused(
+    measured: MeasuredPlant, tmp_path: Path, was: str, becomes: str, wrong: str
+):
+    file = tmp_path / "bad.toml"
+    write_automaton(automaton_file("lagging", measured, SETTINGS), file)
+    text = file.read_text()
+    assert was in text
+    file.write_text(text.replace(was, becomes, 1))
+    with pytest.raises(InputError, match=wrong):
+        read_automaton(file)
