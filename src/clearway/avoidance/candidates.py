@@ -49,6 +49,9 @@ class Commitment:
     is one."""
     under_way: UnderWay | None = None
     """The movement in the middle of which the decision is taken; None between two."""
+    certain_within: int | None = None
+    """After how many decisions without a certain way out to stay where one is likely; None for
+    never."""
     long_range: LongRangeChoice | None = None
     """Side and sense begun about aircraft kilometres away."""
 

@@ -270,6 +270,7 @@ def decide(
         goal,
         ways,
         held,
+        None if commitment is None else commitment.certain_within,
         narrow_price_m,
     )
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)

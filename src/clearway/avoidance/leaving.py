@@ -62,6 +62,8 @@ class Leaving:
     """None where no way out is asked for."""
     held: WayOut | None
     """The way out in hand: what would be flown from now on without this decision."""
+    certain_within: int | None = None
+    """As of `Commitment`."""
     narrow_price_m: float = np.inf
     """What leaves none is flown, as far as it was seen to be free, where everything else costs more
     by this; inf where the mission does not allow it."""
@@ -163,13 +165,33 @@ class Leaving:
         return None
 
     def _unseen(self, ways: WaysOut, taken: Taken, hazards: Hazards) -> Taken:
-        """What leaves a way out if what nobody has seen is free; else what was taken."""
+        """What leaves a way out if what nobody has seen is free; else what was taken.
+
+        Who has had no certain one for longer than it takes where nothing stands in the way stays
+        and looks round: what stands there would close in on the way ahead.
+        """
+        unsure = 1 if self.held is None else self.held.unsure + 1
+        late = self.certain_within is not None and unsure > self.certain_within
+        stays = self._stays(ways, hazards, taken.banned) if late else None
+        found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
+        if found is None or found.way_out is None:
+            return found or taken
+        return replace(found, way_out=replace(found.way_out, unsure=unsure))
+
+    def _goes_on(self, hazards: Hazards) -> Taken | None:
+        """The best that leaves a way out as far as is known."""
         known = self.choose(hazards, strict=False)
-        if known.good:
-            return known
-        way = ways.now(strict=False)
-        flown = None if way is None else self._flown(way, hazards, taken.banned)
-        return flown or taken
+        return known if known.good else None
+
+    def _stays(self, ways: WaysOut, hazards: Hazards, banned: tuple[str, ...]) -> Taken | None:
+        """The way out in hand, or a fresh one, as far as is known."""
+        held = self.held if self.held is not None and not self.held.certain else None
+        if ways.under_way is not None:
+            way = ways.finished(held, strict=False)
+        else:
+            way = None if held is None else ways.holds(held, strict=False)
+        way = way or ways.now(strict=False)
+        return None if way is None else self._flown(way, hazards, banned)
 
     def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
         """Ways out that begin now, the surest first."""
@@ -203,7 +225,9 @@ class Leaving:
             return way
         if held.movements[0] != self._name(first):
             return way
-        return ways.holds(held.after_one, after=first) if held.certain or not strict else None
+        if strict and not held.certain:
+            return None
+        return ways.holds(held.after_one, after=first, strict=strict)
 
     def _may_be_flown(self, ways: WaysOut, node: int) -> bool:
         """Whether the way to a node may be flown without a way out: the mission allows it, and its

@@ -73,6 +73,8 @@ class WayOut:
     for_s: float = np.inf
     """For how long it was verified: for ever where it comes back to where it began, which wind does
     not allow."""
+    unsure: int = 0
+    """How many decisions in a row found none that is certain."""
     under_way_s: float | None = None
     """What is left of its first movement, where that is being flown already; else None."""
 

@@ -168,21 +168,25 @@ class WaysOut:
         terms = self._with(strict, share * self._full_m)
         return self._first(self._start, STANDING, 0.0, terms, self._legs)
 
-    def holds(self, way: WayOut, *, after: int | None = None, share: float = 1.0) -> WayOut | None:
+    def holds(
+        self, way: WayOut, *, after: int | None = None, strict: bool = True, share: float = 1.0
+    ) -> WayOut | None:
         """A way out as it is known now, if it is still safe; after a movement, or from now on.
 
         share: of the margin that it has to keep.
         """
-        terms = self._with(True, share * self._full_m)
+        terms = self._with(strict, share * self._full_m)
         begins = self._numbers(way.begins)
         if after is not None:
             begins = np.concatenate([[after], begins])
         return self._held(way, begins, (self._start, STANDING, 0.0), self._legs, terms, after)
 
-    def finished(self, way: WayOut | None, *, share: float = 1.0) -> WayOut | None:
+    def finished(
+        self, way: WayOut | None, *, strict: bool = True, share: float = 1.0
+    ) -> WayOut | None:
         """A way out that begins with what is left of the movement under way: goes on with one that
         is in hand after it, if that is still safe, or with a fresh one for None."""
-        under_way, terms = self.under_way, self._with(True, share * self._full_m)
+        under_way, terms = self.under_way, self._with(strict, share * self._full_m)
         if under_way is None:
             return None
         path, sagitta_m, attitude = self._rest(under_way)

@@ -41,6 +41,8 @@ class EscapePlan:
     asked: str
     flown: str
     why: str
+    within: int | None = None
+    """After how many movements one is there where nothing stands in the way; None if not known."""
 
     def __str__(self) -> str:
         flown = f'"{self.flown}"'
@@ -108,6 +110,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             Escape.STRICT,
             f"{unmapped}every decision keeps a way out through space seen to be free, "
             f"from movement {after + 1} on where nothing stands in the way{_over_drift(planner)}",
+            after,
         )
     return EscapePlan(asked, Escape.KNOWN, unmapped + _what_lacks(planner, library, sensors))
 

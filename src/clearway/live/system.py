@@ -276,7 +276,8 @@ class AvoidanceSystem:
         """
         now = self._known.catch_up(now_s)
         situation, scan_age = self._situation(now)
-        decision = decide(self.planner, situation, self._plan.commitment(now))
+        commitment = replace(self._plan.commitment(now), certain_within=self.escape.within)
+        decision = decide(self.planner, situation, commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
         return self._adopt(decision, now, now_s, scan_age, picture)
