@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.escape_search import chain_keeps, first_escape, loop_places, movements_of
+from clearway.avoidance.escape_chains import chain_keeps
+from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.state import State

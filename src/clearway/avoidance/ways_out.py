@@ -9,18 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.escape_search import (
-    EscapeTerms,
-    chain_corners,
-    chain_keeps,
-    first_escape,
-    leg_keeps,
-    loop_places,
-    movements_of,
-    pose_after,
-    rounds,
-    was_seen,
-)
+from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
+from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps, pose_after, was_seen
+from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import with_ground
 from clearway.avoidance.hazards import nothing_moving

@@ -1,0 +1,208 @@
+"""Escapes held against all that is known: single movements, compiled.
+
+Two distances count: the margin from what is known to stand somewhere, and the body's radius from
+what nobody has seen. Places are in the level frame of the decision: the vehicle's place, its yaw.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.clearance import span_clearance, span_of
+from clearway.avoidance.hazards import MovingHazards, PointBins
+from clearway.base.brief import brief
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.obstacles.obstacle import Shapes
+from clearway.sensors.free_space import (
+    NO_VOXELS,
+    Voxels,
+    box_about,
+    is_box_free,
+    is_declared,
+)
+
+GROWN_S = 10.0
+"""For how long what is unsure about the wind adds up: then own states have told it anew."""
+Times = tuple[float, float]
+"""When a movement begins and ends, s from the decision on."""
+
+
+class EscapeTerms(NamedTuple):
+    """What an escape is held against."""
+
+    free: Voxels
+    """Of what was seen to be free, with its window."""
+    window: FloatArray
+    must_see: bool
+    """Whether what nobody has seen counts as occupied."""
+    unseen_m: float
+    """Distance to be kept from that."""
+    margin_m: float
+    """Distance to be kept from what is known."""
+    slope: float
+    """Growth of the margin with the distance from the vehicle."""
+    origin_m: FloatArray
+    """[3] world frame."""
+    yaw_rad: float
+    grid_from_level: FloatArray
+    """[3, 3]"""
+    bins: PointBins
+    shapes: Shapes
+    moving: MovingHazards
+    nothing: MovingHazards
+    """No intruder at all."""
+    wind_mps: FloatArray
+    """[3] level frame."""
+    unsure_mps: float
+    """How far off it may be."""
+    least_s: float
+    """For how long an escape is looked at, in whole rounds of its loop: once where there is no
+    wind, since it then comes back to where it began."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+@compiled
+def corners_of(pose: FloatArray, path: FloatArray) -> FloatArray:
+    """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4]."""
+    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
+    corners = np.empty((len(path) + 1, 3))
+    corners[0] = pose[:3]
+    for s in range(len(path)):
+        corners[s + 1, 0] = pose[0] + cosine * path[s, 0] - sine * path[s, 1]
+        corners[s + 1, 1] = pose[1] + sine * path[s, 0] + cosine * path[s, 1]
+        corners[s + 1, 2] = pose[2] + path[s, 2]
+    return corners
+
+
+@compiled
+def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms) -> FloatArray:
+    """[samples + 1, 3] as `corners_of`, carried by the wind; poses are those in still air."""
+    corners = corners_of(pose, path)
+    wind, last = terms.wind_mps, len(corners) - 1
+    if wind[0] != 0.0 or wind[1] != 0.0 or wind[2] != 0.0:
+        for s in range(last + 1):
+            time = times[0] + (times[1] - times[0]) * s / last
+            for axis in range(3):
+                corners[s, axis] += wind[axis] * time
+    return corners
+
+
+@compiled
+def unsure_after(end_s: float, terms: EscapeTerms) -> float:
+    """How far off the wind may have carried the vehicle by then."""
+    return terms.unsure_mps * min(end_s, GROWN_S)
+
+
+@compiled
+def pose_after(pose: FloatArray, path: FloatArray) -> FloatArray:
+    """[4] place and yaw at the end of a movement."""
+    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
+    end = path[len(path) - 1]
+    after = np.empty(4)
+    after[0] = pose[0] + cosine * end[0] - sine * end[1]
+    after[1] = pose[1] + sine * end[0] + cosine * end[1]
+    after[2] = pose[2] + end[2]
+    after[3] = pose[3] + end[3]
+    return after
+
+
+@compiled
+def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
+    """Whether the body stays in seen space on its way through corners, level frame."""
+    return _way_was_seen(
+        corners, sagitta + terms.unseen_m, terms.origin_m, terms.yaw_rad, terms.free, terms.window
+    )
+
+
+@compiled
+def _way_was_seen(
+    corners: FloatArray,
+    radius: float,
+    origin: FloatArray,
+    yaw: float,
+    free: Voxels,
+    window: FloatArray,
+) -> bool:
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    last = len(corners) - 1
+    half = 0.0
+    for s in range(last):
+        dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
+        dz = corners[s + 1, 2] - corners[s, 2]
+        half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
+    known = NO_VOXELS  # Boxes of neighbours share most of their voxels.
+    for at in range(len(corners)):
+        s = last - at
+        x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
+        y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
+        z = origin[2] + corners[s, 2]
+        if not is_declared(window, x, y, z, radius + half):
+            box = box_about(window, x, y, z, radius + half)
+            if box != known and not is_box_free(free, window, box, known):
+                return False
+            known = box
+    return True
+
+
+@compiled
+def keeps_margin(
+    corners: FloatArray, sagitta: float, start_s: float, end_s: float, terms: EscapeTerms
+) -> bool:
+    """Whether a movement through corners, level frame, keeps the margin from all that stands."""
+    turned = np.empty_like(corners)
+    g = terms.grid_from_level
+    farthest2 = 0.0
+    for s in range(len(corners)):
+        x, y, z = corners[s, 0], corners[s, 1], corners[s, 2]
+        farthest2 = max(farthest2, x * x + y * y + z * z)
+        for axis in range(3):
+            turned[s, axis] = g[axis, 0] * x + g[axis, 1] * y + g[axis, 2] * z
+    needed = terms.margin_m + sagitta + terms.slope * np.sqrt(farthest2)
+    span = span_of(turned, start_s, end_s)
+    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed)
+    return bool(found[0] >= needed - 1e-9 * terms.margin_m)
+
+
+@compiled
+def leg_keeps(
+    pose: FloatArray,
+    path: FloatArray,
+    sagitta: float,
+    start_s: float,
+    end_s: float,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
+    times = (start_s, end_s)
+    if terms.must_see and not leg_was_seen(pose, path, sagitta, times, terms.unseen_m, terms):
+        return False
+    return leg_keeps_margin(pose, path, sagitta, times, terms)
+
+
+@compiled
+def leg_was_seen(
+    pose: FloatArray,
+    path: FloatArray,
+    sagitta: float,
+    times: Times,
+    unseen: float,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether it leads through seen space, so far from the unseen."""
+    corners = carried(pose, path, times, terms)
+    radius = sagitta + unsure_after(times[1], terms) + unseen
+    return _way_was_seen(corners, radius, terms.origin_m, terms.yaw_rad, terms.free, terms.window)
+
+
+@compiled
+def leg_keeps_margin(
+    pose: FloatArray, path: FloatArray, sagitta: float, times: Times, terms: EscapeTerms
+) -> bool:
+    corners = carried(pose, path, times, terms)
+    around = sagitta + unsure_after(times[1], terms)
+    return keeps_margin(corners, around, times[0], times[1], terms)
