@@ -97,12 +97,12 @@ if __name__ == "__main__":
 
     def system() -> cw.AvoidanceSystem:
         """Fresh for every flight."""
-        return cw.AvoidanceSystem(planner, mission, [lidar])
+        return cw.AvoidanceSystem(planner, mission, lidars=[lidar])
 
     runs = {}
     for name, pilot in (("clearway", system()), ("swerve", BaselinePilot(system(), swerve))):
         pilot.warm_up()
-        runs[name] = cw.simulate(pilot, wood, [lidar], limits)
+        runs[name] = cw.simulate(pilot, wood, lidars=[lidar], settings=limits)
 
     print(f"{'planner':<12}{'reached':<9}{'nearest':<10}{'violations':<12}{'crashed':<9}path")
     for name, run in runs.items():

@@ -78,9 +78,9 @@ if __name__ == "__main__":
     runs = {}
     for name, rating in (("total (clearway's own)", None), ("wary", wary)):
         planner = cw.Planner.of(library, rating=rating)
-        system = cw.AvoidanceSystem(planner, mission, [lidar])
+        system = cw.AvoidanceSystem(planner, mission, lidars=[lidar])
         system.warm_up()
-        runs[name] = cw.simulate(system, trees, [lidar])
+        runs[name] = cw.simulate(system, trees, lidars=[lidar])
 
     print(
         f"{'rating':<24}{'reached':<9}{'nearest':<10}{'path':<9}{'cells, mean':<13}worst way chosen"

@@ -156,9 +156,11 @@ if __name__ == "__main__":
     mission = cw.Mission("fog", cw.State(np.zeros(3)), np.array([[280.0, 0.0, 0.0]]), 7.5)
     runs = {}
     for name, sensors in (("lidar alone", [lidar]), ("lidar and radar", [lidar, radar])):
-        system = cw.AvoidanceSystem(planner, mission, sensors)
+        system = cw.AvoidanceSystem(planner, mission, lidars=sensors)
         system.warm_up()
-        runs[name] = cw.simulate(system, towers, sensors, cw.SimulationSettings(time_limit_s=200.0))
+        runs[name] = cw.simulate(
+            system, towers, lidars=sensors, settings=cw.SimulationSettings(time_limit_s=200.0)
+        )
 
     print(f"{'sensors':<17}{'reached':<9}{'nearest':<10}{'emergencies':<13}{'first seen':<12}path")
     for name, run in runs.items():

@@ -111,7 +111,7 @@ for name, automaton in (("plane (4.4)", plane), ("climber", own)):
     sets[name] = library.nearest(0.0)
     system = cw.AvoidanceSystem(planner, mission, obstacle_map=cliff)
     system.warm_up()
-    runs[name] = cw.simulate(system, cliff, [])
+    runs[name] = cw.simulate(system, cliff, lidars=[])
 
 print(f"{'vehicle':<14}{'trajectories':<14}{'reached':<9}{'nearest':<10}{'time':<9}path")
 for name, run in runs.items():

@@ -42,7 +42,7 @@ ELSEWHERE = {
     },
     TrafficSection: {
         "spawn", "models", "tracker", "follow_movers", "recording", "recording_from",
-        "own_address", "heights", "heard_within_m",
+        "own_address", "heights", "heard_within_m", "volumes", "keep_volumes",
     },
 }  # fmt: skip
 """Keys that are called otherwise than what they set, or set nothing by themselves."""

@@ -168,15 +168,22 @@ class Leaving:
         """What leaves a way out if what nobody has seen is free; else what was taken.
 
         Who has had no certain one for longer than it takes where nothing stands in the way stays
-        and looks round: what stands there would close in on the way ahead.
+        for a round and looks about: what stands there would close in on the way ahead.
         """
         unsure = 1 if self.held is None else self.held.unsure + 1
         late = self.certain_within is not None and unsure > self.certain_within
         stays = self._stays(ways, hazards, taken.banned) if late else None
+        if stays is not None and self._has_looked_round(stays, unsure):
+            stays = None
         found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
         if found is None or found.way_out is None:
             return found or taken
         return replace(found, way_out=replace(found.way_out, unsure=unsure))
+
+    def _has_looked_round(self, stays: Taken, unsure: int) -> bool:
+        """Whether a round has been flown, which shows no more a second time."""
+        way, within = stays.way_out, self.certain_within or 0
+        return way is not None and unsure > within + len(way.movements)
 
     def _goes_on(self, hazards: Hazards) -> Taken | None:
         """The best that leaves a way out as far as is known."""

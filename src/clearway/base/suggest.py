@@ -30,8 +30,11 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
 def file_nearby(path: str | Path) -> str:
     """The same of a file that is not there: one of its folder that is called nearly so."""
     try:
-        names = [entry.name for entry in islice(Path(path).parent.iterdir(), MOST_SEEN)]
+        there = islice(Path(path).parent.iterdir(), MOST_SEEN)
+        names = {entry.stem: entry.name for entry in there}  # An ending alone is no likeness.
     except (OSError, ValueError):
         return ""
-    near = nearest(Path(path).name, names)
-    return f" (did you mean {str(Path(path).with_name(near))!r}?)" if near is not None else ""
+    near = nearest(Path(path).stem, names)
+    if near is None:
+        return ""
+    return f" (did you mean {str(Path(path).with_name(names[near]))!r}?)"
