@@ -82,7 +82,12 @@ class Flown:
         return unknown if unknown > TIME_TOLERANCE_S else 0.0
 
     def _between(self, start_s: float, end_s: float) -> list[MovementBuffer]:
-        parts = (buffer.split(start_s)[1].split(end_s)[0] for buffer in self._buffers)
+        after_s, before_s = start_s + TIME_TOLERANCE_S, end_s - TIME_TOLERANCE_S
+        parts = (
+            buffer.split(start_s)[1].split(end_s)[0]
+            for buffer in self._buffers
+            if buffer.end_s > after_s and buffer.start_s < before_s  # Most were long ago.
+        )
         return [part for part in parts if part.entries]
 
 
