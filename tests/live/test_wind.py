@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -117,8 +118,13 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
     np.testing.assert_allclose(end[:3], calm.states[same, :3] + wind)
 
 
-@pytest.mark.parametrize("wind", [(0.0, 0.5, 0.0), (-0.4, -0.3, 0.0)])
-def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind):
+@pytest.mark.parametrize(
+    ("wind", "escape"), [((0.0, 0.5, 0.0), "strict"), ((-0.4, -0.3, 0.0), "off")]
+)
+def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
+    """Against the wind a way out takes so much room that strict flight keeps the margin, but does
+    not get past two balls in time."""
+    planner = replace(planner, settings=replace(planner.settings, escape=escape))
     balls = BallWorld.of(((9.0, 0.4, 0.0), 1.5), ((18.0, -1.0, 0.5), 1.5))
     mission = Mission("windy", State(np.zeros(3)), np.array([[26.0, 0.0, 0.0]]))
     lidar = Lidar("lidar", BeamPattern.per_cell(planner.grid, max_range_m=10.0))
