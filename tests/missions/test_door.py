@@ -106,7 +106,7 @@ def test_a_scene_file_is_assessed_as_the_command_does() -> None:
 
 def test_a_scan_is_assessed_as_the_command_does() -> None:
     grid = cw.AvoidanceGrid.uniform(50.0)
-    tables = {"scan": {"file": str(STREET)}, "grid": {"range_m": 50.0}}
+    tables = {"scan": {"file": str(STREET)}, "grid": {"range_m": 50.0, "elevation_deg": 30.0}}
     theirs = assess_scene(scene_of("test", tables, Path(), "street").scene)
     from_file, from_scan = cw.assess(STREET, grid), cw.assess(cw.read_scan(STREET), grid)
     bare = cw.assess(cw.Scan(cw.read_scan(STREET).points_m), grid)
@@ -181,7 +181,7 @@ def test_notices_are_told() -> None:
         ("intruder", {"name": "a"}, "intruder: there is none to change"),
         ("mission", {"waypoints_m": [[0, 0, 1e9]]}, "is it in metres"),
         ("mission", {"waypoints_m": [[1, 2]]}, r"waypoints_m\[0\]\[2\]: missing, but needed$"),
-        ("map", {"fiels": ["a.csv"]}, "map.files: missing"),
+        ("map", {"fiels": ["a.csv"]}, r"map.fiels: unknown key \(did you mean 'files'\?\)"),
     ],
 )
 def test_a_changed_mission_is_checked_like_a_file(section: str, values, told: str) -> None:
