@@ -141,6 +141,17 @@ def test_a_floor_is_kept() -> None:
     assert "below the floor of 4.8 m" in out.why
 
 
+def test_a_dip_below_the_floor_on_the_way_does_not_pass_either() -> None:
+    guardian = guardian_at((0.0, 0.0, 5.0), obstacle_map=None)
+    guardian.floor_m = 4.8
+    up_again = [[0.0, 0.0, 5.0], [0.05, 0.0, 4.75], [0.1, 0.0, 5.0]]
+    out = guardian.guard_path(up_again, 0.0, speed_mps=1.0)
+    assert not out.passed
+    assert "below the floor of 4.8 m" in out.why
+    guardian.floor_m = 5.0
+    assert guardian.guard_velocity([0.3, 0.2, 0.0], 0.0).passed, "along the floor"
+
+
 @pytest.mark.parametrize(
     ("problem", "wish"),
     [

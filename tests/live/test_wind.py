@@ -119,7 +119,12 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
 
 
 @pytest.mark.parametrize(
-    ("wind", "escape"), [((0.0, 0.5, 0.0), "strict"), ((-0.4, -0.3, 0.0), "off")]
+    ("wind", "escape"),
+    [
+        ((0.0, 0.5, 0.0), "strict"),
+        ((-0.4, -0.3, 0.0), "off"),
+        pytest.param((-0.4, -0.3, 0.0), "strict", marks=pytest.mark.nightly),
+    ],
 )
 def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
     """Against the wind a way out takes so much room that strict flight keeps the margin, but does
@@ -130,7 +135,7 @@ def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
     lidar = Lidar("lidar", BeamPattern.per_cell(planner.grid, max_range_m=10.0))
     system = AvoidanceSystem(planner, mission, [lidar])
     run = simulate(system, balls, [lidar], SimulationSettings(wind_mps=wind))
-    assert run.reached
+    assert run.reached or (escape == "strict" and wind[0] < 0.0)
     assert run.crashed_s is None
     assert run.metrics.margin_violations == 0
     np.testing.assert_allclose(run.decisions[-1].flight.decision.wind_mps, wind, atol=1e-6)

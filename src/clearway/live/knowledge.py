@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from clearway.live.dynamic_objects import unreported
 from clearway.live.mission import Mission, Progress, advanced
 from clearway.live.own_states import Flown, OwnStates
 from clearway.live.range_sensing import RangeSensing
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.readings import DataLimits, Reading, reading_of
 from clearway.live.reports import reports_for
 from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.waiting import Waiting
@@ -95,7 +96,14 @@ class Knowledge:
     # --- readings -------------------------------------------------------------------------
 
     def put(self, reading: Reading) -> None:
-        """Keep a reading for the next question; what no time makes right is counted at once."""
+        """Keep a reading for the next question; what no time makes right is counted at once.
+
+        Raises ClearwayError for what is no reading at all.
+        """
+        if not isinstance(reading, State | Scan | Intruder):
+            raise ClearwayError(
+                f"update: takes a State, a Scan or an Intruder, got {type(reading).__name__}"
+            )
         if isinstance(reading, Scan) and reading.sensor not in self.sensing.sensors:
             self.counts["scan: unknown sensor"] += 1
             return
@@ -103,6 +111,15 @@ class Knowledge:
         overdue = self.waiting.overdue_s
         if overdue is not None:
             self._take(self.clock.own(overdue), asked=False)
+
+    def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
+        """Make a reading of raw values and keep it; what cannot be made is counted by reason."""
+        reading = reading_of(kind, *values, **named)
+        if isinstance(reading, str):
+            self.counts[reading] += 1
+            return False
+        self.put(reading)
+        return True
 
     def catch_up(self, told_s: float) -> float:
         """Own time of a question, with all taken in that has come; ClearwayError for no time."""

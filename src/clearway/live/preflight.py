@@ -30,6 +30,8 @@ WIDER = (1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 """Ranges that are tried where the sensor's own does not do, in its own."""
 MOST_PLANS = 64
 """Kept in a process."""
+NEARLY = 0.03
+"""Slope and turn (rad) that a measured movement straight on may have."""
 SETTLED = 6
 """Movements in a row that must have a way out in hand."""
 
@@ -68,8 +70,6 @@ def escape_plan(
     return _plans[key]
 
 
-NEARLY = 0.03
-"""Slope and turn (rad) that a measured movement straight on may have."""
 _plans: dict[bytes, EscapePlan] = {}
 """What was tried in this process: campaigns and batches fly one vehicle a thousand times."""
 

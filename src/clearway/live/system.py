@@ -17,7 +17,6 @@ from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line
-from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
@@ -31,12 +30,12 @@ from clearway.live.mission import Detour, Mission, Progress
 from clearway.live.modes import ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
-from clearway.live.readings import DataLimits, Reading, reading_of
+from clearway.live.readings import DataLimits, Reading
 from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan
 from clearway.sensors.detection import Rule
-from clearway.traffic import Intruder, TrackerSettings
+from clearway.traffic import TrackerSettings
 from clearway.traffic.volumes import Alerts, VolumeSet
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
@@ -162,12 +161,7 @@ class AvoidanceSystem:
         For values that nobody has looked at: what a State, Scan or Intruder refuses to be made of
         is counted by what is wrong with it, where making it oneself would raise.
         """
-        reading = reading_of(kind, *values, **named)
-        if isinstance(reading, str):
-            self.counts[reading] += 1
-            return False
-        self.update(reading)
-        return True
+        return self._known.receive(kind, *values, **named)
 
     def update(self, reading: Reading) -> None:
         """Take one reading; what cannot be used is counted by reason.
@@ -175,10 +169,6 @@ class AvoidanceSystem:
         What no time makes right is counted at once, the rest when the next question tells the time.
         Raises ClearwayError for what is no reading at all.
         """
-        if not isinstance(reading, State | Scan | Intruder):
-            raise ClearwayError(
-                f"update: takes a State, a Scan or an Intruder, got {type(reading).__name__}"
-            )
         self._known.put(reading)
 
     def catch_up(self, now_s: float) -> None:

@@ -54,7 +54,7 @@ def check_leg(planner: Planner, escapes: EscapeLibrary, situation: Situation, le
             f"comes within {found.distance_m:.2f} m of {what}, {margin:.2f} m asked", margin
         )
     lowest = min(situation.floor_m, float(leg.start.position_m[2]))
-    if leg.lowest_m < lowest - FLOOR_M and leg.end.position_m[2] < lowest - FLOOR_M:
+    if leg.lowest_m < lowest - FLOOR_M:
         return Checked(f"leads below the floor of {situation.floor_m:.1f} m", margin)
     ways = WaysOut(planner, escapes, situation, near)
     for corners, sagitta_m in _ways(leg):

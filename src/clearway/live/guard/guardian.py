@@ -40,11 +40,11 @@ from clearway.live.knowledge import Knowledge
 from clearway.live.link.set_point import SetPoint
 from clearway.live.mission import Mission, Mode
 from clearway.live.preflight import escape_plan
-from clearway.live.readings import DataLimits, Reading, reading_of
+from clearway.live.readings import DataLimits, Reading
 from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import AnySensor, Scan
-from clearway.traffic import Intruder, TrackerSettings
+from clearway.sensors import AnySensor
+from clearway.traffic import TrackerSettings
 
 LEVEL_RAD = math.radians(2.0)
 """A pitch that is no farther off counts as one that movements keep."""
@@ -155,20 +155,11 @@ class Guardian:
 
     def update(self, reading: Reading) -> None:
         """Take an own state, a scan or an intruder, as `AvoidanceSystem.update` does."""
-        if not isinstance(reading, State | Scan | Intruder):
-            raise ClearwayError(
-                f"update: takes a State, a Scan or an Intruder, got {type(reading).__name__}"
-            )
         self._known.put(reading)
 
     def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
         """Make a reading of raw values and take it; returns whether it could be made."""
-        reading = reading_of(kind, *values, **named)
-        if isinstance(reading, str):
-            self.counts[reading] += 1
-            return False
-        self.update(reading)
-        return True
+        return self._known.receive(kind, *values, **named)
 
     def warm_up(self) -> None:
         """Compile and load all that runs, on made-up data; nothing is kept of it."""

@@ -21,6 +21,8 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 SAMPLES = 8
 """Places along each part that are looked at."""
+LEVEL_M = 1e-9
+"""Heights that differ by no more are the same."""
 SHORTEST_S = 1e-3
 """A vehicle that brakes for less stands at once."""
 
@@ -68,8 +70,14 @@ class Leg:
 
     @property
     def lowest_m(self) -> float:
-        """Height that it does not go below, world frame."""
-        return min(float(part.places_m[:, 2].min()) - part.sagitta_m for part in self.parts)
+        """Height that it does not go below on its way, world frame; a level part does not sag."""
+        lowest, begins_m = np.inf, float(self.start.position_m[2])
+        for part in self.parts:
+            heights = part.places_m[:, 2]
+            level = float(np.abs(heights - begins_m).max()) <= LEVEL_M
+            lowest = min(lowest, float(heights.min()) - (0.0 if level else part.sagitta_m))
+            begins_m = float(heights[-1])
+        return float(lowest)
 
     @property
     def length_m(self) -> float:
