@@ -194,6 +194,10 @@ def test_a_log_without_time_and_with_bytes_lost(tmp_path):
     assert damaged.left_out["damaged"] >= 10
     assert any("600 bytes hold no message" in note for note in damaged.notes)
     assert len(damaged.reports) > 300
+    (tmp_path / "c.bin").write_bytes(whole[:-5])
+    cut = read_traffic(tmp_path / "c.bin")
+    assert cut.left_out == {"cut off": 1}
+    assert len(cut.reports) == 362
 
 
 def test_remote_id_in_a_telemetry_log(tmp_path):

@@ -27,7 +27,7 @@ def test_a_run_of_0_1_0_replays(tmp_path):
     run = shutil.copytree(OLD, tmp_path / "run")
     done = clearway("replay", run, "--html", tmp_path / "page.html", "--no-browser")
     assert done.exit_code == 0, done.stderr
-    assert "KITE" in (tmp_path / "page.html").read_text()
+    assert "<title>short - clearway replay</title>" in (tmp_path / "page.html").read_text()
 
 
 def test_a_run_of_0_1_0_is_read_as_it_was_flown():

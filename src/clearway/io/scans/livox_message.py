@@ -38,7 +38,9 @@ def points_of_livox(raw: bytes, ros2: bool) -> FloatArray:
     (count,) = struct.unpack_from(f"{header.order}I", raw, start + BEFORE_COUNT)
     first = start + BEFORE_COUNT + 4
     step = ALIGNED_BYTES if ros2 else POINT_BYTES
-    needed = (count - 1) * step + POINT_BYTES if count else 0
+    if not count:  # an array may not begin behind its buffer
+        return np.zeros((0, 3))
+    needed = (count - 1) * step + POINT_BYTES
     if len(raw) - first < needed:
         raise ValueError(f"{count} points promised, room for {(len(raw) - first) // step}")
     view = np.ndarray(

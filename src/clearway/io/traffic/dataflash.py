@@ -60,7 +60,9 @@ def read_dataflash(source: str, content: bytes) -> TrafficRecording:
     rows, others, lost_bytes = apart(Path(source), "DataFlash log", logged_rows, content)
     sieve = Sieve(source)
     sieve.use("other message", others)
-    if lost_bytes:
+    if lost_bytes < 0:
+        sieve.cut_off(f"the last message lacks {-lost_bytes} bytes")
+    elif lost_bytes:
         mean_bytes = (len(content) - lost_bytes) / max(len(rows) + others, 1)
         lost = max(1, round(lost_bytes / max(mean_bytes, 1.0)))
         sieve.drop(DAMAGED, count=lost)
@@ -83,7 +85,10 @@ def read_dataflash(source: str, content: bytes) -> TrafficRecording:
 
 
 def logged_rows(content: bytes) -> tuple[list[LoggedRow], int, int]:
-    """Messages that are read, in their order, how many others, and bytes that hold none."""
+    """Messages that are read, in their order, how many others, and bytes that hold none.
+
+    Fewer than 0 where the last one is cut off.
+    """
     from pymavlink.DFReader import DFReader_binary
 
     with tempfile.NamedTemporaryFile(suffix=".bin") as file:
@@ -98,7 +103,7 @@ def logged_rows(content: bytes) -> tuple[list[LoggedRow], int, int]:
         counts = {n: count for n, count in enumerate(reader.counts) if count}
         known = sum(count * reader.formats[n].len for n, count in counts.items())
         others = max(sum(counts.values()) - len(found), 0)
-        return found, others, max(len(content) - known, 0)
+        return found, others, len(content) - known
 
 
 def _number(message: Any, name: str) -> float | None:

@@ -37,7 +37,7 @@ AIRBORNE, TRUE_TRACK = 8, 1
 BEACON = "beacon on the ground"
 
 
-class Moment:
+class HeartbeatClock:
     """Seconds of the day as heartbeats tell them, counted on over midnight."""
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ def is_gdl90(head: bytes) -> bool:
 
 def read_gdl90(source: str, content: bytes) -> TrafficRecording:
     """Reports of the own aircraft and of others; pressure altitude, of the own geometric too."""
-    sieve, now = Sieve(source), Moment()
+    sieve, now = Sieve(source), HeartbeatClock()
     sieve.notes.append("times are seconds since midnight UTC: the recording tells no day")
     own: str | None = None
     own_height: tuple[float, float] | None = None
