@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from tokenize import TokenError
@@ -69,7 +70,8 @@ def read_npy(path: Path) -> PointCloud:
 
     Columns after the third, and other fields, are left aside.
     """
-    with damage_told(path, ".npy file", (TokenError, SyntaxError)):
+    with damage_told(path, ".npy file", (TokenError, SyntaxError)), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # Written by Python 2: read all the same.
         array = np.load(path, allow_pickle=False)
     if array.dtype.names is not None and {"x", "y", "z"} <= set(array.dtype.names):
         array = np.stack([array[axis].ravel() for axis in "xyz"], axis=-1)
