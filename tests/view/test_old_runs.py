@@ -12,7 +12,7 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.base.version import SCHEMA_VERSION
-from clearway.io.toml import write_toml
+from clearway.io.toml_writing import write_toml
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.run_files import write_decisions
 from clearway.missions.scene_file import SceneFile
