@@ -22,7 +22,7 @@ from clearway.avoidance.rules import GroundHeights
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
 from clearway.io.maps.map_features import Geodetic
-from clearway.io.toml import dump_toml
+from clearway.io.toml_writing import dump_toml
 from clearway.live.mission import Mode
 from clearway.missions.mission_place import MissionPlace
 from clearway.missions.run_files import decision_record

@@ -28,6 +28,8 @@ KEPT = {
     known.GPS_GLOBAL_ORIGIN: 4,
     known.HOME_POSITION: 4,
     known.ADSB_VEHICLE: 128,
+    known.OPEN_DRONE_ID_LOCATION: 128,
+    known.GPS_RAW_INT: 4,
     known.OBSTACLE_DISTANCE: 16,
     known.DISTANCE_SENSOR: 64,
     known.OBSTACLE_DISTANCE_3D: 512,
@@ -46,6 +48,7 @@ KEPT = {
 """Messages that we need, and how many of each are decoded at a tick, the newest."""
 FROM_ANY_COMPONENT = (
     known.ADSB_VEHICLE,
+    known.OPEN_DRONE_ID_LOCATION,
     known.OBSTACLE_DISTANCE,
     known.DISTANCE_SENSOR,
     known.OBSTACLE_DISTANCE_3D,

@@ -24,9 +24,10 @@ from clearway.mavlink.dialect import Message
 from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mode import airborne_by, status_of
 from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
-from clearway.mavlink.own_state import OwnPlace
+from clearway.mavlink.own_state import MILLIMETRE, OwnPlace
 from clearway.mavlink.parameters import Parameters
 from clearway.mavlink.reasons import Sayings
+from clearway.mavlink.remote_id import FIX_3D, drone_of
 from clearway.mavlink.set_points import set_point_message
 from clearway.mavlink.streams import Streams, streams_for
 from clearway.mavlink.surroundings import Surroundings
@@ -89,6 +90,7 @@ class MavlinkSession:
         self._streams = Streams(wanted, asks=terms.asks)
         self._answers = Answers(terms.system, self._fly_to)
         self._airborne: bool | None = None
+        self._geoid_m: float | None = None
         self._beat: Message | None = None
         self._beat_s = self._heard_s = -math.inf
         self._wall_s = 0.0
@@ -99,6 +101,8 @@ class MavlinkSession:
             known.HOME_POSITION: lambda message, _: self.place.take_home(message),
             known.EXTENDED_SYS_STATE: self._take_landed,
             known.ADSB_VEHICLE: self._take_traffic,
+            known.OPEN_DRONE_ID_LOCATION: self._take_drone,
+            known.GPS_RAW_INT: self._take_geoid,
             known.OBSTACLE_DISTANCE: self._surroundings.take_circle,
             known.DISTANCE_SENSOR: self._take_sector,
             known.OBSTACLE_DISTANCE_3D: self._take_obstacle,
@@ -165,6 +169,18 @@ class MavlinkSession:
         report = aircraft_of(message, self.place.origin_geodetic, height, self.counts)
         if report is not None:
             self.core.hear_aircraft(report, wall_s)
+
+    def _take_drone(self, message: Message, wall_s: float) -> None:
+        own = self.core.motion
+        height = None if own is None else float(own.position_m[2])
+        origin = self.place.origin_geodetic
+        report = drone_of(message, origin, height, self._geoid_m, self.counts)
+        if report is not None:
+            self.core.hear_aircraft(report, wall_s)
+
+    def _take_geoid(self, message: Message, _wall_s: float) -> None:
+        if message.fix_type >= FIX_3D and message.alt_ellipsoid:
+            self._geoid_m = MILLIMETRE * (message.alt_ellipsoid - message.alt)
 
     def _take_sector(self, message: Message, wall_s: float) -> None:
         time_s = time_of(message.time_boot_ms, self.core.clock.newest_s)

@@ -8,6 +8,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.version import SCHEMA_VERSION
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.loop import LoopReport
 from clearway.live.link.session import TickOutcome
@@ -40,7 +41,8 @@ class SessionRecord:
             self._elapsed_s.append(outcome.elapsed_s)
         changed = last is None or last.state is not outcome.state
         if self._log is not None and (outcome.flight is not None or changed):
-            self._log.write(json.dumps(row_of(outcome, self._session), allow_nan=False) + "\n")
+            row = {"schema_version": SCHEMA_VERSION, **row_of(outcome, self._session)}
+            self._log.write(json.dumps(row, allow_nan=False) + "\n")
             self._log.flush()
 
     def summary(
