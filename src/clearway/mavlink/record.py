@@ -11,7 +11,8 @@ from clearway.base.frames import FloatArray
 from clearway.base.version import SCHEMA_VERSION
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.loop import LoopReport
-from clearway.live.link.session import TickOutcome
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.session import Session
 from clearway.live.mission import Mode
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.mavlink_session import MavlinkSession
@@ -22,7 +23,7 @@ from clearway.mavlink.set_points import set_point_row
 class SessionRecord:
     """Takes outcomes as they come; `log` gets a JSON line for each that says something new."""
 
-    def __init__(self, session: MavlinkSession, log: TextIO | None) -> None:
+    def __init__(self, session: MavlinkSession[Session], log: TextIO | None) -> None:
         self.last: TickOutcome | None = None
         self.decisions = 0
         self.emergencies = 0
@@ -77,7 +78,7 @@ class SessionRecord:
         }
 
 
-def row_of(outcome: TickOutcome, session: MavlinkSession) -> dict[str, Any]:
+def row_of(outcome: TickOutcome, session: MavlinkSession[Session]) -> dict[str, Any]:
     """One line of the log."""
     row: dict[str, Any] = {
         "time_s": round(outcome.time_s, 3),
