@@ -21,6 +21,8 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
+LEFT = 0.5
+"""Share of the margin that a way out has to keep for anything to lead on, not into it."""
 ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
 """The best of some candidates, with a share of the margin."""
 
@@ -107,7 +109,7 @@ class Leaving:
             return look
         too_near: Taken | None = None
         for share in (1.0, *LESSER_MARGINS):
-            on = self._leads_on(ways, hazards, share) if share < 1.0 else None
+            on = self._leads_on(ways, hazards, share) if LEFT <= share < 1.0 else None
             if on is not None:
                 return on
             for way in self._ways_out(ways, share):
