@@ -23,7 +23,7 @@ from typer.testing import CliRunner
 
 from clearway.base.errors import InputError
 from clearway.cli.app import app
-from clearway.live.link.session import TickOutcome
+from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import Address, open_link
 from mavlink_for_tests import (

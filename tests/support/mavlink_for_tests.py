@@ -11,7 +11,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.live import AvoidanceSystem
 from clearway.live.link.floor import FloorRule
-from clearway.live.link.session import SessionTerms, TickOutcome
+from clearway.live.link.hearing import SessionTerms
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.session import Session
 from clearway.mavlink.dialect import EXTENDED_SYS_STATE
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox, ReceivedMessage
@@ -132,7 +134,8 @@ class Bench:
         over = {key: settings.pop(key) for key in OF_THE_LINK if key in settings}
         settings = {"floor": FloorRule(0.6, -100.0)} | settings
         terms = MavlinkTerms(session=SessionTerms(act=act, **settings), **over)
-        self.session = MavlinkSession(self.system, lidar, terms, self.counts)
+        core = Session(self.system, lidar, terms.session, self.counts)
+        self.session = MavlinkSession(core, lidar, terms, self.counts)
         check = None if key is None else SignatureCheck(key)
         self.inbox = Inbox(1, 1, check, stream=False)
         if airborne:

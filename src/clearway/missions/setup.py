@@ -14,6 +14,7 @@ from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.live.fineness import too_coarse, what_beams_hold
+from clearway.live.guard.guardian import Guardian
 from clearway.live.mission import Mission
 from clearway.live.preflight import EscapePlan, escape_plan
 from clearway.live.route import check_mission
@@ -111,6 +112,23 @@ class FlightSetup:
             tracker=self.tracker,
             address=OWN_ADDRESS,
             volumes=self.volumes,
+        )
+
+    def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
+        """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
+        return Guardian(
+            self.planner,
+            self.mission.start,
+            self.sensors,
+            self.obstacle_map,
+            limits=self.limits,
+            detection_rule=self.detection_rule,
+            ground_m=self.ground_m,
+            follow_movers=self.follow_movers,
+            tracker=self.tracker,
+            address=OWN_ADDRESS,
+            hold_s=hold_s,
+            acceleration_mps2=acceleration_mps2,
         )
 
     def refuse_impossible(self) -> None:
