@@ -363,6 +363,7 @@ def test_a_damaged_page_says_that_it_cannot_be_shown(browser, recording, tmp_pat
     assert "cannot be shown" in browser.evaluate("document.getElementById('message').innerText")
 
 
+@pytest.mark.nightly
 def test_a_run_without_cells_is_shown_too(browser, tmp_path):
     path = tmp_path / "run.mcap"
     write_mcap(flown().setup.fly_with("straight"), flown().setup, "", path)
