@@ -17,7 +17,7 @@ from clearway.live.link.own_motion import OwnMotion
 from clearway.mavlink.adsb import aircraft_of
 from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
 from clearway.mavlink.remote_id import drone_of
-from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, enu, mavlink
+from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, drone, enu
 
 # --- distances ----------------------------------------------------------------------------------
 
@@ -209,19 +209,6 @@ def test_no_more_aircraft_than_decisions_can_take_and_the_gone_make_room() -> No
 
 
 # --- Remote ID ------------------------------------------------------------------------------------
-
-
-def drone(**more: Any) -> Any:
-    """A drone where `aircraft` is, by Remote ID: 10 m above sea level, 48 m more above WGS 84."""
-    fields = {
-        "sender": b"\x60\x60\x1f\x01", "status": 2, "direction": 18_000, "speed": 100, "climb": 0,
-        "lat": 520_000_719, "lon": 43_000_874, "height_m": 58.0, "accuracy": 11,
-    } | more  # fmt: skip
-    return mavlink.MAVLink_open_drone_id_location_message(
-        0, 0, fields["sender"].ljust(20, b"\0"), fields["status"], fields["direction"],
-        fields["speed"], fields["climb"], fields["lat"], fields["lon"], -1000.0,
-        fields["height_m"], 0, 20.0, fields["accuracy"], 4, 4, 3, 120.0, 1,
-    )  # fmt: skip
 
 
 def told(message: Any, geoid_m: float | None = 48.0) -> tuple[Any, Counter[str]]:

@@ -70,7 +70,7 @@ class Format(NamedTuple):
     beside: Callable[[Path], dict[str, bytes]] = lambda folder: {}
     """Whole files that lie beside it, by suffix or name."""
     apart: bool = False
-    """Whether it is read in a process of its own, which takes a while."""
+    """Whether a case takes a while, as where it is read in a process of its own."""
 
 
 SCAN = ("assess", "--scan", "{}", *SMALL, "--no-plots", "--out", "out")
@@ -114,8 +114,8 @@ FORMATS: dict[str, Format] = {
     "waypoints": Format(
         ".waypoints", FLY, with_real(text_files(WAYPOINTS), "maps/missions/*.waypoints")
     ),
-    "kml": Format(".kml", FLY, sample_files("way.kml")),
-    "kmz": Format(".kmz", FLY, sample_files("dji.kmz")),
+    "kml": Format(".kml", FLY, sample_files("way.kml"), apart=True),
+    "kmz": Format(".kmz", FLY, sample_files("dji.kmz"), apart=True),
     "campaign": Format(".toml", ("campaign", "{}", "--out", "out"), campaign_files),
     "encounter-model": Format(
         ".txt", ("risk", "{}", "--count", "2", "--workers", "1"), model_files
@@ -127,7 +127,7 @@ FORMATS: dict[str, Format] = {
     "cityjson": Format(".json", MAP, json_files(CITY)),
     "geozones": Format(".json", MAP, lambda folder: real("maps/geozones/*.json", most=10**6)),
     "terrain": Format(".tif", MAP, tif_files),
-    "hgt": Format(".hgt", MAP, sample_files("N50E008.hgt")),
+    "hgt": Format(".hgt", MAP, sample_files("N50E008.hgt"), apart=True),
     "dted": Format(".dt0", MAP, sample_files("n50.dt0")),
     "gpkg": Format(".gpkg", MAP, sample_files("houses.gpkg")),
     "shp": Format(".shp", MAP, sample_files("houses.shp"), shapefile_beside(".dbf", ".prj")),
