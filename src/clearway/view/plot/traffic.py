@@ -49,8 +49,8 @@ def draw_traffic(
     if kept_out is not None:
         draw_kept_out(above, run.states[:, :3], kept_out)
     handles, labels = above.get_legend_handles_labels()
-    columns = min(len(labels), int(figure.get_size_inches()[0] / LEGEND_INCHES))
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
+    most = min(len(labels), int(figure.get_size_inches()[0] / LEGEND_INCHES))
+    figure.legend(handles, labels, loc="outside lower center", ncols=most, frameon=False)
     return figure
 
 
