@@ -158,6 +158,7 @@ class Telemetry(threading.Thread):
         self.socket.close()
 
 
+@pytest.mark.nightly
 def test_read_only_listens_decides_and_is_silent_among_bad_frames(tmp_path: Path) -> None:
     key = tmp_path / "key"
     key.write_bytes(KEY)

@@ -86,6 +86,7 @@ def reference(case: IntersectionCase, known_answers: dict[str, Any]) -> Any:
     return np.array(known_answers["intruder"][part][key], dtype=np.float64)
 
 
+@pytest.mark.nightly
 def test_all_twelve_figures_in_order(exhibits: dict[str, Any]) -> None:
     assert list(exhibits) == [f"Figure 6.{number}" for number in range(2, 14)]
     for exhibit in exhibits.values():
@@ -137,11 +138,11 @@ def test_pictures_show_the_cells_of_the_reference(
     expected = reference(case, known_answers)
     tolerance = REFERENCE[case.obstacle_figure][2]
     figure = draw_obstacle_space(case, assess(model_cells(case.model, case.timed)[0]))
-    panels = [axes for axes in figure.axes if axes.get_title().startswith("Layer")]
+    panels = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     rows = (4, 3, 2, 1, 0) if case.all_layers else (2,)
     assert len(panels) == len(rows)
     for axes, row in zip(panels, rows, strict=True):
-        assert f"Layer {5 - row}" in axes.get_title()
+        assert f"Row {5 - row}" in axes.get_title()
         drawn = next(c for c in axes.collections if isinstance(c, PolyCollection))
         np.testing.assert_allclose(
             np.asarray(drawn.get_array()), expected[:, :, row].ravel(), rtol=0, atol=tolerance
@@ -153,7 +154,7 @@ def test_the_intruder_s_line_is_in_the_middle_layer_alone_and_its_cone_in_all(
 ) -> None:
     case = next(case for case in CASES if case.reach_figure == "6.11")
     figure = draw_reach_space(case, assess(model_cells(case.model, case.timed)[0]))
-    panels = [axes for axes in figure.axes if axes.get_title().startswith("Layer")]
+    panels = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     visible = []
     for axes in panels:
         line = axes.lines[0].get_xydata()
@@ -295,6 +296,7 @@ def test_prediction_ball_holds_for_any_seed() -> None:
         assert found.deviation_m[:, -1].max() > 0.3 * found.bound_m[-1]
 
 
+@pytest.mark.nightly
 def test_without_an_obstacle_lyapunov_s_function_falls_and_with_one_it_may_not() -> None:
     """3.4.2"""
     free, wall = approach((), 60.0), approach((WALL,), 120.0)
