@@ -9,8 +9,9 @@ pytest.importorskip("pyproj")
 pytest.importorskip("shapely")
 pytest.importorskip("rasterio")
 
-from clearway.base.errors import InputError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import enu_from_geodetic
+from clearway.io.maps import placing
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.maps.maps import read_map
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -119,3 +120,14 @@ def test_bad_city_models_name_the_cause(tmp_path, change, cause):
     with pytest.raises(InputError) as refused:
         read_map(saved(tmp_path, "bad.json", city_of(**change)))
     assert cause in str(refused.value)
+
+
+def test_more_outlines_than_can_be_covered_are_refused_before_any_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(placing, "MOST_OUTLINES", 3)
+    ring = [[[1.0, 2.0], [1.0, 2.001], [1.001, 2.001]]]
+    geometry = {"type": "MultiPolygon", "coordinates": [ring] * 4}
+    feature = {"type": "Feature", "properties": {"height": 9}, "geometry": geometry}
+    path = tmp_path / "city.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
+    with pytest.raises(ClearwayError, match="4 outlines, at most"):
+        read_map(path)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, enu_from_geodetic, geodetic_from_enu
 from clearway.io.maps.map_features import Disc, Geodetic, Height, MapFeature
 from clearway.io.maps.rectangles import Cover, cover
@@ -60,6 +61,10 @@ class PlacingTally:
         return tuple(notes)
 
 
+MOST_OUTLINES = 100_000
+TOO_MANY = f"{{:,}} outlines, at most {MOST_OUTLINES:,} are taken; valid: a part of the map"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
     """A local frame: east, north, up in metres from an origin."""
@@ -92,7 +97,14 @@ class Place:
 def place_features(
     features: Iterable[MapFeature], place: Place, tally: PlacingTally
 ) -> list[Obstacle]:
-    """Cuboids that hold the features, in the frame of the place; the tally counts the rest."""
+    """Cuboids that hold the features, in the frame of the place; the tally counts the rest.
+
+    Raises ClearwayError for more outlines than can be covered with boxes in minutes.
+    """
+    features, covered = list(features), 0
+    outlines = sum(not isinstance(feature.outline, Disc) for feature in features)
+    if place.bounds_m is None and outlines > MOST_OUTLINES:
+        raise ClearwayError(TOO_MANY.format(outlines))
     obstacles: list[Obstacle] = []
     for feature in features:
         outline = feature.outline
@@ -115,6 +127,9 @@ def place_features(
             side = 2.0 * outline.radius_m
             obstacles.append(_box(center[:2], (side, side), 0.0, (low, high), feature.name))
         else:
+            covered += 1
+            if covered > MOST_OUTLINES:
+                raise ClearwayError(TOO_MANY.format(covered))
             obstacles.extend(_boxes(cover(flat), (low, high), feature.name, tally))
     return obstacles
 

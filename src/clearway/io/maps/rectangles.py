@@ -7,6 +7,7 @@ become smallest, the wasteful piece first, until little more than the polygon is
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.compiled import compiled
 from clearway.base.errors import MissingExtraError
 from clearway.base.frames import FloatArray
 
@@ -96,8 +98,8 @@ def _parts(shapely: ModuleType, shape: Any) -> list[Any]:
 
 def _waste(shapely: ModuleType, piece: Any) -> tuple[float, float]:
     """Area of the smallest rectangle beyond the piece, and of the rectangle."""
-    corners = _smallest(shapely, piece)
-    around = float(np.prod(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1)))
+    (x0, y0), (x1, y1), (x2, y2), _ = _smallest(shapely, piece).tolist()
+    around = math.hypot(x1 - x0, y1 - y0) * math.hypot(x2 - x1, y2 - y1)
     return around - float(piece.area), around
 
 
@@ -178,17 +180,31 @@ def _smallest(shapely: ModuleType, piece: Any) -> FloatArray:
 
     `oriented_envelope` of GEOS 3.14 gives a rectangle without area for some pieces that have one.
     """
-    hull = shapely.get_coordinates(shapely.convex_hull(piece))
-    sides = np.diff(hull, axis=0)
-    lengths = np.hypot(sides[:, 0], sides[:, 1])
-    along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
-    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
-    u, v = hull @ along.T, hull @ across.T
-    low_u, high_u, low_v, high_v = u.min(axis=0), u.max(axis=0), v.min(axis=0), v.max(axis=0)
-    best = int(np.argmin((high_u - low_u) * (high_v - low_v)))
-    x, y = along[best], across[best]
-    at = [(low_u, low_v), (high_u, low_v), (high_u, high_v), (low_u, high_v)]
-    return np.array([one[best] * x + other[best] * y for one, other in at])
+    return _around(shapely.get_coordinates(shapely.convex_hull(piece)))
+
+
+@compiled
+def _around(hull: FloatArray) -> FloatArray:
+    """Corners [4, 2] of the smallest rectangle along a side of a convex ring [n, 2]."""
+    corners, least = np.zeros((4, 2)), np.inf
+    for side in range(len(hull) - 1):
+        x, y = hull[side + 1, 0] - hull[side, 0], hull[side + 1, 1] - hull[side, 1]
+        length = np.hypot(x, y)
+        if length == 0.0:
+            continue
+        x, y = x / length, y / length
+        low_u, high_u, low_v, high_v = np.inf, -np.inf, np.inf, -np.inf
+        for n in range(len(hull)):
+            u, v = hull[n, 0] * x + hull[n, 1] * y, hull[n, 1] * x - hull[n, 0] * y
+            low_u, high_u = min(low_u, u), max(high_u, u)
+            low_v, high_v = min(low_v, v), max(high_v, v)
+        area = (high_u - low_u) * (high_v - low_v)
+        if area < least:
+            least = area
+            for n, u in enumerate((low_u, high_u, high_u, low_u)):
+                v = low_v if n < 2 else high_v
+                corners[n, 0], corners[n, 1] = u * x - v * y, u * y + v * x
+    return corners
 
 
 def _rectangle(shapely: ModuleType, piece: Any) -> Rectangle:
