@@ -58,6 +58,11 @@ class EscapeTerms(NamedTuple):
     """[3] level frame."""
     unsure_mps: float
     """How far off it may be."""
+    tube_m: FloatArray
+    """[n] within how far of its prediction the vehicle is after 0, 1, ... movements (def. 13); empty
+    for exactly there."""
+    tube_s: float
+    """Duration of those movements."""
     least_s: float
     """For how long an escape is looked at, in whole rounds of its loop: once where there is no
     wind, since it then comes back to where it began."""
@@ -94,8 +99,15 @@ def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms
 
 @compiled
 def unsure_after(end_s: float, terms: EscapeTerms) -> float:
-    """How far off the wind may have carried the vehicle by then."""
-    return terms.unsure_mps * min(end_s, GROWN_S)
+    """How far off the vehicle may be by then: carried by the wind, or off its prediction."""
+    blown, last = terms.unsure_mps * min(end_s, GROWN_S), len(terms.tube_m) - 1
+    if last < 1:
+        return blown
+    # Beyond what was measured own states have told anew where it is.
+    flown = min(end_s / terms.tube_s, float(last))
+    before = min(int(flown), last - 1)
+    off, grown = terms.tube_m[before], terms.tube_m[before + 1] - terms.tube_m[before]
+    return blown + off + (flown - before) * grown
 
 
 @compiled

@@ -261,6 +261,9 @@ class Planner:
         What is verified is then what is flown, from whatever attitude.
         """
         roll, pitch, _ = state.attitude_rad.tolist()
+        pairs = self.automaton.pairs
+        if pairs is not None:  # Rooted at each movement already.
+            return self.prepared_sets[pairs.names.index(pairs.previous(roll))][1]
         return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:

@@ -52,6 +52,14 @@ def carried_m(planner: Planner, situation: Situation) -> float:
     return float(np.linalg.norm(situation.wind_mps)) * in_wind_s(planner.automaton)
 
 
+def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
+    """Radii after 0, 1, ... movements, and how long one takes at least."""
+    shortest_s = min(movement.duration_s for movement in automaton.movements)
+    if automaton.pairs is None:
+        return np.zeros(0), shortest_s
+    return automaton.tube_m(np.arange(len(automaton.pairs.tube_m) + 1)), shortest_s
+
+
 class WaysOut:
     """Looks for ways out at one decision; what is found out is kept until it is over.
 
@@ -95,6 +103,7 @@ class WaysOut:
             nothing_moving(),
             np.ascontiguousarray(world_from_body([0.0, 0.0, yaw]).T @ situation.wind_mps),
             settings.sigmas * situation.wind_sigma_mps,
+            *_tube_of(planner.automaton),
             in_wind_s(planner.automaton) if self.windy else 0.0,
         )
         self._loops: dict[int, FloatArray] = {}

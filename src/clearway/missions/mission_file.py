@@ -185,6 +185,7 @@ class MissionFile(Section):
         """Tables that fly the same mission again from anywhere, defaults filled in."""
         tables = self.model_dump(exclude_none=True)
         tables["grid"] = self.grid.effective()
+        tables["vehicle"] = self.vehicle.effective()
         return tables
 
     def changed(self, section: str, **values: object) -> MissionFile:
