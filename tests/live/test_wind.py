@@ -19,7 +19,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
-from clearway.live.wind import WindEstimate
+from clearway.live.wind import LEAST_OF_SPEED, SURE, WindEstimate, line_through
 from clearway.reach.drifted import drifted
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar
@@ -67,6 +67,15 @@ def test_noise_is_no_wind_and_a_wind_in_noise_is_told_as_well_as_it_says():
         estimate = told_by(np.array([0.3, -0.4, 0.0]), 20, sigma_m=0.05, seed=seed)
         off = estimate.wind_mps - [0.3, -0.4, 0.0]
         assert np.abs(off).max() < 4.0 * estimate.sigma_mps < 0.2
+
+
+@given(sigma_m=st.floats(0.0, 0.2), share=st.floats(0.5, 1.5), seed=st.integers(0, 99))
+def test_what_no_step_shows_the_line_through_all_of_them_does_not_either(sigma_m, share, seed):
+    estimate = told_by(np.array([0.03 * share, 0.0, 0.0]), 12, sigma_m=sigma_m, seed=seed)
+    slope, sigma_mps = line_through(estimate.steps)
+    counts = np.linalg.norm(slope) > max(SURE * sigma_mps, LEAST_OF_SPEED)
+    assert estimate.wind_mps.tolist() == (slope.tolist() if counts else [0.0] * 3)
+    assert estimate.sigma_mps == sigma_mps
 
 
 def test_what_was_told_before_take_off_counts_until_own_states_say_more():

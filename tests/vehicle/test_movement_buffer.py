@@ -29,6 +29,13 @@ def test_flying_in_two_parts_ends_where_flying_in_one_does(names, cut_s):
     assert sum(e.duration_s for e in before.entries + after.entries) == pytest.approx(len(names))
 
 
+@given(NAMES, st.floats(-1.0, 8.0), st.floats(0.0, 8.0))
+def test_legs_between_two_times_are_what_two_splits_leave(names, start_s, lasts_s):
+    whole, end_s = buffer(*names), start_s + lasts_s
+    left = whole.split(start_s)[1].split(end_s)[0]
+    assert whole.legs(start_s, end_s) == [(e.movement, e.duration_s) for e in left.entries]
+
+
 def test_chaining_flushes_what_is_left():
     first = buffer("Left", "Left", "Left")
     chain = first.chained(buffer("Right", start_s=1.5))

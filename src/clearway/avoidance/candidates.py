@@ -15,13 +15,12 @@ from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
-from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
-from clearway.reach.tree import ReachSet
 
 SMALLEST_RATING = 1e-6
 """Rating that counts as none in -log P_R."""
@@ -59,23 +58,18 @@ class Commitment:
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
 HERE = 1e-7
 """Share of the range: a goal that is no farther lies in no direction."""
-LEADS_ON = 0.5
-"""Of a movement, that a trajectory leads at least from the place that it begins above or below."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
 
 
-def sides_of(reach_set: ReachSet, nodes: IntArray, goal: Goal) -> IntArray:
-    """[nodes] -1 right, 0 straight, 1 left of the way to the goal, by the end of the path."""
+def sides_of(ends: Ends, goal: Goal, range_m: float) -> IntArray:
+    """[ends] -1 right, 0 straight, 1 left of the way to the goal, by the end of the path."""
     target = goal.target_m
     length = float(np.hypot(target[0], target[1]))
-    if length < HERE * reach_set.grid.range_m:
-        return np.zeros(len(nodes), dtype=np.int64)
-    cos, sin = np.cos(reach_set.start_pitch_rad), np.sin(reach_set.start_pitch_rad)
-    ends = reach_set.states[nodes]
-    x, y = cos * ends[:, 0] + sin * ends[:, 2], ends[:, 1]
-    across = (target[0] * y - target[1] * x) / length
-    off = np.abs(across) >= DEAD_BAND * reach_set.grid.range_m
+    if length < HERE * range_m:
+        return np.zeros(len(ends.nodes), dtype=np.int64)
+    across = (target[0] * ends.left_m - target[1] * ends.ahead_m) / length
+    off = np.abs(across) >= DEAD_BAND * range_m
     return np.where(off, np.sign(across), 0).astype(np.int64)
 
 
@@ -114,17 +108,19 @@ def price_candidates(
     of given nodes. moving: intruders that it may cost something to cross ahead of, or to near.
     """
     reach_set, step_m = prepared.reach_set, prepared.step_m
-    nodes = _complete_nodes(prepared, goal, arrived)
+    ends = _complete_ends(prepared, goal, arrived)
+    nodes = ends.nodes
     to_go_m = to_go(nodes)
+    reached, is_clear = arrived.reached[nodes], untouched[nodes]
     if goal.final:
-        to_go_m = np.where(arrived.reached[nodes], 0.0, to_go_m)
-    grazing = np.where(arrived.reached, arrived.miss_m / goal.reach_radius_m, 0.0)[nodes] ** 4
+        to_go_m = np.where(reached, 0.0, to_go_m)
+    grazing = np.where(reached, arrived.miss_m[nodes] / goal.reach_radius_m, 0.0) ** 4
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
-    cost = prepared.path_cost_m[nodes] + to_go_m
+    cost = ends.path_cost_m + to_go_m
     cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
-    cost += step_m * prices.coated * ~untouched[nodes]
-    sides = sides_of(reach_set, nodes, goal)
-    _add_changes_of_mind(cost, prepared, nodes, sides, prices, commitment)
+    cost += step_m * prices.coated * ~is_clear
+    sides = sides_of(ends, goal, reach_set.grid.range_m)
+    _add_changes_of_mind(cost, prepared, ends, sides, prices, commitment)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
     if prices.closing > 0.0 and moving is not None and moving.manoeuvre_mps2.any():
@@ -134,27 +130,27 @@ def price_candidates(
             f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
             "finite number; stage cost, terminal cost and rating must be finite"
         )
-    ends_here = arrived.reached[nodes] & goal.final
+    ends_here = reached & goal.final
     room_price = np.where(ends_here, 0.0, prices.no_room * step_m)
     obeys_all = np.zeros(len(nodes), dtype=np.int64)
-    return Candidates(nodes, cost, sides, untouched[nodes], room_price, obeys_all)
+    return Candidates(nodes, cost, sides, is_clear, room_price, obeys_all)
 
 
-def _complete_nodes(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> IntArray:
-    """Ends of complete trajectories that can be flown: at the last goal, none leads past it."""
-    complete = prepared.reach_set.complete
-    if goal.final:
-        complete = (complete & ~arrived.reached) | arrived.first
-    nodes = np.flatnonzero(complete & prepared.flyable)
-    if prepared.may_stay:
-        return nodes
-    return nodes[_leads_on(prepared, nodes) | (arrived.reached[nodes] & goal.final)]
+def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
+    """Of complete trajectories that can be flown: at the last goal, none leads past it."""
+    if not goal.final:
+        return prepared.ends if prepared.may_stay else prepared.leading_on
+    complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
+    ends = ends_of(prepared, complete)
+    if prepared.may_stay or not ends.leads_on.any():
+        return ends
+    return ends.some(ends.leads_on | arrived.reached[ends.nodes])
 
 
 def _add_changes_of_mind(
     cost_m: FloatArray,
     prepared: PreparedReachSet,
-    nodes: IntArray,
+    ends: Ends,
     sides: IntArray,
     prices: Prices,
     commitment: Commitment,
@@ -166,20 +162,7 @@ def _add_changes_of_mind(
         cost_m += prices.other_side * step_m * (sides == -committed)
     if commitment.first_movement:
         planned = prepared.reach_set.movement_names.index(commitment.first_movement)
-        cost_m += prices.other_plan * step_m * (prepared.first_movement[nodes] != planned)
-
-
-def _leads_on(prepared: PreparedReachSet, nodes: IntArray) -> BoolArray:
-    """[nodes] whether a trajectory leads anywhere but up or down.
-
-    Straight up leaves the grid at once and passes no cell: what it costs to go from there is a
-    guess, and a vehicle that believes in it rises and sinks for ever.
-    """
-    reach_set = prepared.reach_set
-    ends, pitch = reach_set.states[nodes], reach_set.start_pitch_rad
-    ahead = np.cos(pitch) * ends[:, 0] + np.sin(pitch) * ends[:, 2]
-    leads: BoolArray = np.hypot(ahead, ends[:, 1]) > LEADS_ON * prepared.step_m
-    return leads if leads.any() else np.ones(len(nodes), dtype=np.bool_)
+        cost_m += prices.other_plan * step_m * (ends.first_movement != planned)
 
 
 def among(candidates: Candidates, keep: BoolArray) -> Candidates:

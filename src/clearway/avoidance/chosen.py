@@ -13,7 +13,7 @@ from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import RuleNote
-from clearway.avoidance.verify import KEPT, Verification, farthest_m, path_clearance
+from clearway.avoidance.verify import KEPT, Verification, path_clearance
 from clearway.base.brief import brief
 from clearway.base.state import IntArray
 
@@ -110,15 +110,18 @@ class ChoiceReport:
         """The choice of candidate `best` with a margin, after verification has tried others."""
         candidates, assessment = self.candidates, self.assessment
         node = int(candidates.nodes[best])
-        first = self.prepared.reach_set.path(node)[0]
-        clearance = path_clearance(self.prepared.paths, node, self.hazards)
+        path = self.prepared.reach_set.path(node)
+        first = path[0]
+        farthest_m = float(self.prepared.away_m[path].max())
+        clearance = path_clearance(self.prepared.paths, node, self.hazards, farthest_m)
         # What was left out is at least so far from any place on the path.
-        unseen_m = self.hazards.left_out_m - farthest_m(self.prepared.paths, node)
+        unseen_m = self.hazards.left_out_m - farthest_m
         if unseen_m > KEPT * margin_m:
             unseen_m = max(unseen_m, margin_m)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))
-        counts = sum((np.bincount(v.causes, minlength=len(Cause)) for _, v in tried), start=0)
+        each = [np.bincount(v.causes, minlength=len(Cause)) for _, v in tried if len(v.causes)]
+        counts = np.sum(each, axis=0).tolist() if each else [0] * len(Cause)
         return Choice(
             node=node,
             basis=basis,
@@ -135,9 +138,9 @@ class ChoiceReport:
             below_threshold=self.below_threshold,
             ruled_out=self._ruled_out(tried),
             ruled_out_by={
-                cause.name.lower(): int(np.atleast_1d(counts)[cause])
+                cause.name.lower(): counts[cause]
                 for cause in (Cause.POINT, Cause.MAP, Cause.INTRUDER)
-                if tried and np.atleast_1d(counts)[cause]
+                if counts[cause]
             },
             forced=bool(candidates.sides[cheapest] != side),
         )

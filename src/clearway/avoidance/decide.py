@@ -23,7 +23,6 @@ from clearway.avoidance.floor import above_floor
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.leaving import Leaving, Taken
-from clearway.avoidance.loiter import NO_LOITER
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import (
@@ -201,6 +200,9 @@ def decide(
     settings = planner.settings
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
+    escapes = planner.escapes
+    if escapes is not None:  # It finds room where it is needed, and in all that can be flown.
+        prepared = prepared.without_loiter
     wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
     unsure_mps = settings.sigmas * situation.wind_sigma_mps
     prepared = prepared.in_wind(wind_in_grid, unsure_mps)
@@ -208,9 +210,6 @@ def decide(
     if situation.floor_m > -np.inf:
         above = above_floor(prepared, situation.frame, situation.floor_m)
         prepared = replace(prepared, flyable=prepared.flyable & above)
-    escapes = planner.escapes
-    if escapes is not None:  # It finds room where it is needed, and in all that can be flown.
-        prepared = replace(prepared, loiter=NO_LOITER)
     known = assess_situation(
         planner,
         situation,
@@ -279,7 +278,7 @@ def decide(
     choice, finishes = taken.choice, taken.finishes
     return Decision(
         state=situation.state,
-        choice=replace(choice, rules=noted(choice.rules)),
+        choice=replace(choice, rules=noted(choice.rules)) if choice.rules else choice,
         movements=(finishes.movement,)
         if finishes
         else prepared.reach_set.movements_to(choice.node),

@@ -6,7 +6,7 @@ Whoever looks at a moment gathers here: a decision, a scene, news of a plan, a r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -117,25 +117,23 @@ def gather_evidence(
 ) -> Evidence:
     """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
     grid, hazards, margin = terms.grid, near.hazards, near.margin_m
-    changes: dict[str, object] = {}
+    free = Evidence.free(grid)
+    detected, visibility, seen = free.detected, free.visibility, free.seen
     if situation.detections:
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
-        changes |= {
-            "detected": sensed.detected,
-            "visibility": sensed.visibility,
-            "seen": sensed.seen,
-        }
+        detected, visibility, seen = sensed.detected, sensed.visibility, sensed.seen
+    map_base, intruder = free.map_base, free.intruder
     coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
     if len(hazards.shapes.radius_m):
-        changes["map_base"] = base_probability(hazards.shapes, grid, terms.settings.accuracy)
+        map_base = base_probability(hazards.shapes, grid, terms.settings.accuracy)
         coated = coated | coated_by_map(hazards.shapes, grid, margin)
     if cells:
-        changes["intruder"] = (
+        intruder = (
             cells[0].probability
             if len(cells) == 1
             else combine_intruders(np.concatenate([one.each for one in cells]))
         )  # (5.37)
-    return replace(Evidence.free(grid), coated=coated, **changes)  # type: ignore[arg-type]
+    return Evidence(grid, detected, visibility, map_base, intruder, coated, seen)
 
 
 def intruder_cells(

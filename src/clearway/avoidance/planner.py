@@ -226,7 +226,7 @@ class Planner:
         """How evidence becomes a rating."""
         return self.rating or rating_named(self.settings.rating)
 
-    @property
+    @cached_property
     def speed_mps(self) -> float:
         """Fastest speed of the automaton."""
         return self.automaton.fastest_mps

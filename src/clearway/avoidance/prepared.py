@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.costs import Prices, StageCost, length_and_prices
-from clearway.avoidance.loiter import LoiterCircles, loiter_circles
+from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.verify import Paths, paths_of
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
@@ -20,9 +22,11 @@ from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 CALM = np.zeros(3)
+LEADS_ON = 0.5
+"""Of a movement, that a trajectory leads at least from the place that it begins above or below."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PreparedReachSet:
     """A reach set with what every decision needs of it, worked out once.
 
@@ -91,6 +95,26 @@ class PreparedReachSet:
             tube_m,
         )
 
+    @cached_property
+    def away_m(self) -> FloatArray:
+        """[nodes] how far from the start each movement may come."""
+        return away_of(self.paths)
+
+    @cached_property
+    def without_loiter(self) -> PreparedReachSet:
+        """The same, asking for no room to circle."""
+        return replace(self, loiter=NO_LOITER)
+
+    @cached_property
+    def ends(self) -> Ends:
+        """Of the complete trajectories that can be flown."""
+        return ends_of(self, self.reach_set.complete)
+
+    @cached_property
+    def leading_on(self) -> Ends:
+        """Of those among them that lead anywhere but up or down; all where none does."""
+        return self.ends.some(self.ends.leads_on) if self.ends.leads_on.any() else self.ends
+
     def in_wind(self, wind_mps: FloatArray, unsure_mps: float = 0.0) -> PreparedReachSet:
         """The same trajectories in air that moves, [3] m/s in the grid frame.
 
@@ -128,10 +152,68 @@ class PreparedReachSet:
         )
 
 
-def reach_of(paths: Paths, range_m: float) -> float:
-    """How far from the start any path comes, at least the range of the grid; what is added to the
-    margin on the way, as to the sagitta, counts."""
+class Ends(NamedTuple):
+    """Where trajectories end, and what decisions ask of them that is the same at all of them."""
+
+    nodes: IntArray
+    """[ends]"""
+    path_cost_m: FloatArray
+    """[ends]"""
+    first_movement: IntArray
+    """[ends]"""
+    ahead_m: FloatArray
+    """[ends] along the heading, in the level frame."""
+    left_m: FloatArray
+    """[ends]"""
+    leads_on: BoolArray
+    """[ends] whether the trajectory leads anywhere but up or down.
+
+    Straight up leaves the grid at once and passes no cell: what it costs to go from there is a
+    guess, and a vehicle that believes in it rises and sinks for ever.
+    """
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+    def some(self, keep: BoolArray) -> Ends:
+        """Those of a mask [ends]."""
+        return Ends(
+            self.nodes[keep],
+            self.path_cost_m[keep],
+            self.first_movement[keep],
+            self.ahead_m[keep],
+            self.left_m[keep],
+            self.leads_on[keep],
+        )
+
+
+def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
+    """Of the trajectories to those of the nodes, by a mask [nodes], that can be flown."""
+    reach_set = prepared.reach_set
+    nodes = np.flatnonzero(complete & prepared.flyable)
+    states, pitch = reach_set.states[nodes], reach_set.start_pitch_rad
+    ahead = np.cos(pitch) * states[:, 0] + np.sin(pitch) * states[:, 2]
+    left = states[:, 1]
+    return Ends(
+        nodes,
+        prepared.path_cost_m[nodes],
+        prepared.first_movement[nodes],
+        ahead,
+        left,
+        np.hypot(ahead, left) > LEADS_ON * prepared.step_m,
+    )
+
+
+def away_of(paths: Paths) -> FloatArray:
+    """[nodes] how far from the start each movement may come; what is added to the margin on the
+    way, as to the sagitta, counts."""
     samples = paths.samples_m
     farthest = np.sqrt(np.einsum("nsi,nsi->ns", samples, samples).max(axis=1))
-    reach_m = float((farthest + paths.sagitta_m).max())
+    away: FloatArray = farthest + paths.sagitta_m
+    return away
+
+
+def reach_of(paths: Paths, range_m: float) -> float:
+    """How far from the start any path comes, at least the range of the grid."""
+    reach_m = float(away_of(paths).max())
     return reach_m if reach_m > (1.0 + RANGE_TOLERANCE) * range_m else range_m

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
@@ -35,6 +36,22 @@ CALM = frozen_array([0.0, 0.0, 0.0], (3,))
 """No wind."""
 PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
+
+
+class Here(NamedTuple):
+    """Where we are and want to go, and how sure that is, as a `Situation` tells it; the margin
+    follows from it before anything of what is around is known."""
+
+    state: State
+    target_m: FloatArray
+    next_m: FloatArray | None
+    from_m: FloatArray | None
+    reach_radius_m: float
+    state_age_s: float
+    unsure_m: float
+    wind_mps: FloatArray
+    wind_sigma_mps: float
+    floor_m: float
 
 
 @keywords_beyond_two
@@ -122,7 +139,7 @@ class Situation:
         return GridFrame.of(self.state)
 
 
-def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
+def margin_m(settings: EvidenceSettings, situation: Situation | Here) -> float:
     """Safety margin grown by the uncertainty and the age of the own state; ClearwayError where that
     is no finite number."""
     margin = (
@@ -136,7 +153,7 @@ def margin_m(settings: EvidenceSettings, situation: Situation) -> float:
     return margin
 
 
-def margin_slope(settings: EvidenceSettings, situation: Situation) -> float:
+def margin_slope(settings: EvidenceSettings, situation: Situation | Here) -> float:
     """Metres that the margin grows by per metre of distance from the vehicle.
 
     What is known in the world frame, be it map, traffic or an earlier return, is turned into the
@@ -146,7 +163,7 @@ def margin_slope(settings: EvidenceSettings, situation: Situation) -> float:
     return slope_of(settings.sigmas * situation.state.attitude_std_rad)
 
 
-def widest_margin_m(planner: Planner, situation: Situation) -> float:
+def widest_margin_m(planner: Planner, situation: Situation | Here) -> float:
     """The margin at the range of the grid."""
     settings = planner.settings
     slope = margin_slope(settings, situation)

@@ -127,9 +127,14 @@ class Clearance:
     index: int
 
 
-def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
-    """Clearance of the whole path from the start to the end of `node`; inf without evidence."""
-    near_m = NEAR * farthest_m(paths, node)
+def path_clearance(
+    paths: Paths, node: int, hazards: Hazards, farthest_m: float | None = None
+) -> Clearance:
+    """Clearance of the whole path from the start to the end of `node`; inf without evidence.
+
+    farthest_m: how far from the start it may come, where that is known.
+    """
+    near_m = NEAR * (_farthest_m(paths, node) if farthest_m is None else farthest_m)
     distance, cause, index = _path_clearance(
         paths, node, hazards.bins, hazards.shapes, hazards.moving, near_m
     )
@@ -140,7 +145,7 @@ def path_clearance(paths: Paths, node: int, hazards: Hazards) -> Clearance:
     return Clearance(distance, Cause(cause), index)
 
 
-def farthest_m(paths: Paths, node: int) -> float:
+def _farthest_m(paths: Paths, node: int) -> float:
     """How far from the start the path to the end of `node` may come."""
     farthest = 0.0
     while node >= 0:

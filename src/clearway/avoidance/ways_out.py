@@ -16,7 +16,7 @@ from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import with_ground
 from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, margin_slope
+from clearway.avoidance.situation import Here, Situation, margin_slope
 from clearway.avoidance.way_out import Escape, UnderWay, WayOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import IntArray, State
@@ -45,7 +45,7 @@ def in_wind_s(automaton: MovementAutomaton) -> float:
     return IN_WIND_TURNS * STANDING_TURN * max(each.duration_s for each in automaton.movements)
 
 
-def carried_m(planner: Planner, situation: Situation) -> float:
+def carried_m(planner: Planner, situation: Situation | Here) -> float:
     """How far wind may carry a way out."""
     if planner.escapes is None or not situation.wind_mps.any():
         return 0.0

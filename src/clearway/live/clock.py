@@ -56,20 +56,21 @@ class Clock:
     def ask(self, told_s: float) -> tuple[float, str | None]:
         """Own time of a question, and what the clock did if it jumped far."""
         now, before = self.own(told_s), self._asked_s
-        if not np.isfinite(before):
+        if before == -np.inf:
             self._asked_s = now
             return now, None
         step = now - before
         self._stepped_back_s = max(self._stepped_back_s, -step)
         if step < -JITTER_S:
             return self._set_back(-step), SET_BACK
-        usual, longest = self._usual_s, max(self._strides, default=np.inf)
+        longest = max(self._strides, default=np.inf)
         leapt = step > max(LONGEST_SILENCE_S, LATE * longest if self._strides else 0.0)
         late = len(self._strides) >= FEWEST_STRIDES and step > LATE * longest + LEAP_S
         if leapt:
             self._offset_s -= step - LONGEST_SILENCE_S
             now = before + LONGEST_SILENCE_S
         if leapt or late:
+            usual = self._usual_s
             self._doubt(min(step, LONGEST_SILENCE_S) - usual, before + usual)
         elif step > 0.0:
             self._strides.append(step)

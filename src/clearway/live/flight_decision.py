@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from clearway.avoidance.decide import Decision
 from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table
 from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture
+from clearway.live.explain import explanation
 from clearway.live.mission import Mode
 from clearway.live.modes import ModeState
+from clearway.obstacles.obstacle_map import ObstacleMap
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +26,26 @@ class FlightDecision:
     goal: int
     """Index of the goal flown to."""
     decision: Decision
-    explanation: str
+    obstacle_map: ObstacleMap | None
+    """That obstacles are called by in words."""
+    in_doubt: bool
+    """Whether the clock has jumped, and no own state has come since."""
     scan_age_s: float
     """Age of the oldest scan used; NaN without any."""
     counts: dict[str, int]
     """Data left out since the last decision, by reason."""
     traffic: TrafficPicture | None = None
     """Alerts and bands; None where no volumes are asked for."""
+
+    @cached_property
+    def explanation(self) -> str:
+        """One line for the log and for people."""
+        words = explanation(self.decision, self.mode, self.obstacle_map)
+        if self.in_doubt:
+            words += "; the clock jumped, and the own place is in doubt until its next own state"
+        if self.traffic is not None and self.traffic.alerts.level:
+            words += f"; {self.traffic.in_words}"
+        return words
 
     def __repr__(self) -> str:
         return one_line(

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.avoidance.situation import Here, Situation, widest_margin_m
 from clearway.avoidance.way_out import Narrow
 from clearway.avoidance.ways_out import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.clock import Clock
 from clearway.live.dynamic_objects import unreported
@@ -30,7 +30,7 @@ from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.waiting import Waiting
 from clearway.live.wind import WindEstimate
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import AnySensor, Scan, range_sensors
+from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder, TrackerSettings
 
@@ -145,13 +145,16 @@ class Knowledge:
                 self._take_report(reading)
 
     def _take_state(self, state: State) -> None:
-        jumped = self._has_jumped(state)
         before = self.own_states.latest if self.own_states.reach_back_to(state.time_s) else None
+        flown_m = None
+        if before is not None:
+            flown_m = self.flown.carry_in_calm(before, state.time_s).position_m
+        jumped = self._has_jumped(before, state, flown_m)
         flaw = self.own_states.take(state)
         if flaw:
             self.counts[flaw] += 1
             return
-        self._tell_wind(before, state, jumped=jumped)
+        self._tell_wind(before, state, flown_m, jumped=jumped)
         if jumped and self.sensing.free_space is not None:
             self.sensing.free_space.forget()
             self.counts["state: the own place jumped; what was seen to be free is forgotten"] += 1
@@ -164,23 +167,28 @@ class Knowledge:
             stays_level=self.planner.automaton.stays_level,
         )
 
-    def _tell_wind(self, before: State | None, state: State, *, jumped: bool) -> None:
+    def _tell_wind(
+        self, before: State | None, state: State, flown_m: FloatArray | None, *, jumped: bool
+    ) -> None:
         """Compare an own state with where what was flown since the one before would have led."""
-        if before is None or self.flown.unknown_s(before.time_s, state.time_s) > 0.0:
+        if (
+            before is None
+            or flown_m is None
+            or self.flown.unknown_s(before.time_s, state.time_s) > 0.0
+        ):
             self.wind.forget()
             return
         if jumped:
             self.wind.forget()
-        flown = self.flown.carry_in_calm(before, state.time_s)
-        self.wind.take(before, state, flown.position_m)
+        self.wind.take(before, state, flown_m)
         self.flown.wind_mps = self.wind.wind_mps
 
-    def _has_jumped(self, state: State) -> bool:
-        """Whether an own state lies farther off what was flown than margin and deviations cover."""
-        if not self.own_states.reach_back_to(state.time_s):
+    def _has_jumped(self, latest: State | None, state: State, flown_m: FloatArray | None) -> bool:
+        """Whether an own state lies farther off what was flown, which leads to `flown_m`, than
+        margin and deviations cover."""
+        if latest is None or flown_m is None:
             return False
-        latest, settings = self.own_states.latest, self.planner.settings
-        flown_m = self.flown.carry_in_calm(latest, state.time_s).position_m
+        settings = self.planner.settings
         off_m = self.wind.unexplained_m(latest, state, flown_m)
         unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
         unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)
@@ -222,14 +230,15 @@ class Knowledge:
             self.counts[f"scan: none fresh of {name}"] += 1
         scans = self.sensing.usable_scans(now)
         detections = self.sensing.detections(scans, state, self.own_states.at)
-        situation = replace(self.around(state, now), detections=detections)
+        situation = self.around(state, now, detections)
         return situation, max((now - scan.time_s for scan in scans.values()), default=np.nan)
 
-    def around(self, state: State, now: float) -> Situation:
-        """All that is known but for the cells that sensors see."""
+    def around(self, state: State, now: float, detections: Sequence[Detection] = ()) -> Situation:
+        """All that is known; of the cells that sensors see, what `detections` say."""
         here = self.here(state, now)
-        return replace(
-            here,
+        return Situation(
+            **here._asdict(),
+            detections=detections,
             remembered=self.sensing.remembered_near(
                 state.position_m,
                 widest_margin_m(self.planner, here) + carried_m(self.planner, here),
@@ -240,11 +249,11 @@ class Knowledge:
             seen=None if self.sensing.free_space is None else self.sensing.free_space.seen,
         )
 
-    def here(self, state: State, now: float) -> Situation:
+    def here(self, state: State, now: float) -> Here:
         """Where we are and want to go, and how sure that is; nothing of what is around."""
         latest_s = self.own_states.latest.time_s
         unknown_s = self.flown.unknown_s(latest_s, now) if now > latest_s else 0.0
-        return Situation(
+        return Here(
             state=state,
             target_m=self.progress.target(self.mission),
             next_m=self.progress.following(self.mission),

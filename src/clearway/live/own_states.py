@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import replace
 
-import numpy as np
-
 from clearway.avoidance.situation import CALM
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import wrap_angle
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S
-from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 
 
@@ -56,12 +54,14 @@ class Flown:
         """The same without any wind."""
         if time_s - state.time_s <= 1e-9:
             return state
-        vector = self._automaton.after(state, self.last_before(state.time_s)).vector
-        if self._automaton.pairs is None:
+        by_pairs = self._automaton.pairs is not None
+        if by_pairs:
+            vector = self._automaton.after(state, self.last_before(state.time_s)).vector
+        else:
             vector = state.vector
-        for buffer in self._between(state.time_s, time_s):
-            vector = buffer.rollout(self._automaton, vector, np.inf).states[-1]
-        if self._automaton.pairs is not None:  # Its own roll and pitch: these say what was flown.
+        for movement, duration_s in self._legs(state.time_s, time_s):
+            vector = self._automaton.predict(vector, movement, duration_s)
+        if by_pairs:  # Its own roll and pitch: these say what was flown.
             vector[3:5] = state.attitude_rad[:2]
         return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
 
@@ -75,20 +75,18 @@ class Flown:
 
     def unknown_s(self, start_s: float, end_s: float) -> float:
         """For how long of a time it is not known what was flown."""
-        known = sum(
-            entry.duration_s for buffer in self._between(start_s, end_s) for entry in buffer.entries
-        )
+        known = sum(duration_s for _, duration_s in self._legs(start_s, end_s))
         unknown = end_s - start_s - known
         return unknown if unknown > TIME_TOLERANCE_S else 0.0
 
-    def _between(self, start_s: float, end_s: float) -> list[MovementBuffer]:
+    def _legs(self, start_s: float, end_s: float) -> list[tuple[Movement, float]]:
+        """Movements flown between two times, and for how long each."""
         after_s, before_s = start_s + TIME_TOLERANCE_S, end_s - TIME_TOLERANCE_S
-        parts = (
-            buffer.split(start_s)[1].split(end_s)[0]
-            for buffer in self._buffers
-            if buffer.end_s > after_s and buffer.start_s < before_s  # Most were long ago.
-        )
-        return [part for part in parts if part.entries]
+        legs: list[tuple[Movement, float]] = []
+        for buffer in self._buffers:
+            if buffer.end_s > after_s and buffer.start_s < before_s:  # Most were long ago.
+                legs += buffer.legs(start_s, end_s)
+        return legs
 
 
 class OwnStates:

@@ -148,14 +148,20 @@ class Plan:
 
     # --- what the next decision stays with ------------------------------------------------
 
-    def commitment(self, now_s: float) -> Commitment:
-        """What the next decision should stay with."""
+    def commitment(self, now_s: float, certain_within: int | None = None) -> Commitment:
+        """What the next decision should stay with; `certain_within` as it says."""
         held = self.intended.at(now_s + TIME_TOLERANCE_S)
         passings = () if self.decision is None else self.decision.passings
         way, under_way = self._way_out_at(now_s)
         afar = None if self.decision is None else self.decision.long_range
         return Commitment(
-            self.side, held.name if held else "", passings, way, under_way, long_range=afar
+            self.side,
+            held.name if held else "",
+            passings,
+            way,
+            under_way,
+            certain_within=certain_within,
+            long_range=afar,
         )
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:

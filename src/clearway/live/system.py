@@ -23,7 +23,6 @@ from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture, traffic_picture
 from clearway.live.danger import endangered
 from clearway.live.dead_end import out_of_dead_end, warm_up_ways
-from clearway.live.explain import explanation
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Progress
@@ -267,7 +266,7 @@ class AvoidanceSystem:
         """
         now = self._known.catch_up(now_s)
         situation, scan_age = self._situation(now)
-        commitment = replace(self._plan.commitment(now), certain_within=self.escape.within)
+        commitment = self._plan.commitment(now, self.escape.within)
         decision = decide(self.planner, situation, commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
@@ -295,17 +294,22 @@ class AvoidanceSystem:
         self._known.flown.then(self._plan.buffer)
         self._known.news, self._known.unchecked = "", False
         self._mode = mode_after(self._mode, decision, self.progress, self.mission)
-        fresh = self.counts - self._told
-        self._told = Counter(self.counts)
+        fresh: Counter[str] = Counter()
+        if dict.__ne__(self.counts, self._told):
+            fresh = self.counts - self._told
+            self._told = Counter(self.counts)
         if self._known.clock.shifted:
             decision = replace(decision, state=replace(decision.state, time_s=told_s))
-        words = explanation(decision, self._mode.mode, self.obstacle_map)
-        if self._known.clock.in_doubt:
-            words += "; the clock jumped, and the own place is in doubt until its next own state"
-        if picture is not None and picture.alerts.level:
-            words += f"; {picture.in_words}"
         return FlightDecision(
-            told_s, self._mode, goal, decision, words, scan_age, dict(fresh), picture
+            told_s,
+            self._mode,
+            goal,
+            decision,
+            self.obstacle_map,
+            self._known.clock.in_doubt,
+            scan_age,
+            dict(fresh),
+            picture,
         )
 
     def leave_plan(self) -> None:

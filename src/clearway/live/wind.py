@@ -26,6 +26,9 @@ SURE = 4.0
 """Deviations that a wind must have to count: noise alone is no wind."""
 LEAST_OF_SPEED = 0.03
 """Share of the own speed below which there is no wind."""
+SURELY_LESS = 0.999
+"""Share of a limit below which rounding does not reach it."""
+FEWEST_STEPS = 3
 
 
 class Step(NamedTuple):
@@ -39,6 +42,8 @@ class Step(NamedTuple):
     """Of the state."""
     wandering_m2: float
     """Variance that the step adds, by the attitude that was flown from and not known."""
+    fastest_mps: float
+    """How fast that carried it."""
 
 
 class WindEstimate:
@@ -56,10 +61,19 @@ class WindEstimate:
         self._speed_mps = speed_mps
         self.wind_mps = told
         """[3] world frame; the way that air, or whatever it is, carries the vehicle."""
-        self.sigma_mps = 0.0
-        """Standard deviation of each axis, as far as the noise that states declare tells."""
-        self._steps: deque[Step] = deque()
+        self._sigma_mps = 0.0
+        self._unfitted: tuple[Step, ...] = ()  # Steps whose deviation nobody has asked for yet.
+        self.steps: deque[Step] = deque()
+        """Of the latest window."""
         self._last_mps = CALM
+
+    @property
+    def sigma_mps(self) -> float:
+        """Standard deviation of each axis, as far as the noise that states declare tells."""
+        if self._unfitted:
+            _, self._sigma_mps = line_through(self._unfitted)
+            self._unfitted = ()
+        return self._sigma_mps
 
     def unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
         """How far off an own state lies that no wind explains, neither the present one nor that of
@@ -80,34 +94,54 @@ class WindEstimate:
         wandering = (length * before.attitude_std_rad) ** 2
         carried = after.position_m - flown_m
         self._last_mps = carried / duration
-        self._steps.append(Step(duration, carried, after.position_std_m, wandering))
-        while sum(step.duration_s for step in self._steps) > WINDOW_S + 1e-6:
-            self._steps.popleft()
+        fastest = float(np.linalg.norm(self._last_mps))
+        self.steps.append(Step(duration, carried, after.position_std_m, wandering, fastest))
+        while sum(step.duration_s for step in self.steps) > WINDOW_S + 1e-6:
+            self.steps.popleft()
         self._fit()
 
     def forget(self) -> None:
         """What was flown is not known, or the own place jumped: steps no longer belong together."""
-        self._steps.clear()
+        self.steps.clear()
         self._last_mps = CALM
 
     def _fit(self) -> None:
-        times = np.cumsum([0.0, *(step.duration_s for step in self._steps)])
-        if times[-1] < LEAST_S or len(times) < 4:
+        if self._too_little:
             return
-        carried = np.cumsum([np.zeros(3), *(step.carried_m for step in self._steps)], axis=0)
-        away = times - times.mean()
-        weight = away / float(away @ away)
-        slope = weight @ carried
-        stated = max(step.position_std_m for step in self._steps)
-        residual = carried - carried.mean(axis=0) - away[:, None] * slope
-        spread = float(np.sqrt(np.square(residual).sum(axis=0).max() / (len(times) - 2)))
-        noise = max(stated, spread)
-        # Gusts wander: what a step adds stays in all places after it.
-        steps_m = np.diff(residual, axis=0)
-        gusts = max(0.0, float(np.square(steps_m).mean(axis=0).max()) - 2.0 * stated**2)
-        after = np.cumsum(weight[::-1])[::-1][1:]
-        wandering = float(after**2 @ [gusts + step.wandering_m2 for step in self._steps])
-        self.sigma_mps = float(np.sqrt(noise**2 * float(weight @ weight) + wandering))
-        least = max(SURE * self.sigma_mps, LEAST_OF_SPEED * self._speed_mps)
+        least = LEAST_OF_SPEED * self._speed_mps
+        # The line is no steeper than the steepest step.
+        if max(step.fastest_mps for step in self.steps) < SURELY_LESS * least:
+            self.wind_mps, self._unfitted = CALM, tuple(self.steps)
+            return
+        self._unfitted = ()
+        slope, self._sigma_mps = line_through(self.steps)
+        least = max(SURE * self._sigma_mps, least)
         slope.setflags(write=False)
         self.wind_mps = slope if float(np.linalg.norm(slope)) > least else CALM
+
+    @property
+    def _too_little(self) -> bool:
+        """Whether nothing can be said yet: the time as it adds up along the steps."""
+        flown_s = 0.0
+        for step in self.steps:
+            flown_s += step.duration_s
+        return flown_s < LEAST_S or len(self.steps) < FEWEST_STEPS
+
+
+def line_through(steps: Sequence[Step]) -> tuple[FloatArray, float]:
+    """Slope [3] of the line through how far steps were carried off, and its deviation."""
+    times = np.cumsum([0.0, *(step.duration_s for step in steps)])
+    carried = np.cumsum([np.zeros(3), *(step.carried_m for step in steps)], axis=0)
+    away = times - times.mean()
+    weight = away / float(away @ away)
+    slope = weight @ carried
+    stated = max(step.position_std_m for step in steps)
+    residual = carried - carried.mean(axis=0) - away[:, None] * slope
+    spread = float(np.sqrt(np.square(residual).sum(axis=0).max() / (len(times) - 2)))
+    noise = max(stated, spread)
+    # Gusts wander: what a step adds stays in all places after it.
+    steps_m = np.diff(residual, axis=0)
+    gusts = max(0.0, float(np.square(steps_m).mean(axis=0).max()) - 2.0 * stated**2)
+    after = np.cumsum(weight[::-1])[::-1][1:]
+    wandering = float(after**2 @ [gusts + step.wandering_m2 for step in steps])
+    return slope, float(np.sqrt(noise**2 * float(weight @ weight) + wandering))

@@ -40,15 +40,19 @@ class MovementBuffer:
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        first: BufferedMovement | None = None
         for entry in self.entries:
             if not entry.duration_s > 0.0:
                 raise ClearwayError(f"movement buffer: {entry.movement.name} has no duration")
-        for first, second in zip(self.entries, self.entries[1:], strict=False):
-            if abs(second.start_s - first.end_s) > TIME_TOLERANCE_S:
+            if first is None:
+                first = entry
+                continue
+            if abs(entry.start_s - (first.start_s + first.duration_s)) > TIME_TOLERANCE_S:
                 raise ClearwayError(
-                    f"movement buffer: {second.movement.name} starts at {second.start_s} s, "
+                    f"movement buffer: {entry.movement.name} starts at {entry.start_s} s, "
                     f"but {first.movement.name} ends at {first.end_s} s"
                 )
+            first = entry
 
     @classmethod
     def of(cls, movements: Iterable[Movement], start_s: float = 0.0) -> MovementBuffer:
@@ -103,6 +107,25 @@ class MovementBuffer:
                 before.append(BufferedMovement(entry.movement, entry.start_s, cut))
                 after.append(BufferedMovement(entry.movement, time_s, entry.duration_s - cut))
         return MovementBuffer(tuple(before)), MovementBuffer(tuple(after))
+
+    def legs(self, start_s: float, end_s: float) -> list[tuple[Movement, float]]:
+        """Movements between two times, and for how long each: what two splits leave."""
+        found = []
+        for entry in self.entries:
+            begins_s, lasts_s = entry.start_s, entry.duration_s
+            ends_s = begins_s + lasts_s
+            if ends_s <= start_s + TIME_TOLERANCE_S:
+                continue
+            if begins_s < start_s - TIME_TOLERANCE_S:
+                lasts_s -= start_s - begins_s
+                begins_s = start_s
+                ends_s = begins_s + lasts_s
+            if ends_s > end_s + TIME_TOLERANCE_S:
+                if begins_s >= end_s - TIME_TOLERANCE_S:
+                    break
+                lasts_s = end_s - begins_s
+            found.append((entry.movement, lasts_s))
+        return found
 
     def chained(self, following: MovementBuffer) -> MovementBuffer:
         """This buffer until the other one starts, then the other one ((4.12), (6.3)).
