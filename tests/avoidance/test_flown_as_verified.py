@@ -152,3 +152,61 @@ def test_a_level_vehicle_that_is_tilted_flies_on_level_movements() -> None:
     decision = decide(level, Situation(tilted, np.array([30.0, 2.0, 0.0])))
     assert decision.choice.basis is Basis.RATED
     assert verified_off_m(level, decision) < 1e-6
+
+
+def test_what_may_not_be_flown_from_a_tilt_is_in_no_way_out() -> None:
+    library, rng = PLANNER.escapes, np.random.default_rng(6)
+    assert library is not None
+    for pitch_deg in (*PITCHES_DEG, 30.8, 33.8, *rng.uniform(-60.0, 60.0, 6)):
+        off = np.array([0.1, np.radians(pitch_deg)])
+        legs = library.legs_at(*off.tolist())
+        attitudes = library.attitudes + off - library.attitudes[library.nearest(*off.tolist())]
+        for attitude, following in zip(attitudes, legs.following, strict=True):
+            for movement, then in zip(AUTOMATON.movements, following, strict=True):
+                state = np.array([0.0, 0.0, 0.0, *attitude, 0.0])
+                assert then < 0 or AUTOMATON.allowed(state, movement), (pitch_deg, movement)
+
+
+@pytest.mark.parametrize("pitch_deg", [0.0, -15.0, 0.5, 7.4, -22.0])
+def test_what_a_way_out_comes_back_to_is_told(pitch_deg: float) -> None:
+    """For ever is said of loops that close; of others, how long they were verified for."""
+    ball = Obstacle.ball([8.0, 0.0, 0.0], 1.0)
+    state = State(np.zeros(3), np.array([0.0, np.radians(pitch_deg), 0.0]))
+    situation = Situation(state, np.array([30.0, 0.0, 0.0]), obstacle_map=ObstacleMap([ball]))
+    made = decide(PLANNER, situation)
+    assert made.way_out is not None
+    begins, loop = made.way_out.begins, made.way_out.loop
+    start = flown_through(state.vector, (*made.movements[:1], *begins))
+    end = flown_through(start, loop)
+    once_s = sum(movement.duration_s for movement in AUTOMATON.chain(loop))
+    if made.way_out.for_s == np.inf:
+        assert np.abs(end[:5] - start[:5]).max() < 1e-6
+    else:
+        assert pitch_deg % 15.0 != 0.0
+        assert made.way_out.for_s >= once_s
+    assert (made.way_out.for_s == np.inf) == (pitch_deg % 15.0 == 0.0)
+
+
+def test_a_loop_that_climbs_is_verified_as_far_as_it_is_said_to_last() -> None:
+    """A lid above the second round, not above the first."""
+    state = State(np.zeros(3), np.array([0.0, np.radians(7.4), 0.0]))
+    for height_m in np.arange(1.0, 12.0, 0.5):
+        lid = Obstacle.cuboid([0.0, 0.0, height_m + 0.5], [60.0, 60.0, 1.0])
+        situation = Situation(state, np.array([30.0, 0.0, -3.0]), obstacle_map=ObstacleMap([lid]))
+        made = decide(PLANNER, situation)
+        way = made.way_out
+        if way is None or not way.certain:
+            continue
+        at, time_s = flown_through(state.vector, made.movements[:1]), 0.0
+        for movement in AUTOMATON.chain((*way.begins, *way.loop * 4)):
+            if time_s >= way.for_s:
+                break
+            at, time_s = AUTOMATON.predict(at, movement), time_s + movement.duration_s
+            assert height_m - at[2] >= way.margin_m - 1e-6
+
+
+def flown_through(at: FloatArray, names: tuple[str, ...]) -> FloatArray:
+    """[6] state after movements."""
+    for movement in AUTOMATON.chain(names):
+        at = AUTOMATON.predict(at, movement)
+    return at

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("foxglove")
 pytest.importorskip("mcap")
 
-from clearway.io.toml import dump_toml
+from clearway.io.toml_writing import dump_toml
 from clearway.view.replay.writing import write_mcap
 from flown_missions import SHORT, flown
 from in_process import clearway as run_here

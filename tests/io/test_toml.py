@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from pydantic import Field
 
 from clearway.base.errors import InputError
-from clearway.io.toml import Section, dump_toml, parse_model, read_model, write_toml
+from clearway.io.toml import Section, parse_model, read_model
+from clearway.io.toml_writing import dump_toml, write_toml
 
 Three = Annotated[tuple[float, float, float], Field(strict=False)]
 

@@ -13,7 +13,8 @@ from pydantic import BaseModel
 
 from clearway.avoidance.scene import assess_scene
 from clearway.base.errors import InputError
-from clearway.io.toml import parse_model, sections_in
+from clearway.io.toml import parse_model
+from clearway.io.toml_problems import sections_in
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.scene_reading import merged, read_scene, scene_of
 from clearway.missions.scene_result import scene_result
@@ -94,7 +95,7 @@ def test_all_problems_of_a_scene_at_once() -> None:
 
 
 def test_the_effective_scene_assesses_the_same(tmp_path: Path) -> None:
-    from clearway.io.toml import write_toml
+    from clearway.io.toml_writing import write_toml
 
     path = tmp_path / "scene.toml"
     write_toml(

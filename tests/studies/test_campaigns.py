@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from campaign_for_tests import SMALL
 from clearway.base.errors import InputError
 from clearway.base.intervals import bootstrap_mean
 from clearway.cli.campaign_replay import replay_flight
+from clearway.studies import campaigns
 from clearway.studies.campaigns.engines import in_processes, on_cluster
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.campaigns.journal import open_journal
@@ -32,6 +34,7 @@ from clearway.studies.campaigns.summary import Rate, seconds, standings
 from clearway.studies.campaigns.task import fly_task, tasks_of
 from in_process import clearway
 from own_process import CLEARWAY
+from repository import REPOSITORY
 
 FLIGHTS = 2 * 3 * 4 + 2 * 2
 
@@ -364,6 +367,18 @@ def test_tables_are_put_between_the_marks_of_a_page(
     failed = {each["key"] for each in json.loads(done.stdout)["failures"]}
     assert failed == {row.key for row in uninterrupted if not row.safe}
     assert "several/straight/0" in failed
+
+
+def test_files_of_the_standard_campaign_are_looked_for_where_they_stand() -> None:
+    folder = Path(campaigns.__file__).parent
+    tables = tomllib.loads((folder / "standard.toml").read_text())["family"]
+    named = [path for each in tables for path in each.get("parameters", {}).values()]
+    files = [folder / path for path in named if isinstance(path, str) and "/" in path]
+    shared = REPOSITORY.parent / "shared"
+    assert len(files) == 5
+    for file in files:
+        there = file.resolve()
+        assert there.is_file() or there.is_relative_to(shared)
 
 
 # Bad input ---------------------------------------------------------------------------------

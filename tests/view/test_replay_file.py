@@ -17,7 +17,7 @@ from mcap.reader import make_reader
 from clearway.avoidance.fusion import assess_cells, rating_named
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
-from clearway.io.toml import dump_toml
+from clearway.io.toml_writing import dump_toml
 from clearway.missions.run_files import decision_record
 from clearway.view.replay import schemas
 from clearway.view.replay.about import surveyed_points

@@ -42,21 +42,43 @@ class Scale:
 
 SCALES = (
     Scale(
-        "quadrotor", 120.0, (20.0, 12.0), (0.3, 1.5), 60.0, 50.0, 1.5, 0.4, 4.0, 5.0, (0.03, 0.05)
+        "quadrotor",
+        leg_m=120.0,
+        apart_m=(20.0, 12.0),
+        radius_m=(0.3, 1.5),
+        wide_m=60.0,
+        range_m=50.0,
+        margin_m=1.5,
+        body_m=0.4,
+        reach_m=4.0,
+        speed_mps=5.0,
+        beams=(0.03, 0.05),
     ),
-    Scale("F450", 100.0, (18.0, 11.0), (0.3, 1.5), 50.0, 40.0, 1.5, 0.4, 4.0, 3.0, (0.03, 0.05)),
+    Scale(
+        "F450",
+        leg_m=100.0,
+        apart_m=(18.0, 11.0),
+        radius_m=(0.3, 1.5),
+        wide_m=50.0,
+        range_m=40.0,
+        margin_m=1.5,
+        body_m=0.4,
+        reach_m=4.0,
+        speed_mps=3.0,
+        beams=(0.03, 0.05),
+    ),
     Scale(
         "c172x",
-        12_000.0,
-        (2_600.0, 1_700.0),
-        (5.0, 60.0),
-        6_000.0,
-        3_500.0,
-        80.0,
-        6.0,
-        300.0,
-        55.0,
-        (5.0, 0.05),
+        leg_m=12_000.0,
+        apart_m=(2_600.0, 1_700.0),
+        radius_m=(5.0, 60.0),
+        wide_m=6_000.0,
+        range_m=3_500.0,
+        margin_m=80.0,
+        body_m=6.0,
+        reach_m=300.0,
+        speed_mps=55.0,
+        beams=(5.0, 0.05),
         mapped=True,
     ),
 )
@@ -72,8 +94,6 @@ class Family:
     wind: float = 0.0
     """Share of the speed."""
     gusts: float = 0.0
-    told: bool = True
-    """Whether the wind is known before take-off."""
     fault: str | None = None
     senses: bool = False
     """Flown with a range sensor by those too that fly by a map else."""

@@ -59,8 +59,8 @@ class EscapeTerms(NamedTuple):
     unsure_mps: float
     """How far off it may be."""
     tube_m: FloatArray
-    """[n] within how far of its prediction the vehicle is after 0, 1, ... movements (def. 13); empty
-    for exactly there."""
+    """[n] within how far of its prediction the vehicle is after 0, 1, ... movements (def. 13);
+    empty for exactly there."""
     tube_s: float
     """Duration of those movements."""
     least_s: float

@@ -203,7 +203,7 @@ class Leaving:
     def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
         """Ways out that begin now, the surest first."""
         for share in (1.0, *LESSER_MARGINS):
-            for looked in (ways, ways.for_less) if ways.windy else (ways,):
+            for looked in (ways, ways.for_less) if ways.drift else (ways,):
                 yield from self._with_share(looked, share)
 
     def _with_share(self, ways: WaysOut, share: float) -> Iterator[WayOut]:

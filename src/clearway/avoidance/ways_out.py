@@ -20,7 +20,7 @@ from clearway.avoidance.situation import Here, Situation, margin_slope
 from clearway.avoidance.way_out import Escape, UnderWay, WayOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import IntArray, State
-from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, Ways, names_of
+from clearway.reach.escapes import SAME_RAD, SAMPLES, EscapeLibrary, Legs, Ways, names_of
 from clearway.reach.lattice import grid_from_level
 from clearway.reach.upwind import ways_in_wind
 from clearway.sensors.free_space import NOTHING_SEEN
@@ -46,10 +46,15 @@ def in_wind_s(automaton: MovementAutomaton) -> float:
 
 
 def carried_m(planner: Planner, situation: Situation | Here) -> float:
-    """How far wind may carry a way out."""
-    if planner.escapes is None or not situation.wind_mps.any():
+    """How far wind, or a tilt that no loop closes with, may carry a way out."""
+    library = planner.escapes
+    if library is None:
         return 0.0
-    return float(np.linalg.norm(situation.wind_mps)) * in_wind_s(planner.automaton)
+    roll, pitch, _ = situation.state.attitude_rad.tolist()
+    tilt_rad = np.linalg.norm(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
+    drift_mps = planner.speed_mps * min(1.0, float(tilt_rad)) if tilt_rad > SAME_RAD else 0.0
+    drift_mps += float(np.linalg.norm(situation.wind_mps))
+    return drift_mps * in_wind_s(planner.automaton) if drift_mps else 0.0
 
 
 def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
@@ -104,8 +109,9 @@ class WaysOut:
             np.ascontiguousarray(world_from_body([0.0, 0.0, yaw]).T @ situation.wind_mps),
             settings.sigmas * situation.wind_sigma_mps,
             *_tube_of(planner.automaton),
-            in_wind_s(planner.automaton) if self.windy else 0.0,
+            0.0,
         )
+        self._lasts_s = in_wind_s(planner.automaton)
         self._loops: dict[int, FloatArray] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
 
@@ -116,9 +122,9 @@ class WaysOut:
 
     @property
     def for_less(self) -> WaysOut:
-        """The same for ways out that are verified for half as long, where there is wind."""
+        """The same for ways out that are verified for half as long, where they drift."""
         less = copy(self)
-        less._terms = self._terms._replace(least_s=0.5 * self._terms.least_s)
+        less._lasts_s = 0.5 * self._lasts_s
         less._after = {}
         return less
 
@@ -126,6 +132,12 @@ class WaysOut:
     def _legs(self) -> Legs:
         """Where movements lead from the attitude of the decision."""
         return self.library.legs_at(*self._tilt)
+
+    @property
+    def drift(self) -> bool:
+        """Whether ways out from here come back only nearly to where they begin: in wind, and where
+        the vehicle is tilted otherwise than its movements tilt it."""
+        return self.windy or not self.library.closes_along(self._legs)
 
     def standing_turns(self) -> dict[int, float]:
         """Movements that turn on the spot from here, and by how much; none for most vehicles."""
@@ -270,6 +282,7 @@ class WaysOut:
     ) -> WayOut | None:
         """A way out in hand, if it is safe from an attitude, a pose and a time on."""
         at, pose, start_s = where
+        terms = self._lasting(terms, legs)
         loop = self._numbers(way.loop)
         whole = np.concatenate([begins, rounds(loop, legs, terms.least_s)])
         if not chain_keeps(whole, at, pose, start_s, legs, terms):
@@ -282,6 +295,7 @@ class WaysOut:
     def _first(
         self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
     ) -> WayOut | None:
+        terms = self._lasting(terms, legs)
         ways, loops = self._searched(start, float(pose[3]), legs)
         aloof_m = self._aloof_m(terms)
         escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, terms, aloof_m)
@@ -307,8 +321,14 @@ class WaysOut:
             self._loops[start] = loop_places(ways, legs)
         return ways, self._loops[start]
 
+    def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
+        """For so long as is to be verified: one round where that leads back, else some time."""
+        if self.windy or not self.library.closes_along(legs):
+            return terms._replace(least_s=self._lasts_s)
+        return terms
+
     def _for_s(self, terms: EscapeTerms) -> float:
-        return terms.least_s if self.windy else np.inf
+        return terms.least_s if terms.least_s > 0.0 else np.inf
 
     def _aloof_m(self, terms: EscapeTerms) -> FloatArray:
         """Distances from the unseen, the best first: what shows there then costs no margin."""

@@ -251,7 +251,7 @@ def _write(
     """The effective scene, the result and the pictures; all of it or nothing."""
     import json
 
-    from clearway.io.toml import write_toml
+    from clearway.io.toml_writing import write_toml
 
     with folder.written() as scratch:
         write_toml(read.tables, scratch / "scene.toml")

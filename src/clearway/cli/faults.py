@@ -137,7 +137,7 @@ def _flown(names: Sequence[str], seeds: range, workers: int) -> list[Point]:
 
 def _write_missions(names: Sequence[str], seed: int, folder: ResultsFolder, as_json: bool) -> None:
     """One mission file for each level and variant, which `clearway fly` flies."""
-    from clearway.io.toml import write_toml
+    from clearway.io.toml_writing import write_toml
     from clearway.studies.faults import STUDIES, case
 
     written = []

@@ -183,7 +183,7 @@ def write_flight(
     parquet: bool = False,
 ) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
-    from clearway.io.toml import write_toml
+    from clearway.io.toml_writing import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.missions.run_tables import write_tables
 

@@ -81,7 +81,7 @@ def _write(
     found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder, pictures: Pictures
 ) -> list[str]:
     """Everything that the flights leave behind; all of it or nothing."""
-    from clearway.io.toml import write_toml
+    from clearway.io.toml_writing import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.studies.figures.in_place import draw_in_place
     from clearway.view.plot.style import house_style

@@ -227,7 +227,7 @@ def _run(
     stack: ExitStack,
 ) -> dict[str, Any]:
     """Run to the end, with a log in `out` if it is given; all of it or nothing."""
-    from clearway.io.toml import write_toml
+    from clearway.io.toml_writing import write_toml
     from clearway.mavlink.record import SessionRecord
 
     folder = None if out is None else stack.enter_context(out.written())

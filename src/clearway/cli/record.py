@@ -22,7 +22,7 @@ def record_run(
 ) -> None:
     """Write `run.mcap`; without the extra that it takes, a line says so."""
     from clearway.base.errors import MissingExtraError
-    from clearway.io.toml import dump_toml
+    from clearway.io.toml_writing import dump_toml
     from clearway.view.replay.reading import RUN_FILE
     from clearway.view.replay.writing import write_mcap
 

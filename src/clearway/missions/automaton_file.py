@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.provenance import provenance
-from clearway.io.toml import Section, read_model, write_toml
+from clearway.io.toml import Section, read_model
+from clearway.io.toml_writing import write_toml
 from clearway.missions.sections import Count, NotNegative, Positive
 from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings
 from clearway.vehicle.automaton import Movement, MovementAutomaton

@@ -141,15 +141,26 @@ class EscapeLibrary:
         attitudes = self.attitudes + off
         return _legs(paths, attitudes, self._within_limit(attitudes), self.automaton)
 
+    def closes_along(self, legs: Legs) -> bool:
+        """Whether loops lead back to where they begin where movements lead along these: always from
+        the attitudes of the library, and from others where tilt does not matter."""
+        if legs is self.legs:
+            return True
+        off_m = float(np.abs(legs.path - self.legs.path).max())
+        return off_m <= CLOSES * max(self.automaton.step_m, 1e-9)
+
     def _within_limit(self, attitudes: FloatArray) -> IntArray:
-        """[attitudes, movements] as of the legs, without what leads farther beyond the limit."""
+        """[attitudes, movements] as of the legs, without what does not lead back from beyond the
+        limit; where nothing leads back, without what leads farther beyond it."""
         following, limit = self.legs.following, self.automaton.pitch_limit_rad
         if limit is None:
             return following
         ends = np.abs(attitudes[following, 1])
         starts = np.abs(attitudes[:, 1])[:, None]
-        beyond = (ends > limit + SAME_RAD) & (ends > starts + SAME_RAD)
-        return np.where(beyond, -1, following)
+        beyond = ends > limit + SAME_RAD
+        back = np.where(beyond & (ends >= starts - SAME_RAD), -1, following)
+        stays = np.where(beyond & (ends > starts + SAME_RAD), -1, following)
+        return np.where((back >= 0).any(axis=1, keepdims=True), back, stays)
 
 
 def _attitudes(automaton: MovementAutomaton, paths: MovementPaths) -> tuple[FloatArray, IntArray]:

@@ -18,6 +18,7 @@ from llvmlite import binding
 from numba.core import compiler, config, serialize
 from numba.core.caching import _Cache
 
+from clearway.base.kernels.boxing import let_no_signal_in
 from clearway.base.kernels.folders import SHIPPED, Turns, write_whole, written_folder
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
 from clearway.base.kernels.stamp import PACKAGE, stamp_of
@@ -30,6 +31,8 @@ VERSION = 1
 Key = tuple[Any, ...]
 _rebuild: Callable[..., Any] = compiler.CompileResult._rebuild
 _dumps: Callable[[object], bytes] = serialize.dumps
+
+let_no_signal_in()
 
 
 class KernelCache(_Cache):
