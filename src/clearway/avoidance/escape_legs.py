@@ -25,7 +25,7 @@ from clearway.sensors.free_space import (
 )
 
 GROWN_S = 10.0
-"""For how long what is unsure about the wind adds up: then own states have told it anew."""
+"""For how long what is unsure of wind and predictions adds up: then own states have told anew."""
 Times = tuple[float, float]
 """When a movement begins and ends, s from the decision on."""
 
@@ -103,8 +103,7 @@ def unsure_after(end_s: float, terms: EscapeTerms) -> float:
     blown, last = terms.unsure_mps * min(end_s, GROWN_S), len(terms.tube_m) - 1
     if last < 1:
         return blown
-    # Beyond what was measured own states have told anew where it is.
-    flown = min(end_s / terms.tube_s, float(last))
+    flown = min(min(end_s, GROWN_S) / terms.tube_s, float(last))
     before = min(int(flown), last - 1)
     off, grown = terms.tube_m[before], terms.tube_m[before + 1] - terms.tube_m[before]
     return blown + off + (flown - before) * grown

@@ -14,11 +14,11 @@ GRAVITY_MPS2 = 9.81
 
 
 def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.5) -> MovementAutomaton:
-    """Those of a multirotor, with turns of 20 deg, on the spot too, and climbs of 1.5 m/s ahead.
+    """Those of a multirotor, with turns of 20 deg in flight, and climbs of 1.5 m/s ahead.
 
     Longer than it takes to stop: what came before the movement before then hardly matters. Without
-    straight up and down, which lead out of the field of view at once, and with no larger turns on
-    the spot, after which straight on does: what leaves the view is paid for by a guess.
+    straight up and down, which lead out of the field of view at once: what leaves the view is paid
+    for by a guess, and who believes in it stops for it.
     """
     every = MovementAutomaton.multirotor(
         speed_mps,
@@ -26,7 +26,6 @@ def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.5) -> Move
         duration_s,
         steepest_deg=20.0,
         climb_mps=1.5,
-        spot_turn_deg=20.0,
         diagonals=False,
     )
     ahead = (m for m in every.movements if m.speed_mps or not m.climb_mps)
