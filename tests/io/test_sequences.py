@@ -217,9 +217,12 @@ def test_no_pose_in_gaps_and_far_from_the_ends() -> None:
 
 def test_poses_that_are_none_are_left_out_and_said() -> None:
     quaternion = np.array([[1.0, 0, 0, 0], [0, 0, 0, 0], [2.0, 0, 0, 0], [np.nan, 0, 0, 0]])
-    track = pose_track("t", np.array([1.0, 2.0, 1.0, 3.0]), np.zeros((4, 3)), quaternion)
+    quaternion = np.vstack([quaternion, quaternion[0]])
+    position_m = np.zeros((5, 3))
+    position_m[4, 1] = -1e308
+    track = pose_track("t", np.array([1.0, 2.0, 1.0, 3.0, 4.0]), position_m, quaternion)
     assert track.time_s.tolist() == [1.0]
-    assert track.notes == ("3 poses left out: not finite, or told twice",)
+    assert track.notes == ("4 poses left out: not finite, farther than 1e+09 m, or told twice",)
 
 
 def test_a_track_hands_on_how_sure_its_poses_are() -> None:

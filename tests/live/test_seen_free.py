@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
-from clearway.sensors.free_space import is_free
+from clearway.sensors.free_space import NO_BOX, is_free, is_place_free
 from worlds_for_tests import LIDAR, mission, planner
 
 FAR = mission((40.0, 0.0, 0.0))
@@ -50,3 +52,14 @@ def test_what_is_declared_free_ends_at_what_is_seen_to_stand_there() -> None:
     assert sees_free(free, (-0.6, 0.0, 0.0), 0.0), "behind the start nobody looks"
     ball = ObstacleMap([Obstacle.ball([0.9, 0.0, 0.0], 0.4)])
     assert not sees_free(after_one_decision(ball), (-0.6, 0.0, 0.0), 0.0)
+
+
+def test_a_place_is_free_where_a_ball_without_radius_is() -> None:
+    rng = np.random.default_rng(3)
+    free = (rng.random((64, 64, 32)) < 0.5).astype(np.uint8)
+    boxes = (NO_BOX.ravel(), np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 1.5]))
+    for declared_m, box in product((0.0, 2.0), boxes):
+        window = np.concatenate([[-30.0, -31.0, -17.0, 4.0, 1.0, 1.5, 0.5, declared_m], box])
+        for place in rng.uniform(-9.0, 9.0, (500, 3)):
+            x, y, z = place.tolist()
+            assert is_place_free(free, window, x, y, z) == is_free(free, window, x, y, z, 0.0)

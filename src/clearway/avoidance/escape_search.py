@@ -12,20 +12,19 @@ from clearway.avoidance.escape_chains import (
     rounds,
     step_on,
 )
-from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps_margin, leg_was_seen, pose_after
+from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps_margin, leg_was_seen
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.reach.escapes import Legs, Ways
-from clearway.sensors.free_space import (
-    Voxels,
-    is_free,
-)
+from clearway.sensors.free_space import Voxels, is_free, is_place_free
 
 MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""
 NEARLY = 0.9
 """Of a distance, so that rounding never makes a first look stricter than the last."""
+AT_ONCE = 64
+"""Escapes that get a first look at once."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
 Known = npt.NDArray[np.int8]
 """Of each, whether it is UNKNOWN, KEEPS what is asked, or FAILS."""
@@ -33,17 +32,26 @@ Known = npt.NDArray[np.int8]
 
 @compiled
 def loop_places(ways: Ways, legs: Legs) -> FloatArray:
-    """[...,  3] where each movement of each loop ends, from the loop's start at yaw 0."""
+    """[...,  3] where each movement of each loop ends, from the loop's start at yaw 0; of each loop
+    those half way round first, since most that lead where nobody has looked do so there."""
     places = np.empty((len(ways.loop_movement), 3))
     poses = np.empty((2, 4))
     for loop in range(len(ways.loop_attitude)):
         at = ways.loop_attitude[loop]
+        first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+        count = last - first
+        in_order = np.empty((count, 3))
         poses[0] = 0.0
-        for n in range(ways.loop_at[loop], ways.loop_at[loop + 1]):
-            m = ways.loop_movement[n]
+        for n in range(count):
+            m = ways.loop_movement[first + n]
             step_on(poses, 0, legs.path[at, m])
-            places[n] = poses[1, :3]
+            in_order[n] = poses[1, :3]
             poses[0], at = poses[1], legs.following[at, m]
+        stride, filled = max(1, count // 4), first
+        for begins in range(stride):
+            for lap in range((count - begins + stride - 1) // stride):
+                places[filled] = in_order[(count // 2 + begins + lap * stride) % count]
+                filled += 1
     return places
 
 
@@ -57,33 +65,31 @@ def _places_were_seen(
     free: Voxels,
     window: FloatArray,
 ) -> bool:
-    """Whether places first to last of a loop were seen, those half way round first.
+    """Whether places first to last of a loop were seen.
 
     placed: where the loop begins, by `_placed_at`. The places alone are looked up, with a radius:
     quick to tell that a loop leads where nobody has looked, which most do.
     """
     x0, y0, z0, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
-    count = last - first
-    stride = max(1, count // 4)
-    for begins in range(stride):
-        for lap in range((count - begins + stride - 1) // stride):
-            n = first + (count // 2 + begins + lap * stride) % count
-            x = x0 + cosine * places[n, 0] - sine * places[n, 1]
-            y = y0 + sine * places[n, 0] + cosine * places[n, 1]
-            if not is_free(free, window, x, y, z0 + places[n, 2], radius):
-                return False
+    for n in range(first, last):
+        x = x0 + cosine * places[n, 0] - sine * places[n, 1]
+        y = y0 + sine * places[n, 0] + cosine * places[n, 1]
+        if not is_free(free, window, x, y, z0 + places[n, 2], radius):
+            return False
     return True
 
 
 @compiled
 def _placed_at(pose: FloatArray, terms: EscapeTerms) -> FloatArray:
-    """[5] world place of a pose, cosine and sine of its yaw."""
-    yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(5)
+    """[6] world place of a pose, cosine and sine of its yaw, and 1 for a place that counts as met
+    since the vehicle is there."""
+    yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(6)
     cosine, sine = np.cos(yaw), np.sin(yaw)
     placed[0] = origin[0] + cosine * pose[0] - sine * pose[1]
     placed[1] = origin[1] + sine * pose[0] + cosine * pose[1]
     placed[2] = origin[2] + pose[2]
     placed[3], placed[4] = np.cos(yaw + pose[3]), np.sin(yaw + pose[3])
+    placed[5] = 1.0
     return placed
 
 
@@ -123,12 +129,14 @@ def first_escape(
     in place of that of the terms; a later one only where those before leave nothing. Among
     intruders the best of a few; -1 if none is safe.
 
-    What is quick to find out is looked at first, and what does not depend on the distance once.
+    What is quick to find out is looked at first, and what does not depend on the distance once. Of
+    beginnings whose ends nobody has seen, no loop is looked at.
     """
     count, escapes = len(ways.parent), len(ways.begins)
     poses, times = np.empty((count, 4)), np.empty(count)
-    placed = np.empty((count, 5))
-    poses[0], times[0], placed[0], known = pose, start_s, _placed_at(pose, terms), 1
+    placed = np.empty((count, 6))
+    poses[0], times[0], placed[0] = pose, start_s, _placed_at(pose, terms)
+    known, looked_at = 1, 0
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
     looped = np.zeros(escapes, dtype=np.int8)  # Whether the places of its loop were seen at all.
@@ -140,18 +148,21 @@ def first_escape(
         for escape in range(escapes):
             begin, loop = ways.begins[escape], ways.loop[escape]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-            while known <= begin:  # Parents come first.
-                parent, m = ways.parent[known], ways.movement[known]
-                poses[known] = pose_after(poses[parent], legs.path[ways.attitude[parent], m])
-                times[known] = times[parent] + legs.duration_s[m]
-                placed[known] = _placed_at(poses[known], terms)
-                known += 1
-            # Where wind carries the places, they are looked up with the rest.
-            if terms.must_see and terms.least_s == 0.0 and looped[escape] == UNKNOWN:
-                met = _places_were_seen(
-                    places, first, last, placed[begin], 0.0, terms.free, terms.window
+            if escape >= looked_at:
+                looked_at = min(escapes, escape + AT_ONCE)
+                known = _look_at(
+                    escape,
+                    looked_at,
+                    known,
+                    ways,
+                    legs,
+                    places,
+                    poses,
+                    times,
+                    placed,
+                    looped,
+                    terms,
                 )
-                looped[escape] = KEEPS if met else FAILS
             if looped[escape] == FAILS or cleared[escape] == FAILS or clear[begin] == FAILS:
                 continue
             if looped[escape] == KEEPS and not _places_were_seen(
@@ -186,6 +197,71 @@ def first_escape(
         if best >= 0:
             break
     return best, best_room
+
+
+@compiled
+def _look_at(
+    escape: int,
+    last: int,
+    known: int,
+    ways: Ways,
+    legs: Legs,
+    places: FloatArray,
+    poses: FloatArray,
+    times: FloatArray,
+    placed: FloatArray,
+    looped: Known,
+    terms: EscapeTerms,
+) -> int:
+    """A first look at escapes up to the last: where beginnings lead, and whether the places of
+    loops were seen at all; returns how many beginnings are known now.
+
+    A beginning whose end, or that of one before it, lies where nobody has looked fails by its last
+    corner: so do all its loops. Where wind carries places, they are looked up with the rest.
+    """
+    free, window = terms.free, terms.window
+    ox, oy, oz = terms.origin_m[0], terms.origin_m[1], terms.origin_m[2]
+    cos_yaw, sin_yaw = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
+    in_calm, end = terms.must_see and terms.least_s == 0.0, legs.path.shape[2] - 1
+    for e in range(escape, last):
+        begin, loop = ways.begins[e], ways.loop[e]
+        while known <= begin:  # Parents come first.
+            parent, m = ways.parent[known], ways.movement[known]
+            at = ways.attitude[parent]
+            x, y, z, yaw = poses[parent, 0], poses[parent, 1], poses[parent, 2], poses[parent, 3]
+            cosine, sine = np.cos(yaw), np.sin(yaw)
+            ahead, left = legs.path[at, m, end, 0], legs.path[at, m, end, 1]
+            x = x + cosine * ahead - sine * left
+            y = y + sine * ahead + cosine * left
+            z = z + legs.path[at, m, end, 2]
+            yaw = yaw + legs.path[at, m, end, 3]
+            poses[known, 0], poses[known, 1], poses[known, 2], poses[known, 3] = x, y, z, yaw
+            times[known] = times[parent] + legs.duration_s[m]
+            there = ox + cos_yaw * x - sin_yaw * y
+            placed[known, 0], placed[known, 1] = there, oy + sin_yaw * x + cos_yaw * y
+            placed[known, 2] = oz + z
+            placed[known, 3] = np.cos(terms.yaw_rad + yaw)
+            placed[known, 4] = np.sin(terms.yaw_rad + yaw)
+            if in_calm:
+                met = placed[parent, 5] > 0.0 and is_place_free(
+                    free, window, there, placed[known, 1], placed[known, 2]
+                )
+                placed[known, 5] = 1.0 if met else 0.0
+            known += 1
+        if not in_calm:
+            continue
+        looped[e] = FAILS
+        if placed[begin, 5] > 0.0:
+            x, y, z = placed[begin, 0], placed[begin, 1], placed[begin, 2]
+            cosine, sine = placed[begin, 3], placed[begin, 4]
+            looped[e] = KEEPS
+            for n in range(ways.loop_at[loop], ways.loop_at[loop + 1]):
+                ahead, left, up = places[n, 0], places[n, 1], places[n, 2]
+                east, north = x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
+                if not is_place_free(free, window, east, north, z + up):
+                    looped[e] = FAILS
+                    break
+    return known
 
 
 @compiled

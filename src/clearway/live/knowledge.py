@@ -178,9 +178,7 @@ class Knowledge:
         ):
             self.wind.forget()
             return
-        if jumped:
-            self.wind.forget()
-        self.wind.take(before, state, flown_m)
+        self.wind.take(before, state, flown_m, jumped=jumped)
         self.flown.wind_mps = self.wind.wind_mps
 
     def _has_jumped(self, latest: State | None, state: State, flown_m: FloatArray | None) -> bool:

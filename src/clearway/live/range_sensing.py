@@ -272,6 +272,8 @@ class RangeSensing:
 
 def _left_out(memory: PointMemory) -> Counter[str]:
     """What the latest sweep made a memory leave out, or hold more coarsely."""
+    if not (memory.merged or memory.dropped or memory.too_small):
+        return Counter()
     return +Counter(
         {
             "memory: merged into coarser balls, for want of room": memory.merged,

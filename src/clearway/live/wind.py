@@ -82,13 +82,20 @@ class WindEstimate:
         winds = (self.wind_mps, self._last_mps)
         return min(float(np.linalg.norm(carried - wind * duration)) for wind in winds)
 
-    def take(self, before: State, after: State, flown_m: FloatArray) -> None:
+    def take(
+        self, before: State, after: State, flown_m: FloatArray, *, jumped: bool = False
+    ) -> None:
         """Take two own states, one after the other, between which all that was flown is known.
 
-        flown_m: [3] where, without any wind, it would have led from the first one.
+        flown_m: [3] where, without any wind, it would have led from the first one. jumped: what
+        lies between the two is no wind, unless the next ones tell the same.
         """
         duration = after.time_s - before.time_s
         if not duration > 0.0:
+            return
+        if jumped:
+            self.forget()
+            self._last_mps = (after.position_m - flown_m) / duration
             return
         length = float(np.linalg.norm(flown_m - before.position_m))
         wandering = (length * before.attitude_std_rad) ** 2

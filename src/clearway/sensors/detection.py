@@ -100,6 +100,14 @@ class Detection:
         if problems:
             raise InputError(f"detection {self.sensor}", problems)
 
+    @classmethod
+    def trusted(cls, **values: object) -> Detection:
+        """One of values that need no checks, all of them by name."""
+        detection = object.__new__(cls)
+        for name, value in values.items():
+            object.__setattr__(detection, name, value)
+        return detection
+
     __repr__ = brief
 
     @property
@@ -139,19 +147,19 @@ def detect(
     probability = hits_to_probability(
         grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2
     )
-    return Detection(
-        grid,
-        lidar.name,
-        scan.time_s,
-        found.hits,
-        beams,
-        probability,
-        hindrance,
-        visibility,
-        found.points_m,
-        found.radius_m,
-        MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
-        lidar.standing.weight,
+    return Detection.trusted(
+        grid=grid,
+        sensor=lidar.name,
+        time_s=scan.time_s,
+        hits=found.hits,
+        beams=beams,
+        probability=probability,
+        hindrance=hindrance,
+        visibility=visibility,
+        points_m=found.points_m,
+        radius_m=found.radius_m,
+        counts=MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
+        weight=lidar.standing.weight,
     )
 
 

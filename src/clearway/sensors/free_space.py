@@ -97,6 +97,28 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
 
 
 @compiled
+def is_place_free(free: Voxels, window: FloatArray, x: float, y: float, z: float) -> bool:
+    """`is_free` of a ball without a radius, quickly."""
+    per_m, columns, rows = window[3], free.shape[0], free.shape[2]
+    a = int(np.floor(x * per_m))
+    b = int(np.floor(y * per_m))
+    c = int(np.floor(z * per_m))
+    if (
+        window[0] <= a < window[0] + columns
+        and window[1] <= b < window[1] + columns
+        and window[2] <= c < window[2] + rows
+        and free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
+    ):
+        return True
+    dx, dy, dz = x - window[4], y - window[5], z - window[6]
+    # A voxel that lies in the ball declared free reaches no farther than it.
+    around = window[7] + 2.0 / per_m
+    if window[8] > window[11] and dx * dx + dy * dy + dz * dz > around * around:
+        return False
+    return is_free(free, window, x, y, z, 0.0)
+
+
+@compiled
 def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
@@ -131,18 +153,15 @@ def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox
         return False
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
+            i, j = np.uint64(a & (columns - 1)), np.uint64(b & (columns - 1))
             aside = known[0] <= a <= known[1] and known[2] <= b <= known[3]
-            c = c0
-            while c <= c1:
-                if aside and known[4] <= c <= known[5]:
-                    c = known[5] + 1
-                    continue
-                if not (
-                    free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
-                    or _declared(window, a, b, c)
-                ):
+            below = min(c1 + 1, known[4]) if aside else c1 + 1
+            for c in range(c0, below):
+                if free[i, j, np.uint64(c & (rows - 1))] == 0 and not _declared(window, a, b, c):
                     return False
-                c += 1
+            for c in range(max(c0, known[5] + 1) if aside else c1 + 1, c1 + 1):
+                if free[i, j, np.uint64(c & (rows - 1))] == 0 and not _declared(window, a, b, c):
+                    return False
     return True
 
 
@@ -331,14 +350,18 @@ def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
             for shift in (-1, 1):
                 if 0 <= k + shift < rows:
                     by_rows[j, k] = min(by_rows[j, k], nearest[j, k + shift])
-    around = by_rows.copy()
+    around, windows = by_rows.copy(), np.empty(rows, dtype=np.int64)
     for k in range(rows):
         sine = min(1.0, abs(raster.bottom + (k + 0.5) / raster.per_row))
         cosine = np.sqrt(1.0 - sine * sine)
-        window = 8 if cosine * 8.0 < 1.0 else int(np.ceil(1.0 / cosine))
-        for j in range(columns):
-            for shift in range(-window, window + 1):
-                around[j, k] = min(around[j, k], by_rows[(j + shift) % columns, k])
+        windows[k] = 8 if cosine * 8.0 < 1.0 else int(np.ceil(1.0 / cosine))
+    widest = windows.max()
+    for j in range(columns):
+        for shift in range(-widest, widest + 1):
+            beside = (j + shift) % columns
+            for k in range(rows):
+                near = by_rows[beside, k] if abs(shift) <= windows[k] else np.inf
+                around[j, k] = min(around[j, k], near)
     return around
 
 
@@ -368,6 +391,7 @@ def _mark(
     lowest, highest, behind = _field_of(raster)
     right, left = _sides(raster)
     below, above = _slopes(lowest, highest, r[2, 2])
+    r20, r21, r22 = r[2, 0], r[2, 1], r[2, 2]
     for a in range(first[0], last[0] + 1):
         dx = (a + 0.5) * voxel - o[0]
         for b in range(first[1], last[1] + 1):
@@ -376,37 +400,58 @@ def _mark(
             if level2 > far2:
                 continue
             x0, z0 = r[0, 0] * dx + r[1, 0] * dy, r[0, 2] * dx + r[1, 2] * dy
-            column = free[a & (COLUMNS - 1), b & (COLUMNS - 1)]
+            y0 = r[0, 1] * dx + r[1, 1] * dy
+            i, j = np.uint64(a & (COLUMNS - 1)), np.uint64(b & (COLUMNS - 1))
             level, tall = np.sqrt(level2), np.sqrt(far2 - level2)
             bottom = max(-tall, below * level) if below > -np.inf else -tall
             top = min(tall, above * level) if above < np.inf else tall
-            if not behind:  # Where x0 + r[2, 0] dz is above 0.
-                if abs(r[2, 0]) > 1e-9:
-                    edge = -x0 / r[2, 0]
-                    bottom, top = (
-                        (max(bottom, edge), top) if r[2, 0] > 0.0 else (bottom, min(top, edge))
+            if not behind:  # Ahead, and between the outermost beams to either side.
+                bottom, top = _above_zero(bottom, top, x0, r20, reach)
+                if abs(left) < 1.0:
+                    aside = left / (1.0 - abs(left))
+                    bottom, top = _above_zero(
+                        bottom, top, aside * x0 - y0, aside * r20 - r21, reach
                     )
-                elif x0 < -1e-6 * reach:
+                if abs(right) < 1.0:
+                    aside = right / (1.0 - abs(right))
+                    bottom, top = _above_zero(
+                        bottom, top, y0 - aside * x0, r21 - aside * r20, reach
+                    )
+                if top < bottom - 2.0 * voxel:
                     continue
             # One voxel more on either side than need be: what decides is asked of each of them.
             c0 = max(first[2], int(np.floor((o[2] + bottom) / voxel)) - 1)
             c1 = min(last[2], int(np.floor((o[2] + top) / voxel)) + 1)
             for c in range(c0, c1 + 1):
-                if column[c & (ROWS - 1)]:
+                at = np.uint64(c & (ROWS - 1))
+                if free[i, j, at]:
                     continue
                 dz = (c + 0.5) * voxel - o[2]
-                x, squared = x0 + r[2, 0] * dz, level2 + dz * dz
+                x, squared = x0 + r20 * dz, level2 + dz * dz
                 if squared > far2 or squared < near2 or (x < 0.0 and not behind):
                     continue
-                z, distance = z0 + r[2, 2] * dz, np.sqrt(squared)
+                z, distance = z0 + r22 * dz, np.sqrt(squared)
                 if z < lowest * distance or z > highest * distance:
                     continue
-                y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
+                y = y0 + r21 * dz
                 aside = abs(x) + abs(y)
                 if not behind and (y < right * aside or y > left * aside):
                     continue
                 if _goes_on(x, y, z, distance, short, around, raster):
-                    column[c & (ROWS - 1)] = 1
+                    free[i, j, at] = 1
+
+
+@compiled
+def _above_zero(
+    bottom: float, top: float, value: float, slope: float, reach: float
+) -> tuple[float, float]:
+    """The part of an interval in which `value` + `slope` times the place is not below 0; where it
+    is so nowhere, one that ends before it begins."""
+    if slope > 1e-9:
+        return max(bottom, -value / slope), top
+    if slope < -1e-9:
+        return bottom, min(top, -value / slope)
+    return (bottom, top) if value >= -1e-6 * reach else (bottom, -np.inf)
 
 
 @compiled

@@ -10,6 +10,7 @@ nearer return hides what lies behind and says nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import Sensor, beam_raster, nearest_returns, sensor_at
+from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
 from clearway.sensors.remembered import (
     ALONE,
     Balls,
@@ -32,7 +33,7 @@ from clearway.sensors.remembered import (
     picked,
     together,
 )
-from clearway.sensors.room import make_room
+from clearway.sensors.room import Room, make_room
 from clearway.sensors.unsure import radii_unsure, turned_by
 from clearway.sensors.width import returns_with_size
 from clearway.sensors.wires import join_lines
@@ -182,27 +183,26 @@ def update_memory(
     noise = tolerance_m + 3.0 * lidar.sigma_m
     sensor = sensor_at(lidar, state, noise)
     raster = beam_raster(lidar.pattern)
+    before = memory.seen_from or sensor
+    reach, ground = float(memory.reach_m), float(ground_m)
+    if angle_rad <= 0.0:
+        limits = _limits(memory, scan.time_s, noise)
+        too_small, swept = _swept(
+            scan.points_m, memory.boxes, sensor, before, raster, memory.rule, limits, ground
+        )
+        return _after(memory, swept, sensor, too_small)
     nearest = nearest_returns(scan.points_m, raster)
-    seen = returns_with_size(
-        scan.points_m,
-        sensor,
-        float(memory.reach_m),
-        float(ground_m),
-        nearest,
-        raster,
-        float(memory.smallest_m),
-    )
+    smallest = float(memory.smallest_m)
+    seen = returns_with_size(scan.points_m, sensor, reach, ground, nearest, raster, smallest)
     radii = radii_unsure(seen.points_m, seen.radius_m, state, angle_rad)
     pitch = Pitch(memory.voxel_m, memory.fine_m)
     boxes = boxes_of_returns(seen.points_m, radii, seen.size_m, sensor.origin, pitch, scan.time_s)
-    before = memory.seen_from or sensor
     doubt = [
         doubts(memory.boxes, nearest, sensor_at(lidar, turned, noise), before, raster, memory.rule)
         for turned in turned_by(state, angle_rad)
     ]
     remembering = replace(memory, seen_from=sensor, too_small=seen.too_small)
-    least = doubt[0] if len(doubt) == 1 else np.min(doubt, axis=0)
-    return remember(remembering, boxes, least, sensor.origin, scan.time_s, noise)
+    return remember(remembering, boxes, np.min(doubt, axis=0), sensor.origin, scan.time_s, noise)
 
 
 def remember(
@@ -218,26 +218,104 @@ def remember(
     seen: its returns. doubt: [n] of what is remembered, this sweep included; it is written into.
     noise_m: by which returns may be off.
     """
-    refuted = _count_refuted(memory.boxes, doubt)
-    _expire(memory.boxes, doubt, origin_m, memory.reach_m, time_s - memory.horizon_s)
-    boxes, kept = together(memory.boxes, doubt, seen, memory.voxel_m)
-    deviation = OFF_LINE * memory.voxel_m + noise_m
-    boxes = join_lines(boxes, kept, memory.voxel_m, deviation, time_s)
-    alone = _count_alone(boxes, kept)
-    room = make_room(
-        boxes, origin_m, memory.reach_m, memory.capacity, memory.voxel_m, memory.fine_m
+    limits = _limits(memory, time_s, noise_m)
+    swept = _remembered(memory.boxes, doubt, seen, read_only(origin_m), limits)
+    return _after(memory, swept, memory.seen_from, memory.too_small)
+
+
+class Limits(NamedTuple):
+    """What a memory goes by at a sweep."""
+
+    voxel_m: float
+    fine_m: float
+    reach_m: float
+    smallest_m: float
+    capacity: int
+    deviation_m: float
+    """By which a return may lie off a line."""
+    time_s: float
+    oldest_s: float
+    """What was last seen before is forgotten where it is out of reach."""
+
+
+class Swept(NamedTuple):
+    """What a sweep leaves, and what it counted."""
+
+    room: Room
+    balls: Balls
+    refuted: int
+    alone: int
+    borne_out: int
+
+
+def _limits(memory: PointMemory, time_s: float, noise_m: float) -> Limits:
+    return Limits(
+        memory.voxel_m,
+        memory.fine_m,
+        memory.reach_m,
+        memory.smallest_m,
+        memory.capacity,
+        float(OFF_LINE * memory.voxel_m + noise_m),
+        float(time_s),
+        float(time_s - memory.horizon_s),
     )
+
+
+def _after(
+    memory: PointMemory, swept: Swept, seen_from: Sensor | None, too_small: int
+) -> PointMemory:
     return replace(
         memory,
-        boxes=room.boxes,
-        balls=balls_of(room.boxes),
-        fine_m=room.fine_m,
-        alone_a_sweep=_averaged(memory.alone_a_sweep, alone),
-        refuted_a_sweep=_averaged(memory.refuted_a_sweep, refuted),
-        borne_out_a_sweep=_averaged(memory.borne_out_a_sweep, _count_borne_out(boxes, kept)),
-        dropped=room.dropped,
-        merged=room.merged,
+        boxes=swept.room.boxes,
+        balls=swept.balls,
+        fine_m=swept.room.fine_m,
+        alone_a_sweep=_averaged(memory.alone_a_sweep, swept.alone),
+        refuted_a_sweep=_averaged(memory.refuted_a_sweep, swept.refuted),
+        borne_out_a_sweep=_averaged(memory.borne_out_a_sweep, swept.borne_out),
+        seen_from=seen_from,
+        dropped=swept.room.dropped,
+        merged=swept.room.merged,
+        too_small=too_small,
     )
+
+
+@compiled
+def _swept(
+    points: FloatArray,
+    boxes: Boxes,
+    sensor: Sensor,
+    before: Sensor,
+    raster: BeamRaster,
+    rule: DoubtRule,
+    limits: Limits,
+    ground: float,
+) -> tuple[int, Swept]:
+    """Returns left out as too small, and what a sweep whose attitude is known leaves."""
+    nearest = nearest_returns(points, raster)
+    seen = returns_with_size(
+        points, sensor, limits.reach_m, ground, nearest, raster, limits.smallest_m
+    )
+    pitch = Pitch(limits.voxel_m, limits.fine_m)
+    new = boxes_of_returns(
+        seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
+    )
+    doubt = doubts(boxes, nearest, sensor, before, raster, rule)
+    return seen.too_small, _remembered(boxes, doubt, new, sensor.origin, limits)
+
+
+@compiled
+def _remembered(
+    before: Boxes, doubt: FloatArray, seen: Boxes, origin: FloatArray, limits: Limits
+) -> Swept:
+    """What a sweep from a place leaves of what was remembered, and what it adds."""
+    voxel, reach = limits.voxel_m, limits.reach_m
+    refuted = _count_refuted(before, doubt)
+    _expire(before, doubt, origin, reach, limits.oldest_s)
+    both, kept = together(before, doubt, seen, voxel)
+    boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
+    alone, borne_out = _count_alone(boxes, kept), _count_borne_out(boxes, kept)
+    room = make_room(boxes, origin, reach, limits.capacity, voxel, limits.fine_m)
+    return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
 
 
 def forget_moved(

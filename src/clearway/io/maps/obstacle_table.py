@@ -32,6 +32,8 @@ UNITS: Mapping[str, float] = {
     "m": 1.0, "metres": 1.0, "meters": 1.0, "deg": 1.0, "degrees": 1.0,
     "ft": FOOT_M, "feet": FOOT_M,
 }  # fmt: skip
+LONGEST_NAME = 80
+"""Of a column."""
 UNIT = re.compile(rf"[\s_]*(?:[(\[]\s*|[\s_])({'|'.join(UNITS)})\s*[)\]]?$")
 """At the end of a name: `height_ft`, `Height (ft)`, `height [m]`."""
 
@@ -118,6 +120,7 @@ def _begins(line: str) -> bool:
 
 def _columns(path: Path, line: int, header: list[str]) -> dict[str, Column]:
     """Where each meaning stands in a row, and in what unit."""
+    header = [name[:LONGEST_NAME] for name in header]
     plain = [UNIT.sub("", name).replace(" ", "_") for name in header]
     columns: dict[str, Column] = {}
     for meaning, names in COLUMNS.items():

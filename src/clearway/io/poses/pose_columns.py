@@ -10,6 +10,7 @@ import numpy as np
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.io.poses.pose_track import quaternions_of
 
+LONGEST_WORD = 80
 UNIT = re.compile(r"\s*[\[(]\s*(\w*)[^\])]*[\])]\s*$|_(deg|rad|m|s|ns)$")
 ROLES = (
     ("time", r"(time|timestamp|time_stamp|t|stamp)"),
@@ -75,9 +76,13 @@ def columns_of(header: str) -> PoseColumns | None:
 
 
 def words_of(line: str) -> list[str]:
-    """Words of a line, between commas or semicolons where it has any."""
+    """Words of a line, between commas or semicolons where it has any; of long ones the beginning,
+    since no name is as long."""
     text = line.strip().lstrip("#").strip()
-    return [word.strip() for word in re.split("[,;]" if re.search("[,;]", text) else r"\s+", text)]
+    return [
+        word.strip()[:LONGEST_WORD]
+        for word in re.split("[,;]" if re.search("[,;]", text) else r"\s+", text)
+    ]
 
 
 def _role(name: str) -> str:

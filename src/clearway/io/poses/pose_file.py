@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.checks import LARGEST
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.base.state import State
@@ -155,6 +156,9 @@ def _kitti(path: Path, rows: FloatArray) -> Poses:
         )
     camera_from_lidar, note = _calibration(path.parent / "calib.txt")
     lidar = np.linalg.inv(camera_from_lidar) @ poses @ camera_from_lidar
+    far = np.flatnonzero(~(np.abs(lidar[:, :3, 3]) <= LARGEST).all(axis=1))
+    if len(far):
+        raise InputError(str(path), [f"pose {n}: farther than {LARGEST:g} m" for n in far[:5]])
     attitude = attitude_from_rotation(lidar[:, :3, :3])
 
     def pose(index: int, time_s: float) -> State | None:

@@ -107,7 +107,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
             place = f"file:{quote(str(path.absolute()))}?immutable=1"
             base = stack.enter_context(closing(sqlite3.connect(place, uri=True)))
             topics = {
-                number: Topic(name, kind, count)
+                number: Topic(str(name), str(kind), count)
                 for number, name, kind, count in base.execute(
                     "SELECT topics.id, name, type, COUNT(messages.id) FROM topics "
                     "LEFT JOIN messages ON messages.topic_id = topics.id GROUP BY topics.id"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from tokenize import TokenError
@@ -16,6 +17,8 @@ from clearway.io.foreign import is_number, unended
 from clearway.io.foreign_errors import damage_told
 from clearway.io.scans.pointcloud import PointCloud
 
+LONGEST_NAME = 80
+"""Of a column."""
 MOST_COLUMNS = 32
 """Of an array; what is wider lies on its side."""
 
@@ -69,7 +72,8 @@ def read_npy(path: Path) -> PointCloud:
 
     Columns after the third, and other fields, are left aside.
     """
-    with damage_told(path, ".npy file", (TokenError, SyntaxError)):
+    with damage_told(path, ".npy file", (TokenError, SyntaxError)), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # Written by Python 2: read all the same.
         array = np.load(path, allow_pickle=False)
     if array.dtype.names is not None and {"x", "y", "z"} <= set(array.dtype.names):
         array = np.stack([array[axis].ravel() for axis in "xyz"], axis=-1)
@@ -107,7 +111,8 @@ def _layout(path: Path, lines: list[str]) -> Layout:
                 str(path), f"line {first + 1}: {len(words)} columns, three are needed: x, y, z"
             )
         return Layout(delimiter, first, (0, 1, 2))
-    names = [re.sub(r"[\s_(\[]*(m|metres|meters)?[)\]]*$", "", word) for word in words]
+    unit = r"[\s_(\[]*(m|metres|meters)?[)\]]*$"
+    names = [re.sub(unit, "", word[:LONGEST_NAME]) for word in words]
     missing = [axis for axis in ("x", "y", "z") if axis not in names]
     if missing:
         raise InputError(
