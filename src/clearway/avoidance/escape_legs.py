@@ -106,7 +106,7 @@ def unsure_after(end_s: float, terms: EscapeTerms) -> float:
     flown = min(min(end_s, GROWN_S) / terms.tube_s, float(last))
     before = min(int(flown), last - 1)
     off, grown = terms.tube_m[before], terms.tube_m[before + 1] - terms.tube_m[before]
-    return blown + off + (flown - before) * grown
+    return float(blown + off + (flown - before) * grown)
 
 
 @compiled

@@ -31,7 +31,7 @@ RATE_HZ = 60
 GRAVITY_MPS2 = 9.81
 MOST_BANK_RAD, BANK_RATE_RPS = np.radians(35.0), np.radians(20.0)
 MOST_PITCH_RAD = np.radians(12.0)
-COURSE_PER_S = 0.15
+COURSE_PER_S = 0.25
 """Turn rate by which the course is led back, per error."""
 SETTLE_S = 20.0
 WIND_S = 120.0
