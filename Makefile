@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test lint types imports unit nightly docs fuzz bench bench-peers wheel format clean
+.PHONY: demo test lint types imports unit nightly docs pictures fuzz bench bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -32,6 +32,10 @@ nightly: $(VENV)/.dev
 # The site of the documentation, in site/: any warning ends it.
 docs: $(VENV)/.docs
 	$(BIN)/mkdocs build --quiet
+
+# Every picture of every command, on one page: clearway-out/pictures/index.html
+pictures: $(VENV)/.dev
+	$(BIN)/python -m tools.contact_sheet
 
 $(VENV)/.docs: $(VENV)/.core
 	$(PIP) --editable '.[docs]'

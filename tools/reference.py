@@ -46,7 +46,8 @@ left.
 
 Only what differs from the defaults has to be written. Unknown keys, wrong types and impossible
 values are refused, all of them at once, with the place and the valid choices. Every run writes the
-effective file, defaults filled in, into its output folder; that file repeats the run.
+effective file, defaults filled in, into its output folder; that file repeats the run. It
+begins with `schema_version`, of the form that this version writes; later ones are refused.
 """
 
 MISSIONS = """

@@ -15,6 +15,7 @@ from own_process import run_clearway
 run = partial(run_clearway, "encounters")
 
 
+@pytest.mark.nightly
 def test_the_command_prints_intervals_and_writes_every_encounter(tmp_path):
     done = run("--count", 8, "--detected-at", 4, "--workers", 1, "--json", "--out", "all.csv",
                cwd=tmp_path)  # fmt: skip

@@ -23,7 +23,7 @@ from typer.testing import CliRunner
 
 from clearway.base.errors import InputError
 from clearway.cli.app import app
-from clearway.live.link.session import TickOutcome
+from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import Address, open_link
 from mavlink_for_tests import (
@@ -158,6 +158,7 @@ class Telemetry(threading.Thread):
         self.socket.close()
 
 
+@pytest.mark.nightly
 def test_read_only_listens_decides_and_is_silent_among_bad_frames(tmp_path: Path) -> None:
     key = tmp_path / "key"
     key.write_bytes(KEY)

@@ -78,6 +78,7 @@ def test_an_own_planner_is_compared_with_ours(folder: Path) -> None:
     assert own["runs"][0]["decisions"] > 5
 
 
+@pytest.mark.nightly
 def test_an_own_planner_flies_encounters_in_worker_processes(folder: Path) -> None:
     planners = ("-p", "own_planner:make", "-p", "straight")
     count = ("--count", "26", "--workers", "2")  # more than one worker takes at once
@@ -87,6 +88,7 @@ def test_an_own_planner_flies_encounters_in_worker_processes(folder: Path) -> No
     assert own["failures"] == straight["failures"] == list(range(26))
 
 
+@pytest.mark.nightly
 def test_an_own_planner_flies_a_campaign_from_the_folder_of_its_file(folder: Path) -> None:
     pytest.importorskip("pyarrow")
     (folder / "plans").mkdir()

@@ -125,6 +125,7 @@ def test_help_imports_nothing_heavy():
     assert done.stdout.strip() == "[]", done.stderr
 
 
+@pytest.mark.nightly
 def test_compare_counts_every_method_in_a_small_grid(tmp_path):
     options = ("--layers", "3", "--branches", "3", "--repetitions", "2", "--json", "--no-plots")
     done = run_here("reach-set", "compare", *options, cwd=tmp_path)

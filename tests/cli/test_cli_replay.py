@@ -41,6 +41,7 @@ def test_a_flight_leaves_its_recording_and_tables(tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 50_000
 
 
+@pytest.mark.nightly
 def test_a_flight_goes_without_the_extras_and_says_which(tmp_path):
     late = SHORT + "\n[simulation]\ntime_limit_s = 2\n"
     (tmp_path / "short.toml").write_text(late)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from repository import REPOSITORY
 
 
@@ -19,6 +21,7 @@ def bench(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.nightly
 def test_the_table_states_the_machine_and_holds_results_against_references(tmp_path: Path) -> None:
     # Each of these asserts that NumPy comes to the same result before it is timed.
     patterns = ("tree, *", "map, near", "hits, 7,000")

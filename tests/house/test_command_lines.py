@@ -28,6 +28,8 @@ BLOCK = re.compile(
 OTHERS = ("pip", "make", "python", "git", "cd", "export", "mkdocs", "docker", "sudo")
 STUDIES = ("campaign", "compare", "encounters", "risk")
 """They fly more than once: a night run tries them."""
+ALWAYS = ("docs/index.md", "docs/scans.md", "docs/maps.md")
+"""Pages whose lines run in every run of the tests; those of the others in a night run."""
 DRAWS = ("assess", "compare", "fly", "map", "pursuit", "reach-set", "reproduce")
 
 
@@ -96,7 +98,13 @@ RUN = [line for line in LINES if not line.kind]
 QUICK = [line for line in RUN if line.words[1] not in STUDIES]
 
 
-@pytest.mark.parametrize("page", sorted({line.page for line in QUICK}))
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[] if page in ALWAYS else [pytest.mark.nightly])
+        for page in sorted({line.page for line in QUICK})
+    ],
+)
 def test_command_lines_run_on_the_samples(page: str, samples: Path) -> None:
     """In the order of the page: later lines may use what earlier ones wrote."""
     for line in dict.fromkeys(one for one in QUICK if one.page == page):

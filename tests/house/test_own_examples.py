@@ -59,6 +59,7 @@ def test_only_names_that_are_promised_or_documented(name: str) -> None:
     assert re.search(r"^# %% \[markdown\]\n# # Bring your own", text)
 
 
+@pytest.mark.nightly
 def test_own_rating(tmp_path: Path) -> None:
     lines = printed("own_rating", tmp_path)
     own, wary = row(lines, "total (clearway's own)"), row(lines, "wary")
@@ -87,6 +88,7 @@ def test_own_planner(tmp_path: Path) -> None:
     assert any("towards the waypoint" in line for line in lines)
 
 
+@pytest.mark.nightly
 def test_own_sensor(tmp_path: Path) -> None:
     lines = printed("own_sensor", tmp_path)
     assert "answers all questions of a range sensor: True" in lines

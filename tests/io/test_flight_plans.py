@@ -229,7 +229,7 @@ def test_keys_of_a_mission_file_take_precedence_over_its_plan(tmp_path):
     ("text", "cause"),
     [
         ('[mission]\nplan = "none.plan"\n', "none.plan: cannot be read"),
-        ('[mission]\nplan = "own.toml"\n', "valid: .plan, .waypoints"),
+        ('[mission]\nplan = "own.toml"\n', "valid: .plan, .kmz, .kml, .waypoints"),
         ("[mission]\nplan = 3\n", "mission.plan"),
         ('vehicle = 3\n[mission]\nplan = "made.plan"\n', "vehicle: should be a table"),
         ('obstacle = 3\n[mission]\nplan = "made.plan"\n', "obstacle"),

@@ -130,7 +130,7 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
 @pytest.mark.parametrize(
     ("wind", "escape"),
     [
-        ((0.0, 0.5, 0.0), "strict"),
+        pytest.param((0.0, 0.5, 0.0), "strict", marks=pytest.mark.nightly),
         ((-0.4, -0.3, 0.0), "off"),
         pytest.param((-0.4, -0.3, 0.0), "strict", marks=pytest.mark.nightly),
     ],

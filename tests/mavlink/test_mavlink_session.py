@@ -23,8 +23,10 @@ from mavlink_for_tests import (
     aircraft,
     attitude,
     distances,
+    drone,
     framed,
     heartbeat,
+    mavlink,
     origin,
     position,
     raw_frame,
@@ -196,6 +198,22 @@ def test_an_aircraft_on_a_collision_course_is_avoided_and_told_of() -> None:
     assert told.altitude_minimum_delta == pytest.approx(0.0, abs=0.1)
     soon = bench.tick(1.2, attitude(1.2), position(1.2, (0, 0.2, 0)), closing)
     assert not sent(soon, COLLISION)
+
+
+def test_a_drone_heard_by_remote_id_is_avoided_at_its_height() -> None:
+    bench = Bench(sensor=False)
+    closing = drone(lon=43_001_165, accuracy=12)
+    fix = mavlink.MAVLink_gps_raw_int_message(
+        0, 3, 520_000_000, 43_000_000, 10_000, 80, 80, 100, 9000, 12, 58_000
+    )
+    bench.tick(1.0, heartbeat(), origin(), attitude(1.0), position(1.0), fix)
+    outcome = bench.tick(1.1, attitude(1.1), position(1.1, (0, 0.1, 0)), closing)
+    assert outcome.flight is not None
+    (name,) = outcome.flight.decision.intruders
+    (told,) = sent(outcome, COLLISION)
+    assert told.id == int(name, 16) > 0xFFFFFF
+    assert told.altitude_minimum_delta == pytest.approx(0.0, abs=0.1)
+    assert not any(reason.startswith("Remote ID") for reason in bench.session.counts)
 
 
 def test_an_aircraft_that_flies_away_is_not_told_of() -> None:

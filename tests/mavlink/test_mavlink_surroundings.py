@@ -16,7 +16,8 @@ from clearway.live.link.aircraft import MOST_AIRCRAFT, AircraftHeard, TrafficTer
 from clearway.live.link.own_motion import OwnMotion
 from clearway.mavlink.adsb import aircraft_of
 from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
-from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, enu
+from clearway.mavlink.remote_id import drone_of
+from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, drone, enu
 
 # --- distances ----------------------------------------------------------------------------------
 
@@ -205,3 +206,47 @@ def test_no_more_aircraft_than_decisions_can_take_and_the_gone_make_room() -> No
     assert sum(intruder is not None for intruder in told) == MOST_AIRCRAFT
     assert counts == {f"traffic: more than {MOST_AIRCRAFT} aircraft": 100 - MOST_AIRCRAFT}
     assert taken(view, aircraft(200), now_s=21.0) is not None
+
+
+# --- Remote ID ------------------------------------------------------------------------------------
+
+
+def told(message: Any, geoid_m: float | None = 48.0) -> tuple[Any, Counter[str]]:
+    counts: Counter[str] = Counter()
+    return drone_of(message, np.array(ORIGIN), 3.0, geoid_m, counts), counts
+
+
+def test_a_drone_nearby_is_an_aircraft_as_wide_as_it_is_unsure() -> None:
+    report, counts = told(drone(climb=-50))
+    assert report.position_m == pytest.approx([6.0, 8.0, 0.0], abs=0.02)
+    assert report.velocity_mps == pytest.approx([0.0, -1.0, -0.5], abs=1e-9)
+    assert report.half_span_m == 4.0
+    assert report.address > 0xFFFFFF
+    assert told(drone(accuracy=0))[0].half_span_m == 31.0
+    assert told(drone(direction=36_100))[0].velocity_mps is None
+    assert not counts
+
+
+def test_a_drone_at_an_unknown_height_counts_at_ours() -> None:
+    for message, geoid_m, why in (
+        (drone(), None, "Remote ID: height above the ellipsoid"),
+        (drone(height_m=-1000.0), 48.0, "traffic: no altitude"),
+        (drone(height_m=math.nan), 48.0, "traffic: no altitude"),
+    ):
+        report, counts = told(message, geoid_m)
+        assert report.position_m[2] == 3.0
+        assert [one.startswith(why) for one in counts] == [True]
+
+
+@pytest.mark.parametrize(
+    ("message", "why"),
+    [
+        (drone(sender=b""), "Remote ID: our own"),
+        (drone(status=1), "Remote ID: on the ground"),
+        (drone(lat=0, lon=0), "traffic: no position"),
+    ],
+)
+def test_drones_that_are_nowhere_or_ours_are_counted(message: Any, why: str) -> None:
+    report, counts = told(message)
+    assert report is None
+    assert dict(counts) == {why: 1}

@@ -46,6 +46,7 @@ def held(result: dict[str, Any], name: str) -> None:
     assert result["margin_violations"] == result["emergencies"] == 0
 
 
+@pytest.mark.nightly
 def test_round_a_tree_and_between_two_roofs(data_dir: Path, tmp_path: Path) -> None:
     result, track, cloud = flown("tree-and-building", data_dir, tmp_path)
     held(result, "tree-and-building")
@@ -62,6 +63,7 @@ def test_round_a_tree_and_between_two_roofs(data_dir: Path, tmp_path: Path) -> N
     assert cKDTree(points).query(track)[0].min() < 2.0
 
 
+@pytest.mark.nightly
 def test_under_a_power_line(data_dir: Path, tmp_path: Path) -> None:
     result, track, cloud = flown("power-line", data_dir, tmp_path)
     held(result, "power-line")

@@ -180,6 +180,7 @@ def flown(name, data_dir, folder):
     return result, track, prepare(read_mission_file(str(folder / "mission.toml")))
 
 
+@pytest.mark.nightly
 def test_the_first_seconds_over_delft_keep_the_margin(data_dir, tmp_path):
     placed("delft-streets", data_dir, tmp_path)
     mission = read_mission_file(str(tmp_path / "mission.toml"))

@@ -263,6 +263,7 @@ def clearway(*arguments: str | Path, cwd: Path) -> Any:
         return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.nightly
 def test_an_encounter_flown_from_the_command_line(tmp_path: Path) -> None:
     file = head_on(tmp_path / "day.jsonl")
     run = clearway("traffic", file, "--fly", "1", "--as", "own1", "--json", "--out", "out",

@@ -44,6 +44,11 @@ def test_columns_are_typed(tables):
     assert types["movements"].startswith("list<")
 
 
+def test_every_table_tells_the_version_of_its_form(tables):
+    for table in tables.values():
+        assert table.schema.metadata[b"schema_version"] == b"2"
+
+
 def test_the_track_and_the_intruders_are_the_true_ones(tables):
     run, track, intruders = flown().run, tables[TRACK], tables[INTRUDERS]
     np.testing.assert_array_equal(track["time_s"].to_numpy(), run.time_s)

@@ -67,6 +67,7 @@ def test_scale_does_not_matter(scale):
     assert not equivalent(automaton, start, (left, right), (right, left))
 
 
+@pytest.mark.nightly
 def test_a_full_set_holds_each_way_once_and_covers_the_same_cells():
     grid = AvoidanceGrid.uniform(3.0, 3, 60.0, 5, 30.0, 3)
     automaton = MovementAutomaton((WHOLE, HALF, LEFT, RIGHT, HALF_LEFT), None)

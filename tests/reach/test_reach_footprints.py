@@ -77,6 +77,7 @@ def test_so_it_is_where_footprints_are_followed_by_walks(automaton, layers, foot
     assert abs(estimate.footprints - footprints) < 3.5 * estimate.standard_error
 
 
+@pytest.mark.nightly
 def test_walks_along_more_than_one_movement_a_cell():
     """Two movements a layer, so that walks stay in cells; inner range above 0."""
     slow = MovementAutomaton.plane(0.6, turn_step_deg=30.0, pitch_limit_deg=None, diagonals=False)
@@ -103,7 +104,10 @@ def test_same_seed_same_estimate():
     assert first != estimate_footprints(tree(NINE, 6), branches=5, repetitions=3, seed=9)
 
 
-@pytest.mark.parametrize(("automaton", "layers", "cells"), [(NINE, 10, 278), (NINE, 15, 453)])
+@pytest.mark.parametrize(
+    ("automaton", "layers", "cells"),
+    [(NINE, 10, 278), pytest.param(NINE, 15, 453, marks=pytest.mark.nightly)],
+)
 def test_cells_that_can_be_reached_are_known_for_certain(automaton, layers, cells):
     """SPEC 4; found without any reach set."""
     found = reachable_cells(automaton, AvoidanceGrid.uniform(float(layers), layers))

@@ -187,7 +187,7 @@ def test_points_are_moved_to_the_stamp(bench: RosBench) -> None:
     """A sweep of 0.1 s at 1 m/s past one point: seen 0.1 m nearer at its end."""
     bench.fly(4)
     seen = np.array([[5.0, 0.0, 0.0], [4.9, 0.0, 0.0]])
-    maker = bench.link._scan_maker(
+    maker = bench.link._clouds.maker(
         "front", points_of(cloud(BEGAN_S, seen, later_s=[0.0, 0.1]), "PointCloud2"), BEGAN_S + 0.1,
         deskew=True,
     )  # fmt: skip

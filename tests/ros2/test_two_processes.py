@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -16,13 +13,9 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK, RosBench, cloud, until
+from ros2_processes import SUPPORT, begun
 
-SUPPORT = REPOSITORY / "tests" / "support"
 PILLAR = REPOSITORY / "examples" / "ros2" / "pillar.toml"
-ENVIRONMENT = os.environ | {
-    "CYCLONEDDS_URI": LOOPBACK,
-    "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "src"), str(SUPPORT)]),
-}
 PARAMETERS = f"""
 /**:
   ros__parameters:
@@ -33,16 +26,6 @@ PARAMETERS = f"""
     clouds: {{front: {{topic: points}}}}
     set_points: [{{topic: target, type: PositionTarget}}]
 """
-
-
-def begun(*words: object) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, *(str(word) for word in words)],
-        env=ENVIRONMENT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
 
 
 @pytest.fixture

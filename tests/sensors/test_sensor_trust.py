@@ -263,6 +263,7 @@ def test_alone_a_sensor_is_as_before(library: cw.ReachLibrary) -> None:
     assert together.remembered.radius_m == pytest.approx(situation.remembered.radius_m + 0.06)
 
 
+@pytest.mark.nightly
 def test_the_example_mission_with_a_liar() -> None:
     path = REPOSITORY / "examples" / "missions" / "lying-sensor.toml"
     file = read_mission_file(str(path))

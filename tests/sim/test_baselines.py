@@ -88,7 +88,13 @@ def test_a_map_alone_is_known_to_all_but_the_predecessor_and_the_blind(planner):
     assert (run.crashed_s is not None) == knows_no_map
 
 
-@pytest.mark.parametrize("planner", ["potential-field", "vfh", "deterministic"])
+@pytest.mark.parametrize(
+    "planner",
+    [
+        "potential-field",
+        *(pytest.param(each, marks=pytest.mark.nightly) for each in ("vfh", "mvp")),
+    ],
+)
 def test_the_same_seed_gives_the_same_flight(planner):
     again = setup().fly_with(planner)
     np.testing.assert_array_equal(flown(planner).states, again.states)

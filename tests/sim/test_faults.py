@@ -94,6 +94,7 @@ def test_wind_carries_the_vehicle():
     assert blown[1] - still[1] == pytest.approx(0.2, abs=0.01)
 
 
+@pytest.mark.nightly
 def test_a_blind_sensor_crashes_where_the_map_does_not_know_either():
     crashed = [
         seed for seed in range(4) if fly_one("dead-sensor", "LiDAR alone", 0.0, seed).crashed
@@ -123,6 +124,7 @@ def test_studies_do_not_depend_on_the_number_of_processes():
     assert silent.interval(silent.crashed)[1] == 1.0
 
 
+@pytest.mark.nightly
 def test_the_command_draws_tabulates_and_writes_missions(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("# Faults\n<!-- faults:begin -->\nold\n<!-- faults:end -->\nend\n")

@@ -14,7 +14,9 @@ EMPTY = ObstacleMap()
 
 
 @pytest.mark.parametrize("rating", ["total", "printed", "visible", "evidence"])
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (1, 2))]
+)
 def test_the_static_mission_keeps_its_margin(rating, seed):
     run = flown(static_world(), STATIC, settings={"rating": rating}, seed=seed)
     assert run.reached
@@ -66,8 +68,10 @@ def test_walls_are_flown_round(wall):
     assert run.emergencies == 0
 
 
-@pytest.mark.parametrize("seed", [3, 77])
-@pytest.mark.parametrize("latency", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("seed", "latency"),
+    [(3, 1.0), *(pytest.param(*each, marks=pytest.mark.nightly) for each in ((3, 0.0), (77, 1.0)))],
+)
 def test_random_balls_are_passed_with_the_margin(seed, latency):
     world, to_fly = ball_world(seed)
     assert flown(world, to_fly, seed=seed, scan_latency_s=latency).safe

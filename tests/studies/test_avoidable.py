@@ -18,6 +18,7 @@ def avoidable(position, velocity, acceleration=0.0):
     return search(PLANE, opponent, KEEP)
 
 
+@pytest.mark.nightly
 def test_a_thing_that_stands_is_avoidable_outside_the_turning_circle():
     """Round a ball: d^2 + R^2 >= (R + keep)^2, R at most v / 15 deg/s, at least v / 21.2 deg/s."""
     level, steepest = (1.0 / np.radians(rate) for rate in (15.0, 15.0 * np.sqrt(2.0)))

@@ -104,6 +104,7 @@ def is_alive(pid: int) -> bool:
 # Killed and gone on with -------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "sittings", [(1,), pytest.param((2, 1, 2), marks=pytest.mark.nightly)], ids=["once", "often"]
 )
@@ -174,6 +175,7 @@ def test_changed_settings_are_told_from_the_same_in_other_words(
         run_campaign(read_campaign(str(other_file)), tmp_path, in_processes(1))
 
 
+@pytest.mark.nightly
 def test_more_seeds_and_planners_leave_what_was_flown(
     small: Path, uninterrupted: list[FlightRow], tmp_path: Path
 ) -> None:

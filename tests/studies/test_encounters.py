@@ -79,7 +79,13 @@ def test_impossible_encounters_are_refused(setting, said):
         EncounterSettings(**setting)
 
 
-@pytest.mark.parametrize("kind", STANDARD_KINDS[:6], ids=lambda kind: kind.in_words)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, id=kind.in_words, marks=[pytest.mark.nightly] if 0 < n < 5 else [])
+        for n, kind in enumerate(STANDARD_KINDS[:6])
+    ],
+)
 def test_encounters_that_can_be_won_are_won(kind):
     tally = fly_encounters(kind, range(MET))
     assert len(tally.outcomes) == MET
@@ -90,6 +96,7 @@ def test_encounters_that_can_be_won_are_won(kind):
     assert (tally.avoidable == MET) == in_time
 
 
+@pytest.mark.nightly
 def test_nothing_is_tied_to_metres():
     small, large = (fly_encounters(EncounterSettings(scale=scale), range(6)) for scale in (1, 15))
     assert large.failures == ()

@@ -74,6 +74,7 @@ def test_nobody_in_range_is_straight_flight() -> None:
     np.testing.assert_allclose(flown.own_m[:, 0], 25.0 * flown.time_s, atol=1e-6)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("planner", [name for name in LONG_PLANNERS if name != STRAIGHT])
 def test_head_on_everybody_avoids_a_near_miss(planner: str) -> None:
     without = separation_of(HEAD_ON, STRAIGHT, KIND)[0]

@@ -86,6 +86,7 @@ def reference(case: IntersectionCase, known_answers: dict[str, Any]) -> Any:
     return np.array(known_answers["intruder"][part][key], dtype=np.float64)
 
 
+@pytest.mark.nightly
 def test_all_twelve_figures_in_order(exhibits: dict[str, Any]) -> None:
     assert list(exhibits) == [f"Figure 6.{number}" for number in range(2, 14)]
     for exhibit in exhibits.values():
@@ -295,6 +296,7 @@ def test_prediction_ball_holds_for_any_seed() -> None:
         assert found.deviation_m[:, -1].max() > 0.3 * found.bound_m[-1]
 
 
+@pytest.mark.nightly
 def test_without_an_obstacle_lyapunov_s_function_falls_and_with_one_it_may_not() -> None:
     """3.4.2"""
     free, wall = approach((), 60.0), approach((WALL,), 120.0)

@@ -11,7 +11,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.live import AvoidanceSystem
 from clearway.live.link.floor import FloorRule
-from clearway.live.link.session import SessionTerms, TickOutcome
+from clearway.live.link.hearing import SessionTerms
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.session import Session
 from clearway.mavlink.dialect import EXTENDED_SYS_STATE
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox, ReceivedMessage
@@ -95,6 +97,19 @@ def aircraft(address: int = 0xABCDEF, **more: Any) -> Any:
     )  # fmt: skip
 
 
+def drone(**more: Any) -> Any:
+    """A drone where `aircraft` is, by Remote ID: 10 m above sea level, 48 m more above WGS 84."""
+    fields = {
+        "sender": b"\x60\x60\x1f\x01", "status": 2, "direction": 18_000, "speed": 100, "climb": 0,
+        "lat": 520_000_719, "lon": 43_000_874, "height_m": 58.0, "accuracy": 11,
+    } | more  # fmt: skip
+    return mavlink.MAVLink_open_drone_id_location_message(
+        0, 0, fields["sender"].ljust(20, b"\0"), fields["status"], fields["direction"],
+        fields["speed"], fields["climb"], fields["lat"], fields["lon"], -1000.0,
+        fields["height_m"], 0, 20.0, fields["accuracy"], 4, 4, 3, 120.0, 1,
+    )  # fmt: skip
+
+
 def ms(time_s: float) -> int:
     return round(1000.0 * time_s) % 2**32
 
@@ -132,7 +147,8 @@ class Bench:
         over = {key: settings.pop(key) for key in OF_THE_LINK if key in settings}
         settings = {"floor": FloorRule(0.6, -100.0)} | settings
         terms = MavlinkTerms(session=SessionTerms(act=act, **settings), **over)
-        self.session = MavlinkSession(self.system, lidar, terms, self.counts)
+        core = Session(self.system, lidar, terms.session, self.counts)
+        self.session = MavlinkSession(core, lidar, terms, self.counts)
         check = None if key is None else SignatureCheck(key)
         self.inbox = Inbox(1, 1, check, stream=False)
         if airborne:

@@ -15,7 +15,9 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.link.floor import FloorRule
-from clearway.live.link.session import Session, SessionTerms, TickOutcome
+from clearway.live.link.hearing import SessionTerms
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.session import Session
 from clearway.live.mission import Mission
 from clearway.reach import ReachLibrary
 from clearway.ros2.bus import Quality, TopicMessage

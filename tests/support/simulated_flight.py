@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from clearway.live.link.floor import FloorRule
+from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.loop import Loop
-from clearway.live.link.session import SessionTerms, TickOutcome
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.session import Session
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
@@ -73,7 +75,8 @@ class SimulatedFlight:
         )
         session = SessionTerms(act=act, lead_s=0.5 / rate_hz, **({"floor": floor} | terms))
         over = MavlinkTerms(asks=act, session=session)
-        self.session = MavlinkSession(setup.system(), sensor, over, self.counts)
+        core = Session(setup.system(), sensor, session, self.counts)
+        self.session = MavlinkSession(core, sensor, over, self.counts)
         self.inbox = Inbox(1, 1, None, stream=False)
         self.packer = Packer(1)
         self.autopilot = SimulatedAutopilot(file, setup, self.wire, None, habits)

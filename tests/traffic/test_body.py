@@ -164,6 +164,7 @@ def test_a_point_fills_nothing_but_touches_its_line() -> None:
     np.testing.assert_array_equal(body.probability, 0.0)
 
 
+@pytest.mark.nightly
 def test_a_half_shell_may_be_filled_most_at_once() -> None:
     # The ball leaves a cell half round the vehicle, and comes back to its other end later.
     shell = AvoidanceGrid.uniform((38.75, 42.5), 1, 180.0, 2, (-60.0, 0.0), 1)

@@ -109,6 +109,7 @@ def test_meeting_of_thin_cones(spread_deg: tuple[float, float]) -> None:
         assert np.abs(found.probability - slow.probability).max() <= most
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("case", ["flank", "apex inside", "oblique"])
 def test_the_papers_lattice_tends_to_the_rays(case: str) -> None:
     slow = spread_cells(GRID, [CASES[case]], UP, "reference").of(0)

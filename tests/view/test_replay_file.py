@@ -1,10 +1,13 @@
 """Runs as MCAP files: what stands in them, for clearway and for Foxglove, and what is refused."""
 
 import json
+import re
 import struct
+import time
 from collections import defaultdict
 from contextlib import suppress
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -15,13 +18,19 @@ pytest.importorskip("mcap")
 from mcap.reader import make_reader
 
 from clearway.avoidance.fusion import assess_cells, rating_named
+from clearway.avoidance.rules import GroundHeights
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
+from clearway.io.maps.map_features import Geodetic
 from clearway.io.toml_writing import dump_toml
+from clearway.live.mission import Mode
+from clearway.missions.mission_place import MissionPlace
 from clearway.missions.run_files import decision_record
+from clearway.sensors import Scan
 from clearway.view.replay import schemas
 from clearway.view.replay.about import surveyed_points
 from clearway.view.replay.entities import quaternion
+from clearway.view.replay.foxglove_layout import foxglove_layout
 from clearway.view.replay.messages import intruders_message, voxel_centers
 from clearway.view.replay.reading import cloud_points, read_run
 from clearway.view.replay.writing import write_mcap
@@ -92,14 +101,23 @@ def test_own_messages_hold_what_their_schemas_promise(messages):
 
 def test_there_is_one_message_a_decision_and_one_a_step(messages):
     run = flown().run
-    for topic in (schemas.DECISION, schemas.CELLS, schemas.REACH, schemas.POINTS, schemas.LOG):
+    for topic in (
+        schemas.DECISION,
+        schemas.SCALARS,
+        schemas.CELLS,
+        schemas.REACH,
+        schemas.POINTS,
+        schemas.LOG,
+    ):
         assert len(messages[topic]) == len(run.decisions), topic
     for topic in (schemas.STATE, schemas.TRANSFORMS):
         assert len(messages[topic]) == len(run.time_s), topic
     for name in (schemas.MISSION, schemas.SCENE):
         assert len(messages[name]) == 1
-    stamps = [message.log_time for _, _, message in messages[schemas.DECISION]]
+    begins = round(json.loads(messages[schemas.MISSION][0][2].data)["begins_unix_s"] * 1e9)
+    stamps = [message.log_time - begins for _, _, message in messages[schemas.DECISION]]
     assert stamps == [round(entry.flight.time_s * 1e9) for entry in run.decisions]
+    assert abs(begins * 1e-9 - time.time()) < 3600.0  # The mission says no date: it is now.
 
 
 def test_the_mission_that_was_flown_is_attached(path):
@@ -107,6 +125,93 @@ def test_the_mission_that_was_flown_is_attached(path):
         attached = list(make_reader(stream).iter_attachments())
     assert [one.name for one in attached] == ["mission.toml"]
     assert attached[0].data.decode() == dump_toml(flown().file.effective())
+
+
+def test_scalars_repeat_what_decisions_tell(messages):
+    told = [json.loads(message.data) for _, _, message in messages[schemas.DECISION]]
+    scalars = [json.loads(message.data) for _, _, message in messages[schemas.SCALARS]]
+    for whole, one in zip(told, scalars, strict=True):
+        assert list(Mode)[one["mode"]] == whole["mode"]
+        for name in ("cost_m", "rating", "clearance_m", "margin_asked_m", "elapsed_ms"):
+            assert one[name] == whole[name]
+        assert one["ruled_out"] == sum(whole["ruled_out_by"].values())
+        assert (one["way_out_margin_m"] is None) == (whole["way_out"] is None)
+        assert one["alert"] == 0
+
+
+@pytest.fixture(scope="module")
+def dated(tmp_path_factory):
+    """A run above Cologne at noon, with raw scans and hills."""
+    path = tmp_path_factory.mktemp("dated") / "run.mcap"
+    short = flown()
+    hills = np.where(np.arange(12.0).reshape(3, 4) > 10.0, np.nan, 2.5)
+    ground = GroundHeights(hills, np.array([-5.0, -5.0]), 10.0)
+    begins = datetime(2026, 7, 1, 12, tzinfo=UTC)
+    place = MissionPlace(Geodetic(50.9, 6.9, 60.0), ground, begins)
+    scans = [Scan(np.full((4, 3), at), at, short.setup.lidars[0].name) for at in (0.0, 1.0)]
+    write_mcap(short.run, replace(short.setup, place=place), "", path, scans)
+    return path
+
+
+def doubles(data):
+    """Fields of a protobuf message that are doubles at its top, by number."""
+    found, at = {}, 0
+    while at < len(data):
+        number, wire = data[at] >> 3, data[at] & 7
+        if wire == 1:
+            found[number] = struct.unpack_from("<d", data, at + 1)[0]
+        at += {1: 9, 2: 2 + data[at + 1]}[wire]
+    return found
+
+
+def test_a_dated_mission_on_earth_has_true_times_and_places(dated):
+    with dated.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        found = list(reader.iter_messages(topics=[schemas.FIX]))
+        (about,) = [one.metadata for one in reader.iter_metadata()]
+    assert about["begins"] == "2026-07-01T12:00:00+00:00"
+    assert about["begins_is"] == "by the mission"
+    assert about["planner"] == "clearway"
+    noon = int(datetime(2026, 7, 1, 12, tzinfo=UTC).timestamp()) * 10**9
+    run = flown().run
+    assert found[0][2].log_time == noon
+    assert {schema.name for schema, _, _ in found} == {"foxglove.LocationFix"}
+    for _, _, message in (found[0], found[len(found) // 2]):
+        at = np.searchsorted(run.time_s, (message.log_time - noon) * 1e-9 - 1e-6)
+        east, north, up = run.states[at, :3]
+        latitude, longitude, height = (doubles(message.data).get(n, 0.0) for n in (1, 2, 3))
+        assert latitude == pytest.approx(50.9 + np.degrees(north / 6.38e6), abs=1e-6)
+        east_rad = east / 6.38e6 / np.cos(np.radians(50.9))
+        assert longitude == pytest.approx(6.9 + np.degrees(east_rad), abs=1e-6)
+        assert height == pytest.approx(60.0 + up, abs=0.01)
+
+
+def test_raw_scans_and_the_ground_are_kept_where_asked(dated, messages):
+    assert not any(topic.startswith(schemas.SCANS) for topic in messages)
+    topic = f"{schemas.SCANS}{flown().setup.lidars[0].name}"
+    with dated.open("rb") as stream:
+        clouds = list(make_reader(stream).iter_messages(topics=[topic]))
+    assert [cloud_points(message.data).tolist() for _, _, message in clouds] == [
+        [[at] * 3] * 4 for at in (0.0, 1.0)
+    ]
+    terrain = read_run(dated).mission["terrain"]
+    assert (terrain["rows"], terrain["columns"], terrain["step_m"]) == (3, 4, 10.0)
+    assert terrain["heights_cm"] == [250] * 11 + [None]
+
+
+def test_the_layout_names_what_a_run_has(messages):
+    layout = json.loads(foxglove_layout())
+    text = json.dumps(layout["configById"])
+    topics = {*messages, schemas.FIX, schemas.WORLD_POINTS}
+    assert set(layout["configById"]["3D!clearway"]["topics"]) <= topics
+    for value in re.findall(r'"value": "([^"]+)"', text):
+        topic, _, name = value.partition(".")
+        assert name in schemas.SCHEMAS[topic]["properties"], value
+
+    def panels(node):
+        return [node] if isinstance(node, str) else panels(node["first"]) + panels(node["second"])
+
+    assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
 
 
 def test_decisions_are_those_of_the_log_with_plan_and_movers(path):

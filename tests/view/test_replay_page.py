@@ -230,6 +230,107 @@ def test_two_fingers_zoom(browser, address):
     browser.wait(f"player.camera.distance < 0.8 * {before}")
 
 
+def centre_of(browser):
+    """Pixels of the middle of the nearest shown cell, in the window."""
+    return browser.evaluate(
+        """(() => {
+          const { evidence, camera, canvas } = player, [cell] = player.picker.ofKind("cells");
+          const { centres } = evidence.grids[player.show.which];
+          const place = transformed(evidence.model, centres[cell.index]);
+          const matrix = camera.projection(canvas.clientWidth / canvas.clientHeight);
+          const [x, y, , w] = transformed(matrix, place);
+          const { left, top } = canvas.getBoundingClientRect();
+          return [left + (x / w + 1) / 2 * canvas.clientWidth,
+            top + (1 - y / w) / 2 * canvas.clientHeight, cell.index];
+        })()"""
+    )
+
+
+def picked_text(browser):
+    return browser.evaluate("document.getElementById('picked').innerText")
+
+
+def test_a_click_shows_what_the_file_says_of_a_cell(browser, address, recording):
+    number = next(n for n, cells in enumerate(recording.cells) if max(cells["obstacle"]) > 0.8)
+    time_s = recording.decisions[number]["time_s"]
+    at(browser, address, f"t={time_s:.2f}&view=top&pick=cells&colouring=obstacle")
+    x, y, nearest = centre_of(browser)
+    browser.drag((x, y), (x, y))
+    browser.wait("document.documentElement.dataset.picked.startsWith('cell:')")
+    cell = int(browser.told()["picked"].partition(":")[2])
+    shown = browser.evaluate("player.evidence.shown")
+    assert cell in shown
+    assert nearest in shown
+    text = picked_text(browser)
+    assert f"Cell {cell}" in text
+    for name in ("obstacle", "visibility", "detected", "map", "intruder", "rating_total"):
+        value = round(255.0 * recording.cells[number][name][cell]) / 255.0
+        assert f"{value:.3f}" in text, name
+    browser.drag((x, y), (x + 80, y))  # A drag picks nothing else.
+    assert browser.told()["picked"] == f"cell:{cell}"
+    browser.press("Escape")
+    browser.wait("document.documentElement.dataset.picked === ''")
+    assert browser.complaints() == []
+
+
+def test_keys_pick_and_tell_why_a_trajectory_was_not_taken(browser, address, recording):
+    number = next(n for n, one in enumerate(recording.decisions) if one["ruled_out"])
+    made, reach = recording.decisions[number], recording.reach[number]
+    at(browser, address, f"t={made['time_s']:.2f}&pick=trajectories&picked=")
+    browser.press(".")
+    browser.wait(f"document.documentElement.dataset.picked === 'trajectory:{reach['chosen']}'")
+    assert "Taken" in picked_text(browser)
+    assert made["explanation"].split("; ")[0] in picked_text(browser)
+    tree = next(
+        one for one in recording.reach_sets if one["start_pitch_rad"] == reach["start_pitch_rad"]
+    )
+    other = made["ruled_out"][0]
+    node = next(
+        n for n in np.flatnonzero(tree["complete"]) if flown_by(tree, n) == other["movements"]
+    )
+    browser.evaluate(f"player.picker.choose({{ kind: 'trajectory', index: {node} }})")
+    browser.wait(f"document.documentElement.dataset.picked === 'trajectory:{node}'")
+    assert f"Ruled out by {other['cause']}" in picked_text(browser)
+    for kind, words in (("obstacles", "margin asked"), ("intruders", "closing")):
+        browser.evaluate(f"player.set('pick', '{kind}')")
+        browser.evaluate(f"player.seek({recording.intruders[5]['time_s']})")
+        browser.press(".")
+        browser.wait(f"document.documentElement.dataset.picked.startsWith('{kind[:-1]}:')")
+        assert words in picked_text(browser)
+
+
+def flown_by(tree, node):
+    names = []
+    while node >= 0:
+        names.insert(0, tree["movement_names"][tree["movement"][node]])
+        node = tree["parent"][node]
+    return names
+
+
+def test_everything_can_be_reached_by_keys(browser, address):
+    at(browser, address, "t=2")
+    browser.evaluate("document.activeElement.blur()")
+    wanted = {
+        "view",
+        "colouring",
+        "which",
+        "pick",
+        "play",
+        "timeline",
+        "plots-switch",
+        "panel-switch",
+    }
+    reached = set()
+    for _ in range(40):
+        browser.press("Tab")
+        reached.add(browser.evaluate("document.activeElement.id"))
+    assert wanted <= reached
+    controls = "[...document.querySelectorAll('button, select, input, canvas[tabindex]')]"
+    named = "(one) => one.getAttribute('aria-label') || one.innerText || one.closest('label')"
+    assert browser.evaluate(f"{controls}.every({named})")
+    assert browser.evaluate("document.documentElement.lang") == "en"
+
+
 def _nearest_mover_m(decision):
     places = [np.array(one["position_m"]) for one in decision["movers"]]
     own = np.array(decision["position_m"])
@@ -262,6 +363,7 @@ def test_a_damaged_page_says_that_it_cannot_be_shown(browser, recording, tmp_pat
     assert "cannot be shown" in browser.evaluate("document.getElementById('message').innerText")
 
 
+@pytest.mark.nightly
 def test_a_run_without_cells_is_shown_too(browser, tmp_path):
     path = tmp_path / "run.mcap"
     write_mcap(flown().setup.fly_with("straight"), flown().setup, "", path)

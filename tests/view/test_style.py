@@ -53,6 +53,7 @@ def test_what_is_no_format_is_refused(form: str, dpi: int, told: str) -> None:
         Pictures.checked(form, dpi)
 
 
+@pytest.mark.nightly
 def test_a_command_draws_in_the_format_asked_for(tmp_path: Path) -> None:
     scene = REPOSITORY / "examples" / "scenes" / "two-balls.toml"
     done = clearway("assess", scene, "--out", tmp_path / "out", "--format", "svg")

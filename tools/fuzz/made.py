@@ -36,6 +36,29 @@ def text_files(*texts: str) -> Callable[[Path], list[bytes]]:
     return lambda folder: [text.encode() for text in texts]
 
 
+def sample_files(*names: str) -> Callable[[Path], list[bytes]]:
+    """What `clearway sample` writes by these names."""
+
+    def make(folder: Path) -> list[bytes]:
+        from clearway.studies.samples import SAMPLES
+
+        found = []
+        for one in SAMPLES:
+            for name in names:
+                beside = one.name[-4:] == ".shp" and one.name[:-4] == name[:-4]
+                if one.name == name.partition("/")[0] or beside:
+                    one.write(folder / one.name, np.random.default_rng(1))
+                    found.append((folder / name).read_bytes())
+        return found
+
+    return make
+
+
+def shapefile_beside(*suffixes: str) -> Callable[[Path], dict[str, bytes]]:
+    """Parts of the sample's Shapefile."""
+    return lambda folder: {one: sample_files(f"houses{one}")(folder)[0] for one in suffixes}
+
+
 def json_files(*values: Any) -> Callable[[Path], list[bytes]]:
     return lambda folder: [json.dumps(value).encode() for value in values]
 
@@ -144,6 +167,17 @@ def robot_files(kind: str) -> Callable[[Path], list[bytes]]:
         return [recordings.storage(path).read_bytes()]
 
     return make
+
+
+def zstd_files(make: Callable[[Path], list[bytes]]) -> Callable[[Path], list[bytes]]:
+    """The same, packed."""
+
+    def packed(folder: Path) -> list[bytes]:
+        from zstandard import ZstdCompressor
+
+        return [ZstdCompressor().compress(one) for one in make(folder)]
+
+    return packed
 
 
 def both(*makers: Callable[[Path], list[bytes]]) -> Callable[[Path], list[bytes]]:

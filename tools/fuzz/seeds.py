@@ -25,12 +25,15 @@ from tools.fuzz.made import (
     real,
     robot_files,
     run_files,
+    sample_files,
     scan_beside,
+    shapefile_beside,
     table_files,
     text_files,
     tif_files,
     ulog_files,
     with_real,
+    zstd_files,
 )
 from tools.fuzz.texts import (
     AIRCRAFT,
@@ -67,7 +70,7 @@ class Format(NamedTuple):
     beside: Callable[[Path], dict[str, bytes]] = lambda folder: {}
     """Whole files that lie beside it, by suffix or name."""
     apart: bool = False
-    """Whether it is read in a process of its own, which takes a while."""
+    """Whether a case takes a while, as where it is read in a process of its own."""
 
 
 SCAN = ("assess", "--scan", "{}", *SMALL, "--no-plots", "--out", "out")
@@ -92,6 +95,9 @@ FORMATS: dict[str, Format] = {
     "mcap": Format(
         ".mcap", SCAN, both(robot_files("mcap2"), robot_files("mcap1"), robot_files("mcap2_plain"))
     ),
+    "livox": Format(".bag", SCAN, sample_files("livox.bag")),
+    "livox-db3": Format(".db3", SCAN, sample_files("livox/livox.db3")),
+    "db3-zstd": Format(".db3.zstd", SCAN, zstd_files(robot_files("bag2_bare"))),
     "pcap": Format(".pcap", SCAN, ouster_files, metadata_beside, apart=True),
     "pcap-json": Format(
         ".json",
@@ -108,6 +114,8 @@ FORMATS: dict[str, Format] = {
     "waypoints": Format(
         ".waypoints", FLY, with_real(text_files(WAYPOINTS), "maps/missions/*.waypoints")
     ),
+    "kml": Format(".kml", FLY, sample_files("way.kml"), apart=True),
+    "kmz": Format(".kmz", FLY, sample_files("dji.kmz"), apart=True),
     "campaign": Format(".toml", ("campaign", "{}", "--out", "out"), campaign_files),
     "encounter-model": Format(
         ".txt", ("risk", "{}", "--count", "2", "--workers", "1"), model_files
@@ -119,6 +127,18 @@ FORMATS: dict[str, Format] = {
     "cityjson": Format(".json", MAP, json_files(CITY)),
     "geozones": Format(".json", MAP, lambda folder: real("maps/geozones/*.json", most=10**6)),
     "terrain": Format(".tif", MAP, tif_files),
+    "hgt": Format(".hgt", MAP, sample_files("N50E008.hgt"), apart=True),
+    "dted": Format(".dt0", MAP, sample_files("n50.dt0")),
+    "gpkg": Format(".gpkg", MAP, sample_files("houses.gpkg")),
+    "shp": Format(".shp", MAP, sample_files("houses.shp"), shapefile_beside(".dbf", ".prj")),
+    "dbf": Format(
+        ".dbf",
+        ("map", "{stem}.shp", "--no-plots"),
+        sample_files("houses.dbf"),
+        shapefile_beside(".shp", ".prj"),
+    ),
+    "osm": Format(".osm", MAP, sample_files("place.osm"), apart=True),
+    "osm-pbf": Format(".osm.pbf", MAP, sample_files("place.osm.pbf"), apart=True),
     "mode-s-hex": Format(".csv", TRAFFIC, with_real(text_files(HEX), "adsb/*.csv")),
     "avr": Format(".txt", TRAFFIC, text_files(AVR)),
     "beast": Format(".bin", TRAFFIC, with_real(beast_files, "adsb/*.bin")),
@@ -131,5 +151,9 @@ FORMATS: dict[str, Format] = {
     "daa": Format(".daa", TRAFFIC, with_real(text_files(DAA), "daa/daidalus/Scenarios/*.daa")),
     "bluesky": Format(".scn", TRAFFIC, with_real(text_files(SCN), "daa/bluesky/*.scn")),
     "traffic-gzip": Format(".gz", TRAFFIC, gzip_files),
+    "tlog": Format(".tlog", TRAFFIC, sample_files("flight.tlog")),
+    "dataflash": Format(".bin", TRAFFIC, sample_files("copter.bin"), apart=True),
+    "gdl90": Format(".gdl90", TRAFFIC, sample_files("tablet.gdl90")),
+    "ogn": Format(".txt", TRAFFIC, sample_files("gliders.txt")),
     "traffic-ulog": Format(".ulg", TRAFFIC, ulog_files, apart=True),
 }

@@ -23,6 +23,7 @@ from clearway.cli.data import data
 from clearway.cli.encounters import encounters
 from clearway.cli.faults import faults
 from clearway.cli.fly import fly
+from clearway.cli.guard import guard
 from clearway.cli.map import show_map
 from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
@@ -63,6 +64,7 @@ automata.command("measure", cls=Command)(run_guarded(measure))
 automata.command("show", cls=Command)(run_guarded(show))
 app.add_typer(automata, name="automaton")
 app.command("faults", cls=Command)(run_guarded(faults))
+app.command("guard", cls=Command)(run_guarded(guard))
 app.command("map", cls=Command)(run_guarded(show_map))
 app.command("mavlink", cls=Command)(run_guarded(mavlink))
 app.command("replay", cls=Command)(run_guarded(replay))

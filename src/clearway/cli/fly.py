@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from clearway.live.mission import Progress as MissionProgress
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
+    from clearway.sensors import Scan
     from clearway.sim import LoggedDecision, Run
     from clearway.sim.metrics import IntruderDistances
     from clearway.sim.pilot import Steering
@@ -62,6 +64,9 @@ def fly(
     mcap: Annotated[
         bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
     ] = True,
+    raw_scans: Annotated[
+        bool, typer.Option("--scans", help="Keep every raw scan in run.mcap: large.")
+    ] = False,
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Write the log as Parquet tables too.")
     ] = False,
@@ -89,13 +94,16 @@ def fly(
     setup.refuse_impossible()
     if planner == "clearway":
         say(str(setup.escape))
-    run = flown_with_bar(setup, planner, beside)
+    scans: list[Scan] | None = [] if raw_scans and mcap else None
+    run = flown_with_bar(setup, planner, beside, scans)
     if as_json:
         print_json(run.summary() | {"notes": list(setup.notes)})
     else:
         show(_in_words(run))
     kept = pictures if plots else None
-    written = write_flight(run, setup, file, folder, kept, mcap=mcap, parquet=parquet)
+    written = write_flight(
+        run, setup, file, folder, kept, mcap=mcap, parquet=parquet, scans=scans or ()
+    )
     say(f"wrote {', '.join(written)} to {folder.path}")
     if not run.safe:
         leave(NOT_REACHED)
@@ -133,7 +141,12 @@ def _changed(
     return parse_model("command line", tables, MissionFile, beside)
 
 
-def flown_with_bar(setup: FlightSetup, planner: str, folder: Path | None = None) -> Run[Steering]:
+def flown_with_bar(
+    setup: FlightSetup,
+    planner: str,
+    folder: Path | None = None,
+    scans: list[Scan] | None = None,
+) -> Run[Steering]:
     """Fly with a progress bar: the share of the straight way that is behind."""
     total = setup.mission.straight_length_m
     with progress_bar(setup.mission.name, total, beside=("status", "elapsed")) as bar:
@@ -150,7 +163,7 @@ def flown_with_bar(setup: FlightSetup, planner: str, folder: Path | None = None)
                 if change:
                     bar.print_above(f"[magenta]{flight.time_s:.1f} s: {change}")
 
-        return setup.fly_with(planner, show, folder)
+        return setup.fly_with(planner, show, folder, scans)
 
 
 def mode_change(flight: Steering) -> str:
@@ -181,6 +194,7 @@ def write_flight(
     *,
     mcap: bool = True,
     parquet: bool = False,
+    scans: Sequence[Scan] = (),
 ) -> list[str]:
     """Everything that the flight leaves behind; all of it or nothing."""
     from clearway.io.toml_writing import write_toml
@@ -198,7 +212,7 @@ def write_flight(
         if parquet:
             write_tables(run, scratch)
         if mcap:
-            record_run(run, setup, file, scratch)
+            record_run(run, setup, file, scratch, scans)
         if pictures is not None:
             _draw(run, setup, file, scratch, pictures)
         return sorted(path.name for path in scratch.iterdir())

@@ -36,7 +36,9 @@ def show_map(
     ] = 20.0,
     crs: Annotated[
         str | None,
-        typer.Option(help="Reference system of a CityJSON model that states none: EPSG:7415."),
+        typer.Option(
+            help="Reference system of a CityJSON model or Shapefile that states none: EPSG:7415."
+        ),
     ] = None,
     at: Annotated[
         str | None,

@@ -5,28 +5,26 @@ from __future__ import annotations
 import json
 import math
 import shutil
-import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
     from clearway.live.link.loop import Loop, Stop
-    from clearway.live.link.session import Session, TickOutcome
+    from clearway.live.link.outcome import TickOutcome
+    from clearway.live.link.session import Session
     from clearway.mavlink.mavlink_link import MavlinkLink
     from clearway.missions.mission_file import MissionFile
 
 
-ENDED_BY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""A terminal that closes is told as SIGHUP."""
 GOOD = ("flying", "other mode", "ageing", "arrived")
 """States of the link in which a read-only session ends well."""
 
@@ -141,7 +139,7 @@ def mavlink(
         return
     with ExitStack() as stack:
         stack.callback(link.close)
-        stop = stack.enter_context(_stop_rule(duration, end_on_arrival))
+        stop = stack.enter_context(stop_rule(duration, arrival=end_on_arrival))
         result = _run(loop, link, stop, file, rate, folder, stack)
         # Before the log is put in its place, which a full disk may refuse.
         if as_json:
@@ -152,7 +150,9 @@ def mavlink(
         leave(NOT_REACHED)
 
 
-def _check(loop: Loop, link: MavlinkLink, duration: float | None, *, as_json: bool) -> None:
+def _check(
+    loop: Loop, link: MavlinkLink[Session], duration: float | None, *, as_json: bool
+) -> None:
     """Listen and ask for a while, and tell what is wrong; exit status 1 where anything is."""
     from clearway.mavlink.check import CHECKED_S, problems
 
@@ -197,29 +197,9 @@ def _download(
     print(f"{path}: {counted} items")
 
 
-@contextmanager
-def _stop_rule(duration: float | None, end_on_arrival: bool) -> Iterator[Stop]:
-    """Ends at the duration, on arrival if asked for, and when the process is told to."""
-    told: list[int] = []
-
-    def note(number: int, _frame: object) -> None:
-        told.append(number)
-
-    def stop(elapsed_s: float, outcome: TickOutcome | None) -> bool:
-        arrived = end_on_arrival and outcome is not None and outcome.state == "arrived"
-        return bool(told) or arrived or (duration is not None and elapsed_s >= duration)
-
-    before = {number: signal.signal(number, note) for number in ENDED_BY}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
 def _run(
     loop: Loop,
-    link: MavlinkLink,
+    link: MavlinkLink[Session],
     stop: Stop,
     file: MissionFile,
     rate: float,
@@ -236,7 +216,7 @@ def _run(
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
     record = SessionRecord(link.session, log)
-    commentary = _Commentary(loop.session)
+    commentary = _Commentary(link.session.core)
 
     def take(outcome: TickOutcome) -> None:
         record.take(outcome)

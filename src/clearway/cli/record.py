@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from clearway.cli.report import say
 if TYPE_CHECKING:
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
+    from clearway.sensors import Scan
     from clearway.sim import Run
     from clearway.sim.pilot import Steering
 
@@ -19,6 +21,7 @@ def record_run(
     setup: FlightSetup,
     file: MissionFile,
     folder: Path,
+    scans: Sequence[Scan] = (),
 ) -> None:
     """Write `run.mcap`; without the extra that it takes, a line says so."""
     from clearway.base.errors import MissingExtraError
@@ -27,6 +30,6 @@ def record_run(
     from clearway.view.replay.writing import write_mcap
 
     try:
-        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE)
+        write_mcap(run, setup, dump_toml(file.effective()), folder / RUN_FILE, scans)
     except MissingExtraError as error:
         say(str(error))

@@ -19,9 +19,19 @@ def replay(
     run: Annotated[
         Path, typer.Argument(help="A run folder of `clearway fly`, or its run.mcap.", metavar="RUN")
     ],
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            help="Another run in the same world, of another planner or seed.", metavar="RUN"
+        ),
+    ] = None,
     html: Annotated[
         Path | None,
         typer.Option(help="Write the page to this file instead of serving it."),
+    ] = None,
+    layout: Annotated[
+        Path | None,
+        typer.Option(help="Write Foxglove's layout for run.mcap to this file, and no page."),
     ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 takes any that is free.")
@@ -35,16 +45,22 @@ def replay(
 ) -> None:
     """Show a run in 3-D: its cells, reach set, plan and intruders at every moment."""
     from clearway.io.foreign_errors import damage_told
+    from clearway.io.results_folder import refuse_unwritable_file
     from clearway.view.replay.page import page_of
     from clearway.view.replay.reading import read_run
 
-    if html is not None:
-        from clearway.io.results_folder import refuse_unwritable_file
-
-        refuse_unwritable_file(html, "--html")
+    for option, file in (("--html", html), ("--layout", layout)):
+        if file is not None:
+            refuse_unwritable_file(file, option)
+    if layout is not None and html is None:
+        _lay_out(layout, as_json)
+        return
+    if layout is not None:
+        _lay_out(layout, as_json=False)
     recording = read_run(run)
-    with damage_told(recording.source, "run"):
-        page = page_of(recording)
+    other = None if beside is None else read_run(beside)
+    with damage_told(recording.source if other is None else f"{run} or {beside}", "run"):
+        page = page_of(recording, other)
         result = _told(recording, len(page.encode()))
     if html is not None:
         _write(page, html)
@@ -53,6 +69,15 @@ def replay(
             print_json(result | {"html": str(html)})
         return
     _serve(page, port, browser, result if as_json else None)
+
+
+def _lay_out(path: Path, as_json: bool) -> None:
+    from clearway.view.replay.foxglove_layout import foxglove_layout
+
+    path.write_text(foxglove_layout(), encoding="utf-8", newline="\n")
+    say(f"wrote {path}: in Foxglove, import it as a layout")
+    if as_json:
+        print_json({"layout": str(path)})
 
 
 def _told(recording: Recording, size: int) -> dict[str, Any]:

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
+from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_other_backend
 
 if TYPE_CHECKING:
-    from clearway.live.link.loop import LoopReport, Stop
-    from clearway.live.link.session import TickOutcome
+    from clearway.live.link.loop import LoopReport
+    from clearway.live.link.outcome import TickOutcome
     from clearway.ros2.bus import TopicBus
     from clearway.ros2.ros2_link import Ros2Link
-
-ENDED_BY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-CHECKED_S = 5.0
-BACKENDS = ("auto", "dds", "rclpy")
 
 
 def ros2(
@@ -53,12 +49,10 @@ def ros2(
     ] = False,
 ) -> None:
     """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
-    from clearway.base.errors import InputError
     from clearway.ros2.parameters import Names, read_parameters
     from clearway.ros2.setup import set_up
 
-    if backend not in BACKENDS:
-        raise InputError("--backend", f"{backend!r} is none of {', '.join(BACKENDS)}")
+    refuse_other_backend(backend)
     given = read_parameters(parameters, namespace=namespace)
     if check:
         given = given.model_copy(update={"act": False})
@@ -67,11 +61,13 @@ def ros2(
     names = Names(namespace, remap=remap or ())
 
     def open_bus() -> TopicBus:
-        return _bus(bag, backend, domain, namespace)
+        return bus_for(bag, backend, domain, namespace)
 
     loop, link = set_up(given, names, open_bus, say)
     try:
-        with _stop_rule(link, CHECKED_S if check else duration, arrival=end_on_arrival) as stop:
+        lasts = CHECKED_S if check else duration
+        over = partial(getattr, link.bus, "ended", False)
+        with stop_rule(lasts, arrival=end_on_arrival, ended=over) as stop:
             report = loop.run(stop, _NodeWatch().show)
         result, missing = _result(link, report), link.missing()
         words = _in_words(result, link)
@@ -86,39 +82,6 @@ def ros2(
     good = not missing if check else bool(result["decisions"])
     if not good or (given.act and end_on_arrival and not result["reached"]):
         leave(NOT_REACHED)
-
-
-def _bus(bag: Path | None, backend: str, domain: int | None, namespace: str) -> TopicBus:
-    from clearway.ros2.bag_bus import BagBus
-    from clearway.ros2.dds import DdsBus, domain_id
-    from clearway.ros2.parameters import NODE
-    from clearway.ros2.rclpy_bus import RclpyBus, rclpy_is_there
-
-    if bag is not None:
-        return BagBus(bag)
-    if backend == "rclpy" or (backend == "auto" and domain is None and rclpy_is_there()):
-        return RclpyBus(NODE, namespace)
-    return DdsBus(domain_id() if domain is None else domain)
-
-
-@contextmanager
-def _stop_rule(link: Ros2Link, duration: float | None, *, arrival: bool) -> Iterator[Stop]:
-    told: list[int] = []
-
-    def note(number: int, _frame: object) -> None:
-        told.append(number)
-
-    def stop(elapsed_s: float, outcome: TickOutcome | None) -> bool:
-        arrived = arrival and outcome is not None and outcome.state == "arrived"
-        ended = getattr(link.bus, "ended", False)
-        return bool(told) or arrived or ended or (duration is not None and elapsed_s >= duration)
-
-    before = {number: signal.signal(number, note) for number in ENDED_BY}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class _NodeWatch:
@@ -164,7 +127,7 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
             for topic, heard in link.topics.items()
         },
         "published": dict(link.published),
-        "left_out": dict(link.left_out),
+        "left_out": dict(link.session.left_out),
     }
 
 

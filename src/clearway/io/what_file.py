@@ -22,6 +22,8 @@ KNOWN = (
     (rb"(?m)\A[^\x00]*?^\d+:\d\d:\d\d(\.\d+)?>", "a BlueSky scenario: `clearway traffic` takes it"),
     (rb"\A# \.PCD|\AVERSION [.0-9]+\s+FIELDS", "a point cloud: `clearway assess --scan` takes it"),
     (rb"\ALASF", "an aerial survey: `clearway assess --scan` takes it, missions as a world"),
+    (rb"(?s)\ASQLite format 3\0.{52}GP(KG|1[01])|\A\0\0\x27\x0a|<osm\b|\A\0\0\0.\x0a\x09OSMHeader",
+     "buildings (GeoPackage, Shapefile, OpenStreetMap): `clearway map` takes it"),
     (rb"\A#ROSBAG|\ASQLite format 3|\A\x89MCAP", "a robot recording: `clearway assess --scan` "
      "takes it if it holds point clouds"),
     (rb"\A(\xd4\xc3\xb2\xa1|\xa1\xb2\xc3\xd4)", "captured packets: `clearway assess --scan` takes "
@@ -30,6 +32,7 @@ KNOWN = (
     (rb'"fileType"\s*:\s*"Plan"', "a plan of a ground station: `clearway fly` takes it"),
     (rb'"CityJSON"|"CityObjects"|"UASZoneList"|"FeatureCollection"',
      "a map: `clearway map` takes it"),
+    (rb"\AUHL1", "a tile of DTED: `clearway map` takes terrain"),
     (rb"\AII\*\0|\AMM\0\*", "a raster (GeoTIFF): `clearway map` takes terrain"),
     (rb'"beam_altitude_angles"', "metadata of an Ouster LiDAR: `clearway assess --scan` reads it "
      "with the .pcap beside it"),
@@ -38,10 +41,15 @@ KNOWN = (
      "(`ouster-cli source FILE.osf save FILE.pcap`), which `clearway assess --scan` takes"),
     (rb"(?s)\A\0[\4-\7].{6}[\xfd\xfe]", "a telemetry log of MAVLink (.tlog): "
      "`clearway traffic` takes it"),
-    (rb"\A\xa3\x95\x80\x80", "a DataFlash log of ArduPilot (.bin): no command takes it yet"),
+    (rb"\A\xa3\x95\x80\x80", "a DataFlash log of ArduPilot (.bin): `clearway traffic` takes it"),
+    (rb"(?m)^[A-Za-z0-9-]{1,12}>[^:\s]{1,120}:/\d{6}h\d{4}\.", "lines of the Open Glider Network: "
+     "`clearway traffic` takes them"),
+    (rb"<kml\b|(?s:\APK\x03\x04.{26}(wpmz/|doc\.kml))", "a KML or a mission of DJI: "
+     "`clearway fly` takes it"),
     (rb"\APK\x03\x04", "a zip archive: unpack it (`unzip`), and give what is in it"),
     (rb"\A\x1f\x8b", "a file packed by gzip: unpack it (`clearway traffic` reads it packed)"),
-    (rb"\A\x28\xb5\x2f\xfd", "a file packed by zstd: unpack it with `zstd -d`"),
+    (rb"\A\x28\xb5\x2f\xfd", "a file packed by zstd: unpack it with `zstd -d` (files of ROS 2 bags "
+     "are read as `.db3.zstd`, `.mcap.zstd`)"),
     (rb"rosbag2_bagfile_information", "metadata of a ROS 2 bag: `clearway assess --scan` takes "
      "its folder"),
 )  # fmt: skip

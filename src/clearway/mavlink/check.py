@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from clearway.live.link.floor import FloorRule
+from clearway.live.link.session import Session
 from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.parameters import LONGEST_TIMEOUT_S, TIMEOUTS
 
@@ -10,7 +11,7 @@ CHECKED_S = 10.0
 """How long it listens where nobody says how long."""
 
 
-def problems(link: MavlinkLink, wall_s: float) -> list[str]:
+def problems(link: MavlinkLink[Session], wall_s: float) -> list[str]:
     """What keeps a flight from going well, in words; none where all is well."""
     session, core = link.session, link.session.core
     if core.status is None:

@@ -7,7 +7,7 @@ newest few are decoded, so that a flood of one kind shuts out no other.
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from clearway.mavlink import dialect as known
@@ -28,6 +28,8 @@ KEPT = {
     known.GPS_GLOBAL_ORIGIN: 4,
     known.HOME_POSITION: 4,
     known.ADSB_VEHICLE: 128,
+    known.OPEN_DRONE_ID_LOCATION: 128,
+    known.GPS_RAW_INT: 4,
     known.OBSTACLE_DISTANCE: 16,
     known.DISTANCE_SENSOR: 64,
     known.OBSTACLE_DISTANCE_3D: 512,
@@ -46,6 +48,7 @@ KEPT = {
 """Messages that we need, and how many of each are decoded at a tick, the newest."""
 FROM_ANY_COMPONENT = (
     known.ADSB_VEHICLE,
+    known.OPEN_DRONE_ID_LOCATION,
     known.OBSTACLE_DISTANCE,
     known.DISTANCE_SENSOR,
     known.OBSTACLE_DISTANCE_3D,
@@ -94,10 +97,12 @@ class Inbox:
         *,
         stream: bool,
         is_ours: Callable[[bytes], bool] = lambda _: True,
+        kept: Mapping[int, int] = KEPT,
+        from_any: tuple[int, ...] = FROM_ANY_SYSTEM,
     ) -> None:
         self.warnings: list[str] = []
         """What is wrong with who sends."""
-        self._is_ours = is_ours
+        self._is_ours, self._kept, self._from_any = is_ours, kept, from_any
         self._systems: set[int] = set()
         self.received: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
@@ -105,7 +110,7 @@ class Inbox:
         self._signatures, self._stream = signatures, stream
         self._rest = b""
         messages = dialect().mavlink_map
-        self._extras = {number: int(messages[number].crc_extra) for number in KEPT}
+        self._extras = {number: int(messages[number].crc_extra) for number in kept}
         self._codec = dialect().MAVLink(None)
 
     def take(self, pieces: Iterable[tuple[bytes, Peer]]) -> list[ReceivedMessage]:
@@ -122,7 +127,7 @@ class Inbox:
                 if flaw is not None:
                     self.refused[flaw] += 1
                     continue
-                waiting = newest.setdefault(frame.message, deque(maxlen=KEPT[frame.message]))
+                waiting = newest.setdefault(frame.message, deque(maxlen=self._kept[frame.message]))
                 self.refused[FLOOD] += len(waiting) == waiting.maxlen
                 waiting.append((order, frame, peer))
                 order += 1
@@ -156,7 +161,7 @@ class Inbox:
                 return OWN_FRAME
             self._warn(DOUBLE)
             return ANOTHER_OF_US
-        if frame.message in FROM_ANY_SYSTEM:
+        if frame.message in self._from_any:
             return None
         if frame.system != self._system:
             if len(self._systems) < MOST_SYSTEMS:

@@ -47,6 +47,10 @@ class FrameLink(Protocol):
         """Until something comes, but no longer."""
         ...
 
+    def fileno(self) -> int:
+        """What `select` waits for."""
+        ...
+
     def close(self) -> None: ...
 
 
@@ -60,16 +64,16 @@ class Address:
     """Port, or baud."""
 
     @classmethod
-    def parse(cls, text: str) -> Address:
+    def parse(cls, text: str, option: str = "--connect") -> Address:
         """Raises InputError naming the valid forms."""
         kind, _, rest = text.partition(":")
         if text.startswith("/"):
             kind, rest = "serial", text
         place, _, number = rest.rpartition(":") if kind != "serial" else _line(rest)
         if kind not in ("udpin", "udpout", "serial") or not place or not number.isdecimal():
-            raise InputError("--connect", f"{text!r} is no address; valid: {FORMS}")
+            raise InputError(option, f"{text!r} is no address; valid: {FORMS}")
         if kind != "serial" and int(number) > 65_535:
-            raise InputError("--connect", f"port {number} of {text!r} is above 65535")
+            raise InputError(option, f"port {number} of {text!r} is above 65535")
         return cls(kind, place, int(number))
 
 
@@ -78,19 +82,19 @@ def _line(text: str) -> tuple[str, str, str]:
     return device, colon, baud if colon else str(BAUD)
 
 
-def open_link(text: str, counts: Counter[str]) -> FrameLink:
-    """The link that --connect asks for; InputError where it cannot be opened.
+def open_link(text: str, counts: Counter[str], option: str = "--connect") -> FrameLink:
+    """The link that an option asks for; InputError where it cannot be opened.
 
     counts grows by what fails later, by reason.
     """
-    address = Address.parse(text)
+    address = Address.parse(text, option)
     try:
         if address.kind == "serial":
             return SerialLink(address, counts)
         return UdpLink(address, counts)
     except (OSError, OverflowError) as cause:
         told = getattr(cause, "strerror", None) or cause
-        raise InputError("--connect", f"{text} cannot be opened: {told}") from cause
+        raise InputError(option, f"{text} cannot be opened: {told}") from cause
 
 
 class UdpLink:
@@ -146,6 +150,9 @@ class UdpLink:
     def wait(self, seconds: float) -> None:
         select.select([self._socket], [], [], max(0.0, seconds))
 
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
     def close(self) -> None:
         self._socket.close()
 
@@ -190,6 +197,9 @@ class SerialLink:
 
     def wait(self, seconds: float) -> None:
         select.select([self._line], [], [], max(0.0, seconds))
+
+    def fileno(self) -> int:
+        return self._line
 
     def close(self) -> None:
         os.close(self._line)

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
 
-from clearway.live.link.session import TickOutcome
+from clearway.live.link.hearing import Hearing
+from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink
 from clearway.mavlink.mavlink_session import MavlinkSession
 from clearway.mavlink.outbox import Outbox
 
+S = TypeVar("S", bound=Hearing)
 SAY_AGAIN_S = 5.0
 
 
 @dataclass(slots=True)
-class MavlinkLink:
-    """A `live.link.session.Link`."""
+class MavlinkLink(Generic[S]):
+    """A `live.link.outcome.Link`."""
 
     frames: FrameLink
     inbox: Inbox
-    session: MavlinkSession
+    session: MavlinkSession[S]
     outbox: Outbox
     _strange_s: float = -1e9
     _told: set[str] = field(default_factory=set)

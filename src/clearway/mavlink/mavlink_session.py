@@ -9,11 +9,12 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
 
 from clearway.base.frames import FloatArray, enu_from_ned
-from clearway.live import AvoidanceSystem
+from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.link_state import LinkState
-from clearway.live.link.session import Session, SessionTerms, TickOutcome
+from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
 from clearway.mavlink.accuracy import StatedAccuracy
@@ -24,14 +25,16 @@ from clearway.mavlink.dialect import Message
 from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mode import airborne_by, status_of
 from clearway.mavlink.outbox import ACTIVE, CRITICAL, STANDBY, heartbeat
-from clearway.mavlink.own_state import OwnPlace
+from clearway.mavlink.own_state import MILLIMETRE, OwnPlace
 from clearway.mavlink.parameters import Parameters
 from clearway.mavlink.reasons import Sayings
+from clearway.mavlink.remote_id import FIX_3D, drone_of
 from clearway.mavlink.set_points import set_point_message
 from clearway.mavlink.streams import Streams, streams_for
 from clearway.mavlink.surroundings import Surroundings
 from clearway.sensors import Lidar
 
+S = TypeVar("S", bound=Hearing)
 ACCURACIES = (
     known.LOCAL_POSITION_NED_COV,
     known.ODOMETRY,
@@ -65,40 +68,43 @@ class MavlinkTerms:
     session: SessionTerms = field(default_factory=SessionTerms)
 
 
-class MavlinkSession:
+class MavlinkSession(Generic[S]):
     """Feed it with `take`, and ask it with `tick` at a set rate; see `live.link.session`."""
 
     def __init__(
         self,
-        system: AvoidanceSystem,
+        core: S,
         sensor: Lidar | None,
         terms: MavlinkTerms,
         counts: Counter[str],
     ) -> None:
-        self.core = Session(system, sensor, terms.session, counts)
+        self.core: S = core
         self.terms, self.counts = terms, counts
         self.place = OwnPlace(terms.mission_origin, counts)
         self.parameters = Parameters()
         self._sensor = sensor
         self._accuracy = StatedAccuracy(terms.position_std_m, counts)
         self._surroundings = Surroundings(self.core, sensor, counts)
-        pitches = not system.planner.automaton.stays_level
+        pitches = not core.planner.automaton.stays_level
         wanted = streams_for(
             act=terms.session.act or terms.asks, pitches=pitches, sensor=sensor is not None
         )
         self._streams = Streams(wanted, asks=terms.asks)
         self._answers = Answers(terms.system, self._fly_to)
         self._airborne: bool | None = None
+        self._geoid_m: float | None = None
         self._beat: Message | None = None
         self._beat_s = self._heard_s = -math.inf
         self._wall_s = 0.0
         self._outgoing: list[Message] = []
-        self._sayings = Sayings()
-        self._by_kind: dict[int, Callable[[Message, float], None]] = {
+        self.sayings = Sayings()
+        self.by_kind: dict[int, Callable[[Message, float], None]] = {
             known.GPS_GLOBAL_ORIGIN: lambda message, _: self.place.take_origin(message),
             known.HOME_POSITION: lambda message, _: self.place.take_home(message),
             known.EXTENDED_SYS_STATE: self._take_landed,
             known.ADSB_VEHICLE: self._take_traffic,
+            known.OPEN_DRONE_ID_LOCATION: self._take_drone,
+            known.GPS_RAW_INT: self._take_geoid,
             known.OBSTACLE_DISTANCE: self._surroundings.take_circle,
             known.DISTANCE_SENSOR: self._take_sector,
             known.OBSTACLE_DISTANCE_3D: self._take_obstacle,
@@ -124,8 +130,8 @@ class MavlinkSession:
             self._accuracy.take(message, number)
         elif number in QUESTIONS:
             self._outgoing += self._answers.to(message, number, arrival.sender)
-        elif number in self._by_kind:
-            self._by_kind[number](message, wall_s)
+        elif number in self.by_kind:
+            self.by_kind[number](message, wall_s)
         ground = self.place.ground_m
         if ground is not None:
             self.core.hear_ground(ground)
@@ -166,6 +172,18 @@ class MavlinkSession:
         if report is not None:
             self.core.hear_aircraft(report, wall_s)
 
+    def _take_drone(self, message: Message, wall_s: float) -> None:
+        own = self.core.motion
+        height = None if own is None else float(own.position_m[2])
+        origin = self.place.origin_geodetic
+        report = drone_of(message, origin, height, self._geoid_m, self.counts)
+        if report is not None:
+            self.core.hear_aircraft(report, wall_s)
+
+    def _take_geoid(self, message: Message, _wall_s: float) -> None:
+        if message.fix_type >= FIX_3D and message.alt_ellipsoid:
+            self._geoid_m = MILLIMETRE * (message.alt_ellipsoid - message.alt)
+
     def _take_sector(self, message: Message, wall_s: float) -> None:
         time_s = time_of(message.time_boot_ms, self.core.clock.newest_s)
         self._surroundings.take_sector(message, time_s, wall_s)
@@ -201,12 +219,10 @@ class MavlinkSession:
             messages += self._streams.to_ask(wall_s, *target)
             messages += self.parameters.to_ask(wall_s, *target)
         if self.terms.session.act:
-            messages += self._set_points(outcome.set_point, outcome.time_s)
-            if outcome.flight is not None:
-                messages += self._sayings.of_decision(outcome.flight, outcome.approaches)
+            messages += self._led(outcome)
             if outcome.state is not before:
                 why = f": {outcome.why_state}" if outcome.why_state else ""
-                messages += self._sayings.text(f"{outcome.state}{why}")
+                messages += self.sayings.text(f"{outcome.state}{why}")
         return replace(outcome, messages=tuple(messages), notes=self._notes(wall_s))
 
     def missing(self, wall_s: float) -> list[str]:
@@ -220,7 +236,14 @@ class MavlinkSession:
         if self.core.status is not None:
             waiting = self.core.state in (LinkState.WAITING, LinkState.ON_GROUND)
             said += self._streams.notes(wall_s, sensor=self._sensor is not None, waiting=waiting)
-        return (*said, *self.parameters.news(self.core.system.planner.speed_mps))
+        return (*said, *self.parameters.news(self.core.speed_mps))
+
+    def _led(self, outcome: TickOutcome) -> list[Message]:
+        """What the vehicle is told, and why."""
+        messages = self._set_points(outcome.set_point, outcome.time_s)
+        if outcome.flight is not None:
+            messages += self.sayings.of_decision(outcome.flight, outcome.approaches)
+        return messages
 
     def _set_points(self, set_point: SetPoint | None, time_s: float) -> list[Message]:
         offset = self.place.world_from_local_m
@@ -234,7 +257,7 @@ class MavlinkSession:
         if not self.terms.session.act:
             return []
         holds = self._set_points(self.core.farewell(), self.core.clock.now(wall_s))
-        return holds + self._sayings.text("ends, set-points stop")
+        return holds + self.sayings.text("ends, set-points stop")
 
     def _heartbeat(self, wall_s: float) -> list[Message]:
         if wall_s - self._beat_s < HEARTBEAT_S - 1e-3:

@@ -8,9 +8,11 @@ from typing import Any, TextIO
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.version import SCHEMA_VERSION
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.loop import LoopReport
-from clearway.live.link.session import TickOutcome
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.session import Session
 from clearway.live.mission import Mode
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.mavlink_session import MavlinkSession
@@ -21,7 +23,7 @@ from clearway.mavlink.set_points import set_point_row
 class SessionRecord:
     """Takes outcomes as they come; `log` gets a JSON line for each that says something new."""
 
-    def __init__(self, session: MavlinkSession, log: TextIO | None) -> None:
+    def __init__(self, session: MavlinkSession[Session], log: TextIO | None) -> None:
         self.last: TickOutcome | None = None
         self.decisions = 0
         self.emergencies = 0
@@ -40,7 +42,8 @@ class SessionRecord:
             self._elapsed_s.append(outcome.elapsed_s)
         changed = last is None or last.state is not outcome.state
         if self._log is not None and (outcome.flight is not None or changed):
-            self._log.write(json.dumps(row_of(outcome, self._session), allow_nan=False) + "\n")
+            row = {"schema_version": SCHEMA_VERSION, **row_of(outcome, self._session)}
+            self._log.write(json.dumps(row, allow_nan=False) + "\n")
             self._log.flush()
 
     def summary(
@@ -75,7 +78,7 @@ class SessionRecord:
         }
 
 
-def row_of(outcome: TickOutcome, session: MavlinkSession) -> dict[str, Any]:
+def row_of(outcome: TickOutcome, session: MavlinkSession[Session]) -> dict[str, Any]:
     """One line of the log."""
     row: dict[str, Any] = {
         "time_s": round(outcome.time_s, 3),

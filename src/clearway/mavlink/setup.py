@@ -15,9 +15,10 @@ from clearway.base.frames import enu_from_geodetic
 from clearway.live.detour import known_way
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
+from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.link_state import LinkLimits
 from clearway.live.link.loop import Loop
-from clearway.live.link.session import SessionTerms
+from clearway.live.link.session import Session
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink, open_link
@@ -49,16 +50,18 @@ class SessionOptions:
     """Ask for streams and parameters though read-only."""
 
 
-def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> tuple[Loop, MavlinkLink]:
+def set_up(
+    file: MissionFile, options: SessionOptions, notice: Notice
+) -> tuple[Loop, MavlinkLink[Session]]:
     """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
     key = None if options.signing_key is None else read_key(options.signing_key)
-    address = _address(options.icao)
+    _address(options.icao)  # Refused at once.
     counts: Counter[str] = Counter()
     link = open_link(options.connect, counts)
     silent = "only our heartbeat is sent" if not options.ask else "our heartbeat and questions"
     what = "acting" if options.act else f"read-only: {silent}, --act sends more"
     notice(f"listening on {link.name}, {what}")
-    _warn(options, key, notice)
+    warn(options, key, notice)
     try:
         setup = prepare(file, notice)
         for note in setup.notes:
@@ -71,7 +74,9 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> tuple[
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
         _warm_up_more(setup)
-        session = MavlinkSession(system, sensor, _terms(file, setup, options, address), counts)
+        terms = terms_of(file, setup, options)
+        core = Session(system, sensor, terms.session, counts)
+        session = MavlinkSession(core, sensor, terms, counts)
         check = None if key is None else SignatureCheck(key)
         outbox = Outbox(Packer(options.system, key=key, check=check), link.send)
         inbox = Inbox(
@@ -81,7 +86,7 @@ def set_up(file: MissionFile, options: SessionOptions, notice: Notice) -> tuple[
             stream=link.stream,
             is_ours=outbox.is_ours,
         )
-        _clear(link, counts)
+        clear(link, counts)
         over = MavlinkLink(link, inbox, session, outbox)
         return Loop(over, session.core, 1.0 / options.rate_hz), over
     except BaseException:
@@ -101,9 +106,9 @@ def frames_only(
     return link, inbox, outbox
 
 
-def _terms(
-    file: MissionFile, setup: FlightSetup, options: SessionOptions, address: int | None
-) -> MavlinkTerms:
+def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> MavlinkTerms:
+    """How a session is run, by mission and options."""
+    address = _address(options.icao)
     floor = FloorRule(
         file.safety.margin_m,
         file.rules.floor_m,
@@ -130,7 +135,7 @@ def _terms(
     )
 
 
-def _warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
+def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
     """Say what makes it easy to steer the vehicle for those who should not."""
     if options.signing_key is not None and is_open(options.signing_key):
         notice(f"{options.signing_key}: others than its owner can read the key")
@@ -148,7 +153,7 @@ def _warm_up_more(setup: FlightSetup) -> None:
     known_way(setup.obstacle_map, in_the_way, np.zeros(3), ahead, (margin,))
 
 
-def _clear(link: FrameLink, counts: Counter[str]) -> None:
+def clear(link: FrameLink, counts: Counter[str]) -> None:
     """Drop what came while we got ready: it is old. A flood does not keep us here."""
     for _ in range(50):
         pieces = link.receive()

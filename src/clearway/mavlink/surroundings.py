@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
-from clearway.live.link.session import Session
+from clearway.live.link.hearing import Hearing
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.distances import (
     BODY_FRD,
@@ -52,7 +52,7 @@ class _Sector:
 class Surroundings:
     """Takes messages, and gives a session scans of `sensor`; None where the mission has none."""
 
-    session: Session
+    session: Hearing
     sensor: Lidar | None
     counts: Counter[str]
     _circle_s: float = -math.inf

@@ -16,6 +16,7 @@ from clearway.base.errors import InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 from clearway.base.suggest import did_you_mean, file_nearby
+from clearway.base.version import SCHEMA_VERSION
 from clearway.io.public_data import where_from
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
@@ -35,7 +36,7 @@ from clearway.missions.mission_sections import (
 from clearway.missions.place_sections import MapSection, PointCloudSection, WorldObstacleSection
 from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
-from clearway.missions.sections import GridSection, said, values_for
+from clearway.missions.sections import GridSection, said, values_for, without_version
 from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 from clearway.missions.volume_section import VolumeSection, volumes_of
@@ -78,6 +79,11 @@ class MissionFile(Section):
     obstacle: Annotated[tuple[WorldObstacleSection, ...], Field(strict=False)] = ()
     keep_out: Annotated[tuple[KeepOutSection, ...], Field(strict=False)] = ()
     volume: Annotated[tuple[VolumeSection, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_version(cls, data: Any) -> Any:
+        return without_version(data)
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
@@ -182,8 +188,11 @@ class MissionFile(Section):
         )
 
     def effective(self) -> dict[str, Any]:
-        """Tables that fly the same mission again from anywhere, defaults filled in."""
-        tables = self.model_dump(exclude_none=True)
+        """Tables that fly the same mission again from anywhere, defaults filled in.
+
+        `schema_version` stands before them: of the form that this version writes.
+        """
+        tables = {"schema_version": SCHEMA_VERSION, **self.model_dump(exclude_none=True)}
         tables["grid"] = self.grid.effective()
         tables["vehicle"] = self.vehicle.effective()
         return tables

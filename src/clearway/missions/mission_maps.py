@@ -25,6 +25,8 @@ class MissionMaps(NamedTuple):
     """On the map, zones to keep out of included."""
     ground: GroundHeights | None = None
     """Of the first terrain among them."""
+    origin: Geodetic | None = None
+    """Of the local frame that they stand in."""
     notes: tuple[str, ...] = ()
 
 
@@ -57,6 +59,7 @@ def mission_maps(file: MissionFile) -> MissionMaps:
         there=() if section.known == "map" else solid,
         charted=(() if section.known == "world" else solid) + volumes,
         ground=next((one.ground for one in maps if one.ground is not None), None),
+        origin=maps[0].origin,
         notes=_notes(file, maps),
     )
 

@@ -21,6 +21,8 @@ class RecordedAir:
     tracks: tuple[PlayedTrack, ...]
     heard_within_m: float
     notes: tuple[str, ...]
+    begins_s: float | None = None
+    """UTC at which the flight begins, seconds since 1970; None where its clock is a stopwatch."""
 
     def play(self, *, deaf: bool = False) -> RecordedTraffic:
         """The traffic of one flight; deaf: nothing of it is told to the ownship."""
@@ -63,7 +65,8 @@ def mission_traffic(file: MissionFile) -> RecordedAir | None:
             f"{section.recording}: {heightless} aircraft without a {section.heights} altitude "
             "left out"
         )
-    return RecordedAir(tuple(tracks), section.heard_within_m, tuple(notes))
+    begins_s = from_s if recording.clock == "utc" else None
+    return RecordedAir(tuple(tracks), section.heard_within_m, tuple(notes), begins_s)
 
 
 def _own(aircraft: list[Aircraft], address: str | None, source: str) -> Aircraft | None:

@@ -47,7 +47,7 @@ class MapSection(Section):
     point_radius_m: Positive = 20.0
     """What an obstacle stands for that a file gives as a mere point."""
     crs: str | None = None
-    """Reference system of a CityJSON model that states none, such as EPSG:7415."""
+    """Reference system of a CityJSON model or a Shapefile that states none, such as EPSG:7415."""
     beyond_m: Positive = 300.0
     """What lies farther than this from the box around the mission is left out."""
     keep_out: bool = True

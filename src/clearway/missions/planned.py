@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from clearway.base.errors import InputError, naming
 from clearway.io.foreign_errors import damage_told
 from clearway.io.plans.flight_plan import FlightPlan, as_mission
+from clearway.io.plans.kml_plan import read_kml, read_kmz
 from clearway.io.plans.qgc_plan import read_plan
 from clearway.io.plans.waypoint_file import read_waypoints
 
@@ -24,8 +25,13 @@ class PlanFormat(NamedTuple):
     read: Callable[[Path], FlightPlan]
 
 
+ZIPPED = rb"(?s)\APK\x03\x04.{26}(?:wpmz/|doc\.kml)"
 FORMATS = (
     PlanFormat("plan of QGroundControl", ".plan", rb'"fileType"\s*:\s*"Plan"', read_plan),
+    PlanFormat(
+        "KMZ, of DJI (WPML) too", ".kmz", rb"(?s)\APK\x03\x04.{26}(?:wpmz/|doc\.kml)", read_kmz
+    ),
+    PlanFormat("KML", ".kml", rb"<kml\b", read_kml),
     PlanFormat("QGC WPL", ".waypoints", rb"\A(?:\xef\xbb\xbf)?QGC WPL", read_waypoints),
 )
 """Add a format here."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.way_out import WayOut
+from clearway.base.version import SCHEMA_VERSION
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.sim import LoggedDecision, Run
@@ -40,10 +41,11 @@ def write_intruders(run: Run[Steering], path: Path) -> None:
 
 
 def write_decisions(run: Run[Steering], path: Path) -> None:
-    """One JSON object per decision, with its reasons."""
+    """One JSON object per decision, with the version of its form and its reasons."""
     with path.open("w") as file:
         for entry in run.decisions:
-            file.write(json.dumps(decision_record(entry)) + "\n")
+            told = {"schema_version": SCHEMA_VERSION, **decision_record(entry)}
+            file.write(json.dumps(told) + "\n")
 
 
 def decision_record(entry: LoggedDecision[Steering]) -> dict[str, Any]:

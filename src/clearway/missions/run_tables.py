@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clearway.base.errors import MissingExtraError
+from clearway.base.version import SCHEMA_VERSION
 from clearway.missions.run_files import TRACK_COLUMNS, decision_record
 from clearway.sim import Run
 from clearway.sim.pilot import Steering
@@ -56,13 +57,14 @@ def check_tables() -> None:
 def write_tables(run: Run[Steering], folder: Path) -> None:
     """`decisions.parquet`, `track.parquet` and, if there were any, `intruders.parquet`.
 
-    Every table carries the JSON of `summary.json` in its metadata, under `clearway`. Raises
+    Every table carries the JSON of `summary.json` in its metadata, under `clearway`, and the
+    version of its form under `schema_version`. Raises
     MissingExtraError without the extra `parquet`.
     """
     check_tables()
     from pyarrow.parquet import write_table
 
-    about = {"clearway": json.dumps(run.summary())}
+    about = {"clearway": json.dumps(run.summary()), "schema_version": str(SCHEMA_VERSION)}
     tables = {DECISIONS: decision_table(run), TRACK: track_table(run)}
     if run.intruder_tracks:
         tables[INTRUDERS] = intruder_table(run)

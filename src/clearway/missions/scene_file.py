@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from clearway.avoidance.fusion import RATINGS
 from clearway.base.variants import in_words
+from clearway.base.version import SCHEMA_VERSION
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import (
@@ -22,6 +23,7 @@ from clearway.missions.sections import (
     Point,
     Share,
     said,
+    without_version,
 )
 from clearway.reach.sets import METHODS, tuning_of
 from clearway.sensors.detection import RULES
@@ -243,6 +245,11 @@ class SceneFile(Section):
     reach_set: SceneReachSetSection = SceneReachSetSection()
     rating: SceneRatingSection = SceneRatingSection()
 
+    @model_validator(mode="before")
+    @classmethod
+    def _known_version(cls, data: Any) -> Any:
+        return without_version(data)
+
     @model_validator(mode="after")
     def _indices_exist(self) -> Self:
         simulate = self.scan.simulate if self.scan else None
@@ -257,8 +264,11 @@ class SceneFile(Section):
         return range(len(self.obstacle))
 
     def effective(self, folder: Path) -> dict[str, Any]:
-        """Tables that assess the same scene again from anywhere, defaults filled in."""
-        tables = self.model_dump(exclude_none=True)
+        """Tables that assess the same scene again from anywhere, defaults filled in.
+
+        `schema_version` stands before them: of the form that this version writes.
+        """
+        tables = {"schema_version": SCHEMA_VERSION, **self.model_dump(exclude_none=True)}
         tables["grid"] = self.grid.effective()
         if self.scan is not None and self.scan.file is not None:
             tables["scan"]["file"] = str((folder / self.scan.file).absolute())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Annotated, Any, Self
 
@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.version import SCHEMA_VERSION, __version__
 from clearway.io.toml import Section
 from clearway.obstacles.obstacle import Obstacle, ObstacleShape
 
@@ -28,6 +29,22 @@ Turn = Annotated[float, Field(ge=-1e6, le=1e6)]
 Attitude = Annotated[tuple[Turn, Turn, Turn], Field(strict=False)]
 MOST_CELLS = 100_000
 MOST_RANGE_M = 1e6
+
+
+def without_version(data: Any) -> Any:
+    """The tables of a file without `schema_version`, which files that clearway writes begin with.
+
+    Raises ValueError where it is none, or of a later version than this one.
+    """
+    if not isinstance(data, Mapping) or "schema_version" not in data:
+        return data
+    version = data["schema_version"]
+    if type(version) is not int or not 1 <= version <= SCHEMA_VERSION:
+        raise ValueError(
+            f"schema_version: {version!r} is of another version of clearway; this one, "
+            f"{__version__}, reads 1 to {SCHEMA_VERSION}"
+        )
+    return {key: value for key, value in data.items() if key != "schema_version"}
 
 
 def said(make: Callable[[], object]) -> None:

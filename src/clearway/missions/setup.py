@@ -14,11 +14,13 @@ from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.live.fineness import too_coarse, what_beams_hold
+from clearway.live.guard.guardian import Guardian
 from clearway.live.mission import Mission
 from clearway.live.preflight import EscapePlan, escape_plan
 from clearway.live.route import check_mission
 from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
 from clearway.missions.mission_maps import mission_maps
+from clearway.missions.mission_place import NOWHERE, MissionPlace, mission_place
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
 from clearway.missions.mission_world import mission_world
 from clearway.missions.rule_sections import mission_rules
@@ -27,11 +29,13 @@ from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
-from clearway.sensors import Lidar
+from clearway.sensors import Lidar, Scan
 from clearway.sensors.detection import Rule
+from clearway.sensors.simulate import Scanner
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import Craft, pilot_named
 from clearway.sim.faults import Faults
+from clearway.sim.kept_scans import KeepingScanner
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.plants import PlantKind
@@ -78,6 +82,8 @@ class FlightSetup:
     """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
     """What was left out or assumed while reading the mission's files."""
+    place: MissionPlace = NOWHERE
+    """Where on Earth and when, as far as the mission says."""
 
     __repr__ = brief
 
@@ -111,6 +117,23 @@ class FlightSetup:
             tracker=self.tracker,
             address=OWN_ADDRESS,
             volumes=self.volumes,
+        )
+
+    def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
+        """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
+        return Guardian(
+            self.planner,
+            self.mission.start,
+            self.sensors,
+            self.obstacle_map,
+            limits=self.limits,
+            detection_rule=self.detection_rule,
+            ground_m=self.ground_m,
+            follow_movers=self.follow_movers,
+            tracker=self.tracker,
+            address=OWN_ADDRESS,
+            hold_s=hold_s,
+            acceleration_mps2=acceleration_mps2,
         )
 
     def refuse_impossible(self) -> None:
@@ -148,13 +171,15 @@ class FlightSetup:
         planner: str,
         on_decision: OnDecision[Steering] | None = None,
         folder: Path | None = None,
+        scans: list[Scan] | None = None,
     ) -> Run[Steering]:
         """As `fly`, with a planner by name or a user's own; raises ClearwayError for others.
 
-        folder: where modules of users are looked for before the current one.
+        folder: where modules of users are looked for before the current one. scans: takes every
+        reading of the sensors.
         """
         pilot = pilot_named(planner, self.system(), self.craft, folder)
-        run = self._flown(pilot, on_decision)
+        run = self._flown(pilot, on_decision, scans=scans)
         return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
@@ -162,13 +187,20 @@ class FlightSetup:
         return self._flown(self.system(), None, deaf=True)
 
     def _flown(
-        self, pilot: Pilot[D], on_decision: OnDecision[D] | None, *, deaf: bool = False
+        self,
+        pilot: Pilot[D],
+        on_decision: OnDecision[D] | None,
+        *,
+        deaf: bool = False,
+        scans: list[Scan] | None = None,
     ) -> Run[D]:
         self.refuse_impossible()
         pilot.warm_up()
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
-        scanners = [lies.get(sensor.name, sensor) for sensor in self.sensors]
+        scanners: list[Lidar | Scanner] = [lies.get(one.name, one) for one in self.sensors]
+        if scans is not None:
+            scanners = [KeepingScanner(scanner, scans) for scanner in scanners]
         return simulate(
             pilot, self.world, scanners, self.simulation, on_decision, traffic, self.plant
         )
@@ -225,6 +257,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         + (recorded.notes if recorded is not None else ())
         + world.notes
         + (() if held is None else (held,)),
+        place=mission_place(file, maps, recorded),
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -20,6 +21,12 @@ MOST_DOMAIN = 232
 """Ports of higher domain ids do not exist."""
 MOST_AT_ONCE = 256
 """Messages of one topic taken at a time; the reader keeps no more than its depth anyway."""
+LARGE_BUFFERS = (
+    "<CycloneDDS><Domain><Internal><SocketReceiveBufferSize max='16MB'/></Internal>"
+    "</Domain></CycloneDDS>"
+)
+"""Asked for, and as much of it taken as the kernel grants (net.core.rmem_max): Cyclone's own 1 MiB
+holds half a cloud of 100,000 points, and the rest is lost where its reader is late by a moment."""
 BASES = {
     "bool": "bool", "octet": "uint8", "byte": "uint8", "char": "uint8", "uint8": "uint8",
     "int8": "int8", "int16": "int16", "uint16": "uint16", "int32": "int32", "uint32": "uint32",
@@ -37,6 +44,22 @@ def domain_id(told: str | None = None) -> int:
     return int(text)
 
 
+_OPENED: dict[int, Any] = {}
+"""Domains by number: one is set up once in a process."""
+
+
+def _open_domain(domain: int) -> None:
+    """Set a domain up with large buffers; what CYCLONEDDS_URI says counts before it."""
+    from cyclonedds.core import DDSException
+    from cyclonedds.domain import Domain
+
+    if domain not in _OPENED:
+        told = os.environ.get("CYCLONEDDS_URI", "")
+        # Where it is there already, or what is told is wrong, the participant finds out.
+        with suppress(DDSException, UnicodeError):
+            _OPENED[domain] = Domain(domain, f"{LARGE_BUFFERS},{told}" if told else LARGE_BUFFERS)
+
+
 class DdsBus:
     """A `bus.TopicBus` on a DDS domain."""
 
@@ -46,6 +69,7 @@ class DdsBus:
             from cyclonedds.domain import DomainParticipant
         except ImportError as cause:
             raise MissingExtraError("ROS 2 topics without ROS", "ros2") from cause
+        _open_domain(domain)
         try:
             self._participant: Any = DomainParticipant(domain)
         except DDSException as refused:

@@ -39,7 +39,26 @@ class OwnParameters(ParameterSection):
 
 class SetPointParameters(ParameterSection):
     topic: str
-    type: Literal["TrajectorySetpoint", "PositionTarget", "Twist", "Path"]
+    type: Literal["TrajectorySetpoint", "PositionTarget", "Twist", "TwistStamped", "Path"]
+    frame: Literal["body", "map"] = "body"
+    """Of a Twist: along the nose, or east, north, up."""
+
+
+class GuardParameters(ParameterSection):
+    """For `clearway guard`: what somebody wishes, and how long it counts."""
+
+    topic: str = "cmd_vel_in"
+    type: Literal["TrajectorySetpoint", "PositionTarget", "Twist", "TwistStamped", "Path"] = "Twist"
+    frame: Literal["body", "map"] = "body"
+    """Of a Twist: along the nose, or east, north, up. A TwistStamped may name its own."""
+    speed_mps: float | None = Field(default=None, gt=0.0)
+    """At which a Path is flown; by default the mission's."""
+    timeout_s: float = Field(default=0.5, gt=0.0, le=10.0)
+    """A wish counts for so long after it came."""
+    hold_s: float = Field(default=0.5, gt=0.0, le=10.0)
+    """For so long a wish is verified to be flown on."""
+    acceleration_mps2: float | None = Field(default=None, gt=0.0)
+    """At which the vehicle changes its velocity; by default at once."""
 
 
 class NodeParameters(ParameterSection):
@@ -60,6 +79,8 @@ class NodeParameters(ParameterSection):
     """By the names of the mission's sensors."""
     traffic: tuple[TrafficParameters, ...] = Field(default=(), strict=False)
     set_points: tuple[SetPointParameters, ...] = Field(default=(), strict=False)
+    guard: GuardParameters = GuardParameters()
+    """Of `clearway guard` alone."""
     goal: str = "goal_pose"
     """Topic of a geometry_msgs/PoseStamped: a goal in place of the mission."""
     path: str = "path_in"

@@ -2,61 +2,136 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
+from clearway.live.guard.guard_session import GuardSession
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
+from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.link_state import LinkLimits
 from clearway.live.link.loop import Loop
-from clearway.live.link.session import Session, SessionTerms
+from clearway.live.link.outcome import Link
+from clearway.live.link.session import Session
 from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import FlightSetup, Notice, prepare
 from clearway.ros2.bus import TopicBus
-from clearway.ros2.parameters import Names, NodeParameters
+from clearway.ros2.guard_link import GuardLink
+from clearway.ros2.parameters import Names, NodeParameters, SetPointParameters
 from clearway.ros2.ros2_link import Ros2Link
 from clearway.sensors import Lidar
 
+L = TypeVar("L", bound=Link)
+WARMING = "warming up; the first run compiles, which takes a while"
+CMD_VEL = (SetPointParameters(topic="cmd_vel", type="Twist"),)
+"""What a guardian publishes where nothing else is said."""
 CORE_RMEM = Path("/proc/sys/net/core/rmem_max")
 WANTED_BYTES = 16 << 20
 """Of a socket's buffer: a cloud of 100,000 points is 1.6 MB, and several wait."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeSetup:
+    """Of a parameter file: what both kinds of node are made of."""
+
+    file: MissionFile
+    flight: FlightSetup
+    lidars: dict[str, Lidar]
+
+    @classmethod
+    def of(cls, parameters: NodeParameters, notice: Notice) -> NodeSetup:
+        """Raises InputError for what cannot be used."""
+        file = read_mission_file(str(parameters.mission), notice)
+        flight = prepare(file, notice)
+        for note in (*flight.notes, *buffer_warnings()):
+            notice(note)
+        lidars = _lidars(flight, parameters)
+        flight = replace(flight, sensors=tuple(lidars.values()))
+        flight.refuse_coarse_beams()
+        return cls(file, flight, lidars)
+
+    @property
+    def sensor(self) -> Lidar | None:
+        """The first one."""
+        return next(iter(self.lidars.values()), None)
+
+    @property
+    def origin(self) -> FloatArray | None:
+        """[3] of the map frame on Earth."""
+        origin = self.file.mission.origin_geodetic
+        return None if origin is None else np.array(origin)
 
 
 def set_up(
     parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
 ) -> tuple[Loop, Ros2Link]:
     """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
-    file = read_mission_file(str(parameters.mission), notice)
-    setup = prepare(file, notice)
-    for note in (*setup.notes, *buffer_warnings()):
-        notice(note)
-    lidars = _lidars(setup, parameters)
-    setup = replace(setup, sensors=tuple(lidars.values()))
-    setup.refuse_coarse_beams()
-    system = setup.system()
+    setup = NodeSetup.of(parameters, notice)
+    if "guard" in parameters.model_fields_set:
+        notice("guard: is for `clearway guard`, left aside here")
+    system = setup.flight.system()
     notice(str(system.escape))
-    notice("warming up; the first run compiles, which takes a while")
+    notice(WARMING)
     system.warm_up()
-    counts: Counter[str] = Counter()
-    first = next(iter(lidars.values()), None)
-    session = Session(system, first, _terms(file, setup, parameters), counts)
-    origin = file.mission.origin_geodetic
+    terms = _terms(setup, parameters)
+    session = Session(system, setup.sensor, terms, Counter())
+
+    def link_on(bus: TopicBus) -> Ros2Link:
+        return Ros2Link(bus, session, parameters, names, setup.lidars, setup.origin)
+
+    link = _opened(open_bus, link_on, parameters, notice)
+    return Loop(link, session, 1.0 / parameters.rate), link
+
+
+def set_up_guard(
+    parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
+) -> tuple[Loop, GuardLink]:
+    """The same for a guardian of what somebody commands."""
+    given = parameters.guard
+    if not parameters.set_points:
+        parameters = parameters.model_copy(update={"set_points": CMD_VEL})
+    if names(given.topic) in [names(one.topic) for one in parameters.set_points]:
+        raise InputError("guard.topic", f"{names(given.topic)} is what the guardian publishes")
+    setup = NodeSetup.of(parameters, notice)
+    acceleration = math.inf if given.acceleration_mps2 is None else given.acceleration_mps2
+    guardian = setup.flight.guardian(given.hold_s, acceleration)
+    notice(str(guardian.escape))
+    notice(WARMING)
+    guardian.warm_up()
+    terms = _terms(setup, parameters)
+    session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
+
+    def link_on(bus: TopicBus) -> GuardLink:
+        return GuardLink(bus, session, parameters, names, setup.lidars, setup.origin)
+
+    link = _opened(open_bus, link_on, parameters, notice)
+    return Loop(link, session, 1.0 / parameters.rate), link
+
+
+def _opened(
+    open_bus: Callable[[], TopicBus],
+    link_on: Callable[[TopicBus], L],
+    parameters: NodeParameters,
+    notice: Notice,
+) -> L:
+    """A link on a bus that is closed again where the link cannot be made."""
     bus = open_bus()
     try:
-        link = Ros2Link(
-            bus, session, parameters, names, lidars, None if origin is None else np.array(origin)
-        )
+        link = link_on(bus)
     except BaseException:
         bus.close()
         raise
     what = "acting" if parameters.act else "read-only: no set-points are sent"
     notice(f"on {bus.name}, {what}")
-    return Loop(link, session, 1.0 / parameters.rate), link
+    return link
 
 
 def _lidars(setup: FlightSetup, parameters: NodeParameters) -> dict[str, Lidar]:
@@ -69,7 +144,8 @@ def _lidars(setup: FlightSetup, parameters: NodeParameters) -> dict[str, Lidar]:
     return {name: known[name] for name in known if name in parameters.clouds}
 
 
-def _terms(file: MissionFile, setup: FlightSetup, parameters: NodeParameters) -> SessionTerms:
+def _terms(node: NodeSetup, parameters: NodeParameters) -> SessionTerms:
+    file, setup = node.file, node.flight
     reach, limits = setup.planner.grid.range_m, setup.limits
     return SessionTerms(
         act=parameters.act,

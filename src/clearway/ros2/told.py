@@ -11,13 +11,14 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, ned_from_enu, world_from_body
 from clearway.live.flight_decision import FlightDecision
-from clearway.live.link.session import TickOutcome
+from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
 from clearway.ros2.messages import made
 
 NAN3 = np.full(3, math.nan, dtype=np.float32)
-FOLLOW, HOLD = 0x9C0, 0x9F8
-"""Type masks of mavros_msgs/PositionTarget: place, velocity and yaw count; place and yaw."""
+FOLLOW, HOLD, VELOCITY = 0x9C0, 0x9F8, 0x5C7
+"""Type masks of mavros_msgs/PositionTarget: place, velocity and yaw count; place and yaw; velocity
+and yaw rate."""
 LOCAL_NED = 1
 """FRAME_LOCAL_NED, which mavros turns from z-up itself."""
 OK, WARN, ERROR = 0, 1, 2
@@ -47,8 +48,13 @@ def turned(yaw_rad: float) -> Any:
     )  # fmt: skip
 
 
-def set_point_message(kind: str, told: SetPoint, time_s: float, frame: str) -> Any:
-    """A set-point as one of the kinds that `parameters.SetPointParameters` names."""
+def set_point_message(
+    kind: str, told: SetPoint, time_s: float, frame: str, base: str | None = "base_link"
+) -> Any:
+    """A set-point as one of the kinds that `parameters.SetPointParameters` names.
+
+    base: the frame of the body where a Twist is to be told in it; None tells it in the map's.
+    """
     velocity = np.zeros(3) if told.velocity_mps is None else told.velocity_mps
     if kind == "TrajectorySetpoint":
         moving = told.velocity_mps is not None
@@ -72,11 +78,55 @@ def set_point_message(kind: str, told: SetPoint, time_s: float, frame: str) -> A
             velocity=point(velocity, "Vector3"),
             yaw=told.yaw_rad,
         )
-    if kind == "Twist":
-        body = velocity @ world_from_body([0.0, 0.0, told.yaw_rad])
-        return made("geometry_msgs/msg/Twist", linear=point(body, "Vector3"))
+    if kind in ("Twist", "TwistStamped"):
+        yaw = None if base is None else told.yaw_rad
+        return twist_message(kind, velocity, 0.0, time_s, base or frame, yaw)
     ahead = [told.position_m, told.position_m + AHEAD_S * velocity]
     return path_message(np.array(ahead), time_s, frame)
+
+
+def twist_message(
+    kind: str,
+    velocity_mps: FloatArray,
+    yaw_rate_rps: float,
+    time_s: float,
+    frame: str,
+    yaw_rad: float | None,
+) -> Any:
+    """A Twist or TwistStamped of a velocity [3] of the world; yaw_rad: of the body that it is told
+    in, None for the world."""
+    told = velocity_mps if yaw_rad is None else velocity_mps @ world_from_body([0.0, 0.0, yaw_rad])
+    turning = point(np.array([0.0, 0.0, yaw_rate_rps]), "Vector3")
+    one = made("geometry_msgs/msg/Twist", linear=point(told, "Vector3"), angular=turning)
+    if kind == "Twist":
+        return one
+    return made("geometry_msgs/msg/TwistStamped", header=header(time_s, frame), twist=one)
+
+
+def velocity_message(
+    kind: str, velocity_mps: FloatArray, yaw_rate_rps: float, time_s: float, frame: str
+) -> Any:
+    """A velocity [3] of the world without a place, for an autopilot: TrajectorySetpoint or
+    PositionTarget."""
+    if kind == "TrajectorySetpoint":
+        return made(
+            "px4_msgs/msg/TrajectorySetpoint",
+            timestamp=max(0, int(time_s * 1e6)),
+            position=NAN3,
+            velocity=ned_from_enu(velocity_mps).astype(np.float32),
+            acceleration=NAN3,
+            jerk=NAN3,
+            yaw=math.nan,
+            yawspeed=-yaw_rate_rps,
+        )
+    return made(
+        "mavros_msgs/msg/PositionTarget",
+        header=header(time_s, frame),
+        coordinate_frame=LOCAL_NED,
+        type_mask=VELOCITY,
+        velocity=point(velocity_mps, "Vector3"),
+        yaw_rate=yaw_rate_rps,
+    )
 
 
 def path_message(places_m: FloatArray, time_s: float, frame: str) -> Any:
@@ -105,6 +155,23 @@ def decision_row(flight: FlightDecision, outcome: TickOutcome) -> dict[str, Any]
         "margin_m": round(flight.decision.margin_m, 3),
         "basis": str(flight.decision.choice.basis),
         "explanation": flight.explanation,
+        "elapsed_ms": round(1e3 * outcome.elapsed_s, 3),
+    }
+
+
+def guarded_row(outcome: TickOutcome) -> dict[str, Any]:
+    """What a guardian said, as JSON."""
+    guarded = outcome.guarded
+    assert guarded is not None
+    return {
+        "time_s": round(outcome.time_s, 6),
+        "link": str(outcome.state),
+        "passed": guarded.passed,
+        "why": guarded.why,
+        "velocity_mps": [round(v, 3) for v in guarded.velocity_mps.tolist()],
+        "yaw_rate_rps": round(guarded.yaw_rate_rps, 4),
+        "margin_m": round(guarded.margin_m, 3),
+        "way_out": [] if guarded.way_out is None else list(guarded.way_out.movements),
         "elapsed_ms": round(1e3 * outcome.elapsed_s, 3),
     }
 

@@ -18,8 +18,8 @@ from llvmlite import binding
 from numba.core import compiler, config, serialize
 from numba.core.caching import _Cache
 
-from clearway.base.kernels.boxing import let_no_signal_in
 from clearway.base.kernels.folders import SHIPPED, Turns, write_whole, written_folder
+from clearway.base.kernels.interrupts import let_no_signal_in, signals_waiting
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
 from clearway.base.kernels.stamp import PACKAGE, stamp_of
 
@@ -106,7 +106,8 @@ class KernelCache(_Cache):
             key = self._key(sig, machine)
             payload = _read(place / _file_name(name, key), key)
             if payload is not None:
-                return _rebuild(target_context, *payload)
+                with signals_waiting():
+                    return _rebuild(target_context, *payload)
         return None
 
     def _name(self) -> str | None:

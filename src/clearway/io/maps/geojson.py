@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,7 @@ def read_geojson(path: Path, data: Mapping[str, Any], radius_m: float) -> Parsed
     for number, part in each_parsed(str(path), "features", collection.features, Feature):
         properties = part.properties or {}
         try:
-            span = _span(properties)
+            span = span_of(properties)
             outlines, skipped = _outlines(part.geometry, properties, radius_m)
         except ValueError as cause:
             problems.append(f"features[{number}]: {cause}")
@@ -98,7 +98,7 @@ def read_geojson(path: Path, data: Mapping[str, Any], radius_m: float) -> Parsed
         crs="WGS 84 latitude and longitude",
         features=tuple(features),
         counts=counts,
-        notes=_notes(features, radius_m),
+        notes=radius_notes(features, radius_m),
     )
 
 
@@ -112,7 +112,8 @@ def _check_crs(path: Path, crs: NamedCrs | None) -> None:
         )
 
 
-def _notes(features: list[MapFeature], radius_m: float) -> tuple[str, ...]:
+def radius_notes(features: Sequence[MapFeature], radius_m: float) -> tuple[str, ...]:
+    """What is assumed of mere points."""
     if any(isinstance(feature.outline, Disc) for feature in features):
         return (f"points without a radius stand for {radius_m:g} m around them",)
     return ()
@@ -123,16 +124,19 @@ def _name(part: Feature, properties: Mapping[str, Any], number: int) -> str:
     return f"feature {number}" if named is None else str(named)
 
 
-def _span(properties: Mapping[str, Any]) -> tuple[Height, Height] | str:
-    """From where to where a feature stands, or why it does not stand."""
-    height, top = _number(properties, HEIGHT), _number(properties, TOP)
-    ground = _number(properties, GROUND)
+def span_of(properties: Mapping[str, Any]) -> tuple[Height, Height] | str:
+    """From where to where a feature stands, or why it does not stand.
+
+    Raises ValueError for a property that should be a length and is none.
+    """
+    height, top = length_of(properties, HEIGHT), length_of(properties, TOP)
+    ground = length_of(properties, GROUND)
     if top is not None:
         low = Height(ground, "sea level") if ground is not None else Height(0.0, "ground")
         return low, Height(top, "sea level")
     if height is None:
         return "no height"
-    base = _number(properties, BASE) or 0.0
+    base = length_of(properties, BASE) or 0.0
     if not height > base:
         return "height not above its base"
     if ground is not None:
@@ -140,7 +144,8 @@ def _span(properties: Mapping[str, Any]) -> tuple[Height, Height] | str:
     return Height(base, "ground"), Height(height, "ground")
 
 
-def _number(properties: Mapping[str, Any], names: tuple[str, ...]) -> float | None:
+def length_of(properties: Mapping[str, Any], names: tuple[str, ...]) -> float | None:
+    """Metres of the first of these properties that is there; ValueError where it is no length."""
     for name in names:
         value = properties.get(name)
         if value is None or value == "":
@@ -165,7 +170,7 @@ def _outlines(
     if geometry is None:
         return [], "no geometry"
     coordinates = geometry.coordinates
-    radius = _number(properties, RADIUS) or radius_m
+    radius = length_of(properties, RADIUS) or radius_m
     if radius < 0.0:
         raise ValueError(f"radius {radius:g} m is below 0")
     match geometry.type:

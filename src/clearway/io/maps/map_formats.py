@@ -12,11 +12,14 @@ from clearway.io.foreign import read_json
 from clearway.io.maps.cityjson import read_cityjson
 from clearway.io.maps.faa_obstacles import read_faa_obstacles
 from clearway.io.maps.geojson import read_geojson
+from clearway.io.maps.geopackage import read_geopackage
 from clearway.io.maps.geozones import is_ed318, read_ed318
 from clearway.io.maps.geozones_ed269 import is_ed269, read_ed269
 from clearway.io.maps.json_sequence import read_sequence
 from clearway.io.maps.map_features import ParsedMap
 from clearway.io.maps.obstacle_table import read_obstacle_table
+from clearway.io.maps.osm import read_osm
+from clearway.io.maps.shapefile_map import read_shapefile
 from clearway.io.maps.terrain_file import read_terrain
 
 SEQUENCES = (".jsonl", ".geojsonl", ".ndjson")
@@ -29,7 +32,7 @@ class Assumed(NamedTuple):
     radius_m: float
     """Of mere points."""
     crs: str | None = None
-    """Of a model whose file states no reference system, such as EPSG:7415."""
+    """Of a model or a Shapefile that states no reference system, such as EPSG:7415."""
 
 
 class JsonFormat(NamedTuple):
@@ -138,6 +141,49 @@ FORMATS = (
         in_words([one.name for one in JSON_FORMATS]),
         (".json", ".geojson", *SEQUENCES),
         _read_json,
+    ),
+    MapFormat(
+        "GeoPackage",
+        (".gpkg",),
+        lambda path, assumed: read_geopackage(path, assumed.radius_m),
+        "`.gpkg`",
+        "polygons and points of all its tables of features, with columns as the properties of "
+        "GeoJSON, in any reference system; z of their corners is not read",
+        "as solids; lines and what has no height are left out",
+    ),
+    MapFormat(
+        "Shapefile",
+        (".shp",),
+        lambda path, assumed: read_shapefile(path, assumed.radius_m, assumed.crs),
+        "`.shp` with `.dbf` and `.prj` beside it (without `.prj`: `--crs`)",
+        "likewise; names of columns cut to ten letters are known too",
+        "likewise",
+    ),
+    MapFormat(
+        "OpenStreetMap (XML, PBF)",
+        (".osm", ".pbf"),
+        lambda path, assumed: read_osm(path, assumed.radius_m),
+        "`.osm`, `.osm.pbf`",
+        "areas and nodes with `height` (from `min_height` up, above ground) or storeys "
+        "(`building:levels`, `roof:levels`), 4 m each, which is said",
+        "as solids; buildings, masts and towers without height are left out and counted by kind",
+    ),
+    MapFormat(
+        "terrain of SRTM (HGT)",
+        (".hgt",),
+        lambda path, _assumed: read_terrain(path),
+        "`.hgt`",
+        "a tile of SRTM of 1 or 3 seconds of arc, which lies where its name says (`N50E008.hgt`); "
+        "metres above sea level (EGM96)",
+        "as a GeoTIFF",
+    ),
+    MapFormat(
+        "terrain of DTED",
+        (".dt0", ".dt1", ".dt2"),
+        lambda path, _assumed: read_terrain(path),
+        "`.dt0`, `.dt1`, `.dt2`",
+        "a tile of DTED of level 0 to 2; metres above sea level (EGM96)",
+        "as a GeoTIFF",
     ),
     MapFormat(
         "terrain (GeoTIFF)",

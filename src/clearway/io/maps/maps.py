@@ -123,8 +123,8 @@ def read_maps(
     origin: latitude, longitude, height above sea level; by default amid the places of the first
     file that has any, at its lowest ground. A terrain among the files is the ground that heights of
     the others are above. bounds_m: lowest and highest x, y; what lies beyond is left out and
-    counted. crs: reference system of a CityJSON model that states none, such as EPSG:7415.
-    Raises InputError when a file is absent, empty, truncated or of no known format, and
+    counted. crs: reference system of a CityJSON model or a Shapefile that states none, such as
+    EPSG:7415. Raises InputError when a file is absent, empty, truncated or of no known format, and
     MissingExtraError when the package that reads it is not installed.
     """
     parsed = [_parse(Path(path), point_radius_m, crs) for path in paths]

@@ -1,4 +1,7 @@
-"""Terrain rasters (GeoTIFF) through rasterio: one band of heights, in metres whatever its unit."""
+"""Terrain rasters through rasterio: one band of heights, in metres whatever its unit.
+
+GeoTIFF, and the tiles of SRTM (HGT) and of DTED, whose heights are above the sea level of EGM96.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +44,23 @@ STEEP_SHARE = 0.2
 DEGREE_M = 111_195.0
 
 
+class Tile(NamedTuple):
+    """What is known of rasters by their suffix."""
+
+    driver: str
+    """Of GDAL; no other one is tried, since some of them read what lies elsewhere."""
+    above: str = ""
+    """What heights are above, where the format says so."""
+
+
+HGT, DTED = Tile("SRTMHGT", "above sea level (EGM96)"), Tile("DTED", "above sea level (EGM96)")
+TILES = {".hgt": HGT, ".dt0": DTED, ".dt1": DTED, ".dt2": DTED}
+"""Any other suffix is a GeoTIFF."""
+HGT_NAME = re.compile(r"[NS]\d\d[EW]\d\d\d\..*", re.IGNORECASE)
+HGT_SIDES = (1201, 3601)
+"""Samples a side, of two bytes each: three and one second of arc."""
+
+
 class Raster(NamedTuple):
     """A raster as it is stored."""
 
@@ -57,10 +77,15 @@ class Raster(NamedTuple):
 def read_terrain(path: Path) -> ParsedMap:
     """Heights of a single-band raster whose rows and columns run along its reference system.
 
+    A tile of SRTM lies where its name says, such as N50E008.hgt.
+
     Raises InputError when it is damaged, truncated, not georeferenced, turned, of several bands or
     too large; MissingExtraError without rasterio.
     """
-    raster = _read(path)
+    tile = TILES.get(path.suffix.lower(), Tile("GTiff"))
+    if tile is HGT:
+        _check_hgt(path)
+    raster = _read(path, tile.driver)
     affine, crs = raster.affine, raster.crs
     placed = crs is not None and not affine.is_identity
     if not placed or affine.b or affine.d or min(raster.heights.shape) < 2:
@@ -76,14 +101,32 @@ def read_terrain(path: Path) -> ParsedMap:
     heights, counts = _ground(path, raster.heights, metres)
     return ParsedMap(
         kind=f"terrain raster of {heights.shape[1]} x {heights.shape[0]} samples",
-        crs=place.name,
+        crs=f"{place.name}, heights {tile.above}" if tile.above else place.name,
         terrain=_terrain(path, raster, place, heights),
         counts=counts,
         notes=(*notes, *_doubts(path, raster, heights)),
     )
 
 
-def _read(path: Path) -> Raster:
+def _check_hgt(path: Path) -> None:
+    """Raise InputError for what the library would only call unknown."""
+    if not HGT_NAME.fullmatch(path.name):
+        raise InputError(
+            str(path), "a tile of SRTM lies where its name says; valid: one such as N50E008.hgt"
+        )
+    sizes = [2 * side * side for side in HGT_SIDES]
+    size = path.stat().st_size
+    if size not in sizes:
+        raise InputError(
+            str(path),
+            f"{size:,} bytes: truncated, or no tile of SRTM; valid: "
+            + ", ".join(
+                f"{n:,} ({side} x {side})" for n, side in zip(sizes, HGT_SIDES, strict=True)
+            ),
+        )
+
+
+def _read(path: Path, driver: str) -> Raster:
     try:
         import rasterio
         from rasterio.errors import NotGeoreferencedWarning, RasterioError
@@ -92,10 +135,9 @@ def _read(path: Path) -> Raster:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)  # refused by its transform
-            # No other driver: some of them read what lies elsewhere.
             with (
                 rasterio.Env(GDAL_CACHEMAX=CACHE_MB),
-                rasterio.open(path, driver="GTiff") as raster,
+                rasterio.open(path, driver=driver) as raster,
             ):
                 return _raster(path, raster)
     except (RasterioError, ValueError, IndexError, MemoryError) as cause:

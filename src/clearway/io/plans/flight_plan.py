@@ -56,6 +56,8 @@ class FlightPlan:
     """Places to return to; heights are above home."""
     counts: Mapping[str, int] = field(default_factory=dict)
     """What was left out, by reason."""
+    notes: tuple[str, ...] = ()
+    """What was assumed where the file is silent."""
 
 
 class Converted(NamedTuple):
@@ -160,7 +162,8 @@ def _with_home(plan: FlightPlan) -> FlightPlan:
         raise InputError(
             plan.source,
             "home is not set (0, 0), and heights above sea level need its own; valid: a home with "
-            "latitude, longitude and height",
+            "latitude, longitude and height, or "
+            "origin_geodetic in a mission that names the plan",
         )
     return replace(plan, home=Geodetic(first.latitude_deg, first.longitude_deg, 0.0))
 
@@ -317,5 +320,6 @@ def _notes(
         notes.append(f"returns to the nearest of {len(plan.rally)} rally points")
     elif plan.rally:
         notes.append(f"{len(plan.rally)} rally points are not needed: the plan does not return")
+    notes += plan.notes
     notes += [f"{count} left out: {reason}" for reason, count in counts.items()]
     return tuple(notes)

@@ -1,4 +1,7 @@
-"""Maps of the same made-up place: a block of houses, masts, zones of the airspace, terrain."""
+"""Maps of the same made-up place: a block of houses, masts, zones of the airspace, terrain.
+
+Files of GIS programs stand in `gis.py`.
+"""
 
 from __future__ import annotations
 

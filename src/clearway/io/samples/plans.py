@@ -1,8 +1,9 @@
-"""Flight plans of ground stations: up, two legs, and back, with a fence."""
+"""Flight plans of ground stations: up, two legs, and back, one of them with a fence."""
 
 from __future__ import annotations
 
 import json
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,11 @@ WAYPOINTS = ((0.0, 0.00025), (0.00015, 0.00025))
 """North and east of home, in degrees."""
 HEIGHT_M = 30.0
 TAKE_OFF, WAYPOINT, RELATIVE = 22, 16, 3
+GEOID_M = 48.0
+"""Height of the sea level above the ellipsoid, about there."""
+XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
+NAMESPACES = 'xmlns="http://www.opengis.net/kml/2.2" xmlns:wpml="http://www.dji.com/wpmz/1.0.2"'
+MADE = (2026, 1, 1, 0, 0, 0)
 
 
 def write_plan(path: Path, rng: np.random.Generator) -> None:
@@ -64,3 +70,66 @@ def write_waypoints(path: Path, rng: np.random.Generator) -> None:
         for number, now, frame, command, lat, lon, height in rows
     ]
     path.write_text("QGC WPL 110\n" + "".join(lines))
+
+
+def write_kml(path: Path, rng: np.random.Generator) -> None:
+    """A path of Google Earth, above the ground, with a place called home."""
+    del rng
+    way = " ".join(f"{lon:.7f},{lat:.7f},{HEIGHT_M:g}" for lat, lon in _places())
+    path.write_text(
+        f"""{XML}<kml xmlns="http://www.opengis.net/kml/2.2">
+<Document>
+ <name>up, two legs</name>
+ <Placemark><name>home</name><Point><altitudeMode>absolute</altitudeMode>
+  <coordinates>{HOME[1]:.7f},{HOME[0]:.7f},{HOME[2]:g}</coordinates></Point></Placemark>
+ <Placemark><name>way</name><LineString><altitudeMode>relativeToGround</altitudeMode>
+  <coordinates>{way}</coordinates></LineString></Placemark>
+</Document>
+</kml>
+"""
+    )
+
+
+def _places() -> list[tuple[float, float]]:
+    return [(HOME[0] + north, HOME[1] + east) for north, east in WAYPOINTS]
+
+
+def write_wpml(path: Path, rng: np.random.Generator) -> None:
+    """A mission of DJI as its remote controls keep it: template and waylines, packed."""
+    del rng
+    reference = f"{HOME[0]:.6f},{HOME[1]:.6f},{HOME[2] + GEOID_M:.6f}"
+    config = (
+        "<wpml:missionConfig><wpml:flyToWaylineMode>safely</wpml:flyToWaylineMode>"
+        "<wpml:finishAction>goHome</wpml:finishAction>"
+        "<wpml:takeOffSecurityHeight>20</wpml:takeOffSecurityHeight>{}"
+        "</wpml:missionConfig>"
+    )
+    template = config.format(f"<wpml:takeOffRefPoint>{reference}</wpml:takeOffRefPoint>")
+    coordinates = (
+        "<wpml:waylineCoordinateSysParam><wpml:coordinateMode>WGS84</wpml:coordinateMode>"
+        "<wpml:heightMode>EGM96</wpml:heightMode></wpml:waylineCoordinateSysParam>"
+    )
+    above_sea = HOME[2] + HEIGHT_M
+    marks = {"template": "", "waylines": ""}
+    for index, (lat, lon) in enumerate(_places()):
+        point = f"<Point><coordinates>{lon:.7f},{lat:.7f}</coordinates></Point>"
+        head = f"<Placemark>{point}<wpml:index>{index}</wpml:index>"
+        marks["template"] += (
+            f"{head}<wpml:ellipsoidHeight>{above_sea + GEOID_M:g}</wpml:ellipsoidHeight>"
+            f"<wpml:height>{above_sea:g}</wpml:height></Placemark>\n"
+        )
+        marks["waylines"] += (
+            f"{head}<wpml:executeHeight>{above_sea + GEOID_M:g}</wpml:executeHeight>"
+            "<wpml:waypointSpeed>1</wpml:waypointSpeed></Placemark>\n"
+        )
+    flown = "<wpml:executeHeightMode>WGS84</wpml:executeHeightMode>"
+    speed = "<wpml:autoFlightSpeed>1</wpml:autoFlightSpeed>"
+    documents = {
+        "wpmz/template.kml": f"{template}<Folder>{coordinates}{speed}{marks['template']}</Folder>",
+        "wpmz/waylines.wpml": f"{config.format('')}<Folder>{flown}{speed}{marks['waylines']}"
+        "</Folder>",
+    }
+    with zipfile.ZipFile(path, "w") as packed:
+        for name, inside in documents.items():
+            text = f"{XML}<kml {NAMESPACES}><Document>\n{inside}\n</Document></kml>\n"
+            packed.writestr(zipfile.ZipInfo(name, MADE), text)

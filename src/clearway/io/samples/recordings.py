@@ -14,16 +14,24 @@ POINTS, ODOMETRY = "/front/points", "/odom"
 SCANS, PERIOD_S = 6, 0.5
 BEGIN_S = 1_767_225_600
 """2026-01-01T00:00:00Z."""
+LIVOX = {
+    "CustomPoint": "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\n"
+    "uint8 reflectivity\nuint8 tag\nuint8 line",
+    "CustomMsg": "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\n"
+    "uint8[3] rsvd\nlivox_ros_driver2/CustomPoint[] points",
+}
 
 
 class Robot:
     """Messages as one of the two generations of ROS has them."""
 
-    def __init__(self, ros2: bool) -> None:
-        from rosbags.typesys import Stores, get_typestore
+    def __init__(self, ros2: bool, livox: bool = False) -> None:
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-        self.ros2 = ros2
+        self.ros2, self._livox = ros2, livox
         self.store = get_typestore(Stores.ROS2_HUMBLE if ros2 else Stores.ROS1_NOETIC)
+        for name, text in LIVOX.items() if livox else ():
+            self.store.register(get_types_from_msg(text, f"livox_ros_driver2/msg/{name}"))
 
     def _header(self, time_s: float, frame: str) -> Any:
         of, seconds = self.store.types, int(time_s)
@@ -38,6 +46,19 @@ class Robot:
         fields = [field(name, 4 * n, 7, 1) for n, name in enumerate("xyz")]
         return of["sensor_msgs/msg/PointCloud2"](
             self._header(time_s, "lidar"), 1, len(points), fields, False, 12, len(data), data, True
+        )
+
+    def livox(self, time_s: float, points: Any) -> Any:
+        """livox_ros_driver2/CustomMsg of [n, 3]: one line after the other, within 0.1 s."""
+        of = self.store.types
+        one = of["livox_ros_driver2/msg/CustomPoint"]
+        told = [
+            one(int(1e8 * n / len(points)), *map(float, place), 20, 0x10, n % 4)
+            for n, place in enumerate(points)
+        ]
+        unused = np.zeros(3, dtype=np.uint8)
+        return of["livox_ros_driver2/msg/CustomMsg"](
+            self._header(time_s, "lidar"), round(time_s * 1e9), len(told), 1, unused, told
         )
 
     def odometry(self, time_s: float, place_m: Any) -> Any:
@@ -60,12 +81,13 @@ class Robot:
     def flight(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
         """(topic, nanoseconds, type, serialised) in the order of time; the legs are seen too."""
         write = self.store.serialize_cdr if self.ros2 else self.store.serialize_ros1
+        scan = self.livox if self._livox else self.cloud
         for index in range(SCANS):
             after_s = PERIOD_S * index
             time_s, place = BEGIN_S + after_s, place_at(after_s)
             for topic, value in (
                 (ODOMETRY, self.odometry(time_s, place)),
-                (POINTS, self.cloud(time_s, sweep(rng, place, legs=True))),
+                (POINTS, scan(time_s, sweep(rng, place, legs=True))),
             ):
                 kind = value.__msgtype__
                 yield topic, round(time_s * 1e9), kind, bytes(write(value, kind))
@@ -85,6 +107,41 @@ def write_bag2(path: Path, rng: np.random.Generator) -> None:
 
     with Writer(path) as writer:
         _write(writer, Robot(ros2=True), rng)
+
+
+def write_bag2_packed(path: Path, rng: np.random.Generator) -> None:
+    """The same with its file packed by zstd."""
+    _write_packed(path, rng, "FILE")
+
+
+def write_bag2_messages(path: Path, rng: np.random.Generator) -> None:
+    """The same with its messages packed by zstd, one by one."""
+    _write_packed(path, rng, "MESSAGE")
+
+
+def _write_packed(path: Path, rng: np.random.Generator, mode: str) -> None:
+    from rosbags.rosbag2 import Writer
+
+    writer = Writer(path)
+    writer.set_compression(Writer.CompressionMode[mode], Writer.CompressionFormat.ZSTD)
+    with writer:
+        _write(writer, Robot(ros2=True), rng)
+
+
+def write_livox(path: Path, rng: np.random.Generator) -> None:
+    """A ROS 1 bag of Livox's own messages."""
+    from rosbags.rosbag1 import Writer
+
+    with Writer(path) as writer:
+        _write(writer, Robot(ros2=False, livox=True), rng)
+
+
+def write_livox2(path: Path, rng: np.random.Generator) -> None:
+    """A ROS 2 bag of them."""
+    from rosbags.rosbag2 import Writer
+
+    with Writer(path) as writer:
+        _write(writer, Robot(ros2=True, livox=True), rng)
 
 
 def _write(writer: Any, robot: Robot, rng: np.random.Generator) -> None:

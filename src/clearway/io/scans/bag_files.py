@@ -7,6 +7,7 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 from urllib.parse import quote
@@ -25,34 +26,40 @@ from clearway.io.scans.bag import (
     types_of,
 )
 from clearway.io.scans.bag_mcap import open_mcap
+from clearway.io.scans.zstd import SUFFIX as PACKED
+from clearway.io.scans.zstd import unpacked_file, unpacked_message
 
 SUFFIXES = (".db3", ".mcap")
-PACKED = ".zstd"
 KNOWN_VERSION = 8
 """Newest metadata that the pinned rosbags reads; ROS 2 Jazzy writes 9."""
-ZSTD = b"\x28\xb5\x2f\xfd"
-"""Messages packed one by one begin so, serialised ones never."""
 
 
 def without_metadata(path: Path) -> bool:
-    """Whether a ROS 2 bag has no metadata that rosbags understands."""
-    if not path.is_dir() and path.suffix.lower() != ".db3":
+    """Whether a ROS 2 bag has no metadata that rosbags understands, or its files are packed."""
+    if not path.is_dir() and path.suffix.lower() not in (".db3", PACKED):
         return False
     metadata = (path if path.is_dir() else path.parent) / METADATA
-    if not metadata.is_file():
+    if not metadata.is_file() or path.suffix.lower() == PACKED:
         return True
-    version = re.search(r"^\s*version:\s*(\d+)", metadata.read_text("utf-8", "replace"), re.M)
-    return version is not None and int(version[1]) > KNOWN_VERSION
+    text = metadata.read_text("utf-8", "replace")
+    version = re.search(r"^\s*version:\s*(\d+)", text, re.M)
+    packed = re.search(r"^\s*compression_mode:\s*[\"']?file", text, re.M | re.I)
+    return packed is not None or (version is not None and int(version[1]) > KNOWN_VERSION)
+
+
+def is_bag_file(path: Path) -> bool:
+    """Whether a file is one of a ROS 2 bag, packed or not."""
+    return Path(path.name.removesuffix(PACKED)).suffix in SUFFIXES
 
 
 @contextmanager
 def open_files(path: Path) -> Iterator[Bag]:
-    """Open the files of a bag one after the other, as one recording.
+    """Open the files of a bag one after the other as one recording; packed ones are unpacked aside.
 
-    Raises InputError where one that the metadata name is missing or packed, or none is there.
+    Raises InputError where one that the metadata name is missing, or none is there.
     """
-    files = _files(path)
     with ExitStack() as stack:
+        files = [_plain(one, stack) for one in _files(path)]
         bags = [
             stack.enter_context(open_mcap(one) if one.suffix == ".mcap" else _open_sqlite(one))
             for one in files
@@ -71,6 +78,26 @@ def open_files(path: Path) -> Iterator[Bag]:
         yield Bag("ROS 2 bag", merged(t for bag in bags for t in bag.topics), messages, decoded)
 
 
+def _plain(path: Path, stack: ExitStack) -> Path:
+    """The file itself, or unpacked into a folder that goes with the stack."""
+    if path.suffix != PACKED:
+        return path
+    if not is_bag_file(path):
+        raise InputError(
+            str(path),
+            f"packed by zstd, but no file of a bag; valid: {' or '.join(SUFFIXES)} before {PACKED}",
+        )
+    folder = Path(stack.enter_context(TemporaryDirectory(prefix="clearway-")))
+    with damage_told(path, "zstd file", library_complaints()):
+        return unpacked_file(path, folder)
+
+
+def _there(path: Path) -> Path:
+    """The file, or the packed one that took its place after its name was written down."""
+    packed = path.with_name(path.name + PACKED)
+    return packed if packed.is_file() and not path.is_file() else path
+
+
 def _files(path: Path) -> list[Path]:
     """Files with messages, in the order of recording."""
     folder = path if path.is_dir() else path.parent
@@ -78,18 +105,15 @@ def _files(path: Path) -> list[Path]:
     if metadata.is_file():
         _, _, listed = metadata.read_text("utf-8", "replace").partition("relative_file_paths:")
         names = list(dict.fromkeys(re.findall(r"[\w.+/-]+\.(?:db3|mcap)(?:\.zstd)?", listed)))
-        files = [folder / name for name in names]
+        files = [_there(folder / name) for name in names]
     elif path.is_dir():
-        files = [one for one in folder.iterdir() if one.suffix in SUFFIXES]
-        if len({re.sub(r"_\d+$", "", one.stem) for one in files}) > 1:
+        files = [one for one in folder.iterdir() if is_bag_file(one)]
+        if len({re.sub(r"_\d+$", "", one.name.partition(".")[0]) for one in files}) > 1:
             found = ", ".join(sorted(one.name for one in files))
             raise InputError(str(path), f"several recordings in it, and no {METADATA}: {found}")
         files.sort(key=lambda one: ([int(n) for n in re.findall(r"\d+", one.stem)], one.name))
     else:
         files = [path]
-    packed = [one.name for one in files if one.suffix == PACKED]
-    if packed:
-        raise InputError(str(path), f"{', '.join(packed)}: packed by zstd; unpack with `zstd -d`")
     absent = [one.name for one in files if not one.is_file()]
     if absent or not files:
         raise InputError(
@@ -127,7 +151,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
                 for number, logged_ns, data in rows:
                     topic = topics[number]
                     logged_s = logged_ns * NANOSECOND_S
-                    yield RawMessage(topic.name, topic.type, logged_s, _unpacked(data), True)
+                    yield RawMessage(topic.name, topic.type, logged_s, unpacked_message(data), True)
 
         stores: dict[str, Any] = {}
 
@@ -154,11 +178,3 @@ def _definitions(base: sqlite3.Connection) -> dict[str, Any]:
         for name, encoding, text in rows
         if encoding in ("ros2msg", "ros2idl")
     }
-
-
-def _unpacked(data: bytes) -> bytes:
-    if not data.startswith(ZSTD):
-        return data
-    from zstandard import ZstdDecompressor
-
-    return bytes(ZstdDecompressor().decompressobj().decompress(data))

@@ -19,6 +19,7 @@ from clearway.io.scans.bag import (
     ros2_name,
     types_of,
 )
+from clearway.io.scans.zstd import unpacked_message
 
 MAGIC = b"\x89MCAP0\r\n"
 """At the start of a file, and at its end."""
@@ -49,7 +50,7 @@ def open_mcap(path: Path) -> Iterator[Bag]:
                             channel.topic,
                             ros2_name(schema.name),
                             message.log_time * NANOSECOND_S,
-                            message.data,
+                            unpacked_message(message.data),
                             channel.message_encoding != "ros1",
                         )
 

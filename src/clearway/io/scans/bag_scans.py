@@ -18,6 +18,8 @@ from clearway.io.scans.cloud_message import (
     points_of_voxels,
     read_header,
 )
+from clearway.io.scans.livox_message import TYPES as LIVOX
+from clearway.io.scans.livox_message import points_of_livox
 from clearway.io.scans.open_bag import open_bag
 from clearway.io.scans.pointcloud import PointCloud, cleaned
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
@@ -25,7 +27,7 @@ from clearway.io.scans.velodyne import VelodyneDecoder
 
 CLOUD2, CLOUD = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/PointCloud"
 PACKETS, VOXELS = "velodyne_msgs/msg/VelodyneScan", "planning_ros_msgs/msg/VoxelMap"
-SCANS = (CLOUD2, CLOUD, PACKETS)
+SCANS = (CLOUD2, CLOUD, PACKETS, *LIVOX)
 POINTS = (*SCANS, VOXELS)
 """Types with points; a map of voxels is only taken where it is asked for, or alone."""
 
@@ -96,6 +98,7 @@ def _reader(path: Path, bag: Bag, topic: Topic) -> Callable[[RawMessage], PointC
         CLOUD2: lambda message: points_of_cloud2(bag.decoded(message)),
         CLOUD: lambda message: points_of_cloud(message.raw, message.ros2),
         VOXELS: lambda message: points_of_voxels(bag.decoded(message)),
+        **dict.fromkeys(LIVOX, lambda message: points_of_livox(message.raw, message.ros2)),
     }
     points_of = readers[topic.type]
     return lambda message: PointCloud(

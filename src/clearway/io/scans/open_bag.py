@@ -28,7 +28,8 @@ from clearway.io.scans.bag_mcap import open_mcap
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
-    """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap.
+    """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap,
+    packed by zstd or not.
 
     Raises MissingExtraError without the packages of [lidar], InputError where it is damaged.
     """

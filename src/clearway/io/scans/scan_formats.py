@@ -120,6 +120,17 @@ FORMATS = (
         needs="`[lidar]`",
     ),
     ScanFormat(
+        "file of a ROS 2 bag packed by zstd (`.db3.zstd`, `.mcap.zstd`)",
+        (".zstd",),
+        (b"\x28\xb5\x2f\xfd",),
+        scans=_BAG,
+        topics=True,
+        beams="as of its topic",
+        time="header stamp, else time of recording",
+        needs="`[lidar]`",
+        known_by="its folder",
+    ),
+    ScanFormat(
         "Ouster packets",
         (".pcap",),
         scans=_packets,

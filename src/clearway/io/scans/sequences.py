@@ -8,7 +8,7 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.io.scans.bag import METADATA
-from clearway.io.scans.bag_files import SUFFIXES as BAG_FILES
+from clearway.io.scans.bag_files import is_bag_file
 from clearway.io.scans.bag_scans import bag_scans
 from clearway.io.scans.scan_folder import SCAN_SUFFIXES, folder_scans
 from clearway.io.scans.scan_formats import BY_SUFFIX, check_start, format_of, read_points
@@ -44,9 +44,9 @@ def open_scans(
 
 def _is_bag_folder(path: Path) -> bool:
     """Whether a folder holds a ROS 2 bag: its metadata, or its files alone."""
-    suffixes = {one.suffix for one in path.iterdir()}
+    files = list(path.iterdir())
     return (path / METADATA).is_file() or (
-        not suffixes.isdisjoint(BAG_FILES) and suffixes.isdisjoint(SCAN_SUFFIXES)
+        any(map(is_bag_file, files)) and set(SCAN_SUFFIXES).isdisjoint(one.suffix for one in files)
     )
 
 

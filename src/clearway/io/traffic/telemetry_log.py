@@ -1,7 +1,8 @@
 """Telemetry logs of ground stations (.tlog): MAVLink frames, each after its time of arrival.
 
-Of them the own GPS positions, and what ADSB_VEHICLE tells of others. Frames are told apart by their
-lengths; where that fails, the next place that looks like the beginning of a record goes on.
+Of them the own GPS positions, and what ADSB_VEHICLE and Remote ID tell of others. Frames are told
+apart by their lengths; where that fails, the next place that looks like the beginning of a record
+goes on.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from importlib import import_module
 from typing import Any
 
 from clearway.base.errors import MissingExtraError
+from clearway.io.traffic.remote_id import RemoteIds
 from clearway.io.traffic.traffic_rows import DAMAGED, NO_ADDRESS, NO_POSITION, Sieve
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
@@ -40,6 +42,7 @@ def read_telemetry_log(source: str, content: bytes) -> TrafficRecording:
         raise MissingExtraError(f"reading {source}", "mavlink") from cause
     codec = dialect.MAVLink(None)
     sieve = Sieve(source)
+    remote = RemoteIds(sieve)
     for time_s, frame, place in _frames(content, sieve):
         try:
             message = codec.decode(bytearray(frame))
@@ -51,6 +54,8 @@ def read_telemetry_log(source: str, content: bytes) -> TrafficRecording:
             _take_own(message, time_s, sieve)
         elif kind == "ADSB_VEHICLE":
             _take_other(message, time_s, sieve)
+        elif kind.startswith("OPEN_DRONE_ID_"):
+            remote.take(message, kind, time_s)
         else:
             sieve.use("other message")
     return sieve.recording(FORM, own_address=OWN)

@@ -12,7 +12,11 @@ from clearway.io.traffic.avr import is_avr, read_avr
 from clearway.io.traffic.beast import read_beast
 from clearway.io.traffic.bluesky import read_bluesky
 from clearway.io.traffic.daidalus import read_daidalus
+from clearway.io.traffic.dataflash import MAGIC as DATAFLASH
+from clearway.io.traffic.dataflash import read_dataflash
+from clearway.io.traffic.gdl90 import is_gdl90, read_gdl90
 from clearway.io.traffic.mode_s_hex import columns_of, read_hex, read_json_frames, table_lines
+from clearway.io.traffic.ogn import is_ogn, read_ogn
 from clearway.io.traffic.opensky import read_states
 from clearway.io.traffic.readsb_trace import read_trace
 from clearway.io.traffic.sbs import read_sbs
@@ -114,9 +118,25 @@ FORMATS = (
         "telemetry log of MAVLink (.tlog)",
         lambda content: RECORD.match(content) is not None,
         read_telemetry_log,
-        "times of 8 bytes before `fd` or `fe`; own GPS positions (`own`), `ADSB_VEHICLE`",
+        "times of 8 bytes before `fd` or `fe`; own GPS positions (`own`), `ADSB_VEHICLE`, "
+        "`OPEN_DRONE_ID_LOCATION` (Remote ID)",
         "of the ground station, UTC",
         "`[mavlink]`",
+    ),
+    Format(
+        "DataFlash log of ArduPilot (.bin)",
+        lambda content: content.startswith(DATAFLASH),
+        read_dataflash,
+        "`a3 95 80`; own GPS positions with pressure altitude (`own`), `ADSB`",
+        "UTC where GPS told it, else since boot",
+        "`[mavlink]`",
+    ),
+    Format(
+        "GDL 90",
+        lambda content: is_gdl90(content[:HEAD]),
+        read_gdl90,
+        "frames between `7e` with a right checksum: the own aircraft and others",
+        "of the heartbeat before: seconds of a day that is not told",
     ),
     Format(
         "Beast binary",
@@ -198,6 +218,14 @@ FORMATS = (
         "rows of a time and 14 or 28 digits, in any columns",
         "seconds, ms, µs or ns since 1970, dates",
         "`[adsb]`",
+    ),
+    Format(
+        "Open Glider Network (APRS)",
+        lambda content: is_ogn(content[:HEAD]),
+        read_ogn,
+        "lines `FLRDDA5BA>...:/160829h4415.41N/...` of its servers: FLARM and others, perhaps "
+        "after date and time",
+        "of the day before the line, else seconds of a day that is not told",
     ),
     Format(
         "DAIDALUS .daa",

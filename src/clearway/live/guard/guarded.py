@@ -29,9 +29,16 @@ class Guarded:
     """That is asked now."""
     way_out: WayOut | None
     """What is flown if nothing better is found from now on."""
+    slowed: bool = False
+    """Whether it is the wish, only slower: the vehicle is not that fast."""
     decision: Decision | None = None
     """That took the place of the wish, where one was taken now."""
 
+    @property
+    def is_wish(self) -> bool:
+        """Whether what was wished is flown, at its speed or slower."""
+        return self.passed or self.slowed
+
     def __repr__(self) -> str:
-        what = "passed" if self.passed else "replaced"
+        what = "passed" if self.passed else "slowed" if self.slowed else "replaced"
         return one_line("Guarded", (f"{self.time_s:g} s", what, self.why))

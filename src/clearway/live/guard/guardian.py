@@ -44,6 +44,7 @@ from clearway.live.readings import DataLimits, Reading
 from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
+from clearway.sensors.detection import Rule
 from clearway.traffic import TrackerSettings
 
 LEVEL_RAD = math.radians(2.0)
@@ -56,10 +57,11 @@ NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
 class Guardian:
     """Feed it with `update`; ask it with `guard_velocity` or `guard_path` at a set rate.
 
-    start: where it takes over. lidars, obstacle_map, limits, tracker, address, follow_movers: as of
-    `AvoidanceSystem`. hold_s: for how long a wish counts; after that a vehicle that can stop
-    brakes, and then the way out is flown, until the next call. acceleration_mps2: at which a
-    vehicle that can stop changes its velocity; a finite one adds the room to brake. Raises
+    start: where it takes over. lidars, obstacle_map, limits, tracker, address, follow_movers,
+    detection_rule, ground_m: as of `AvoidanceSystem`. hold_s: for how long a wish counts; after
+    that a vehicle that can stop brakes, and then the way out is flown, until the next call.
+    acceleration_mps2: at which a vehicle that can stop changes its velocity; a finite one adds the
+    room to brake. Raises
     ClearwayError for a planner that asks for no ways out, or a vehicle that has none.
 
     >>> import numpy as np
@@ -87,6 +89,8 @@ class Guardian:
         tracker: TrackerSettings | None = None,
         address: str = "",
         follow_movers: bool = False,
+        detection_rule: Rule = "ratio",
+        ground_m: float = -math.inf,
         hold_s: float = 0.5,
         acceleration_mps2: float = math.inf,
     ) -> None:
@@ -115,6 +119,8 @@ class Guardian:
             "tracker": tracker,
             "address": address,
             "follow_movers": follow_movers,
+            "detection_rule": detection_rule,
+            "ground_m": ground_m,
         }
         self._limits = limits or DataLimits()
         self._known = Knowledge(
@@ -123,8 +129,6 @@ class Guardian:
             lidars,
             obstacle_map,
             self._limits,
-            detection_rule="ratio",
-            ground_m=-np.inf,
             **self._arguments,
         )
         self.held: Held | None = None
@@ -242,6 +246,19 @@ class Guardian:
         own = self._known.clock.own(time_s)
         return None if self.held is None else replace(self.held.at(own)[0], time_s=time_s)
 
+    def set_point_at(self, time_s: float) -> SetPoint | None:
+        """What is in hand as a set-point of a time; None before anything is."""
+        if self.held is None:
+            return None
+        state, velocity = self.held.at(self._known.clock.own(time_s))
+        return SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
+
+    def let_go(self) -> None:
+        """Forget what is in hand: nobody flies it."""
+        if self.held is not None:
+            self._known.flown.until(self.held.start.time_s)
+        self.held, self._passings = None, ()
+
     # --- how ------------------------------------------------------------------------------
 
     def _own_velocity(self, told_mps: npt.ArrayLike | None, now: float) -> FloatArray:
@@ -334,7 +351,15 @@ class Guardian:
             rate = float(leg.end.attitude_rad[2] - state.attitude_rad[2]) / leg.end_s
         point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
         return Guarded(
-            now_s, unchanged, point, velocity, rate, self._why, checked.margin_m, checked.way_out
+            now_s,
+            unchanged,
+            point,
+            velocity,
+            rate,
+            self._why,
+            checked.margin_m,
+            checked.way_out,
+            slowed=not unchanged,
         )
 
     def _replaced(self, now: float, now_s: float, decision: Decision | None) -> Guarded:
@@ -345,9 +370,8 @@ class Guardian:
         turned = float(soon.attitude_rad[2] - state.attitude_rad[2]) / 0.1
         point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
         margin = self.planner.settings.safety_margin_m if decision is None else decision.margin_m
-        return Guarded(
-            now_s, False, point, velocity, turned, self._why, margin, held.way_out, decision
-        )
+        way, why = held.way_out, self._why
+        return Guarded(now_s, False, point, velocity, turned, why, margin, way, decision=decision)
 
 
 def _certain(way: WayOut | None) -> bool:

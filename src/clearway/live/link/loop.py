@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from clearway.live.link.hearing import Hearing
 from clearway.live.link.link_state import LinkState
-from clearway.live.link.session import Link, Session, TickOutcome
+from clearway.live.link.outcome import Link, TickOutcome
 
 IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
@@ -38,7 +39,7 @@ class Loop:
     """What a session runs on; `run` ends when `stop` says so, or the autopilot restarts."""
 
     link: Link
-    session: Session
+    session: Hearing
     period_s: float
     """Between ticks, by the vehicle's clock."""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from clearway.base.errors import InputError, MissingExtraError, naming
+from clearway.base.version import SCHEMA_VERSION
 from clearway.studies.campaigns.row import COLUMNS, FlightRow
 
 META = "clearway_"
@@ -32,7 +33,8 @@ def write_results(path: Path, rows: Sequence[FlightRow], settings: dict[str, str
     import pyarrow.parquet as pq
 
     schema = pa.schema([_column(pa, name, kind) for name, kind in COLUMNS.items()])
-    schema = schema.with_metadata({META + name: value for name, value in settings.items()})
+    about = {META + name: value for name, value in settings.items()}
+    schema = schema.with_metadata({"schema_version": str(SCHEMA_VERSION), **about})
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=schema)
     scratch = path.with_name(f".{path.name}.part")
     with naming(path, "written"):

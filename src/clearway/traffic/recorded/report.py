@@ -10,8 +10,11 @@ from typing import Literal, NamedTuple
 from clearway.base.brief import brief
 
 AltitudeKind = Literal["barometric", "geometric", "ground"]
-Source = Literal["adsb", "adsr", "tisb", "mlat", "mode s", "scripted", "unknown"]
-"""Who measured: the aircraft (rebroadcast or not), a radar, receivers on the ground, a script."""
+Source = Literal[
+    "adsb", "adsr", "tisb", "mlat", "mode s", "flarm", "remote id", "scripted", "unknown"
+]
+"""Who measured: the aircraft (rebroadcast or not, by whichever radio), a radar, receivers on the
+ground, a script."""
 Clock = Literal["utc", "relative"]
 
 NOT_ICAO = "~"
@@ -31,7 +34,8 @@ class TrafficReport(NamedTuple):
     altitude_m: float | None = None
     """As `altitude_kind` says; None where unknown and on the ground."""
     altitude_kind: AltitudeKind | None = None
-    """Barometric: above the 1013.25 hPa level; geometric: above the ellipsoid; None: unknown."""
+    """Barometric: above the 1013.25 hPa level; geometric: above the ellipsoid, or above sea level
+    by GPS where a note says so of the whole recording; None: unknown."""
     geometric_altitude_m: float | None = None
     """Also stated, above the ellipsoid; the same as `altitude_m` where that is geometric."""
     ground_speed_mps: float | None = None

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.rules import GroundHeights
 from clearway.base.frames import FloatArray
 from clearway.base.own_code import shown
 from clearway.base.version import __version__
@@ -21,12 +22,14 @@ from clearway.sim.pilot import Steering
 from clearway.view.replay.messages import VOXELS_IN_RANGE, one_a_voxel
 from clearway.view.replay.schemas import FORMAT
 
+MOST_HEIGHTS = 120
+"""Heights of the ground along each side that the file keeps to show it."""
 MOST_WORLD_POINTS = 60_000
 """Points of a surveyed world that the file keeps to show it."""
 
 
-def mission_message(run: Run[Steering], setup: FlightSetup) -> dict[str, Any]:
-    """Everything that does not change, in the world frame."""
+def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> dict[str, Any]:
+    """Everything that does not change, in the world frame; begins_s: UTC, seconds since 1970."""
     mission, grid, settings = run.mission, setup.planner.grid, setup.planner.settings
     traffic = run.metrics.intruders
     radii = {}
@@ -56,7 +59,26 @@ def mission_message(run: Run[Steering], setup: FlightSetup) -> dict[str, Any]:
             "elevation_edges_rad": grid.elevation_edges_rad.tolist(),
         },
         "voxel_m": grid.range_m / VOXELS_IN_RANGE,
+        "vehicle": "copter" if setup.planner.automaton.can_stop else "plane",
+        "origin_geodetic": None if setup.place.origin is None else list(setup.place.origin),
+        "begins_unix_s": begins_s,
+        "terrain": terrain_message(setup.place.ground),
         "summary": run.summary(),
+    }
+
+
+def terrain_message(ground: GroundHeights | None) -> dict[str, Any] | None:
+    """Heights of the ground on a raster thinned to what can be shown; unknown ones are null."""
+    if ground is None:
+        return None
+    thin = -(-max(ground.height_m.shape) // MOST_HEIGHTS)
+    heights = np.rint(100.0 * ground.height_m[::thin, ::thin])
+    return {
+        "corner_m": np.round(ground.corner_m, 3).tolist(),
+        "step_m": round(ground.step_m * thin, 6),
+        "rows": heights.shape[0],
+        "columns": heights.shape[1],
+        "heights_cm": [int(one) if np.isfinite(one) else None for one in heights.ravel()],
     }
 
 

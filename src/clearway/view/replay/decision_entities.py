@@ -42,12 +42,12 @@ FACES = (
 """Triangles of a cell; its corner 4 i + 2 j + k lies far, left, up where i, j, k are 1."""
 
 
-def plan(decision: Decision) -> fox.SceneUpdate:
+def plan(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The path that the decision means to fly, and the tube within which it is expected."""
     points = [point(place) for place in decision.path_m]
     tube = _balls(decision.path_m, decision.tube_m)
     lines = [line(points, PLANNED, 3.0)]
-    planned = entity("plan", decision.state.time_s, lines=lines, spheres=tube)
+    planned = entity("plan", at_ns, lines=lines, spheres=tube)
     return fox.SceneUpdate(entities=[planned])
 
 
@@ -65,11 +65,11 @@ def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitiv
     ]
 
 
-def way_out(decision: Decision) -> fox.SceneUpdate:
+def way_out(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The way out in hand, up to the end of its first round; nothing where there is none."""
     points = [point(place) for place in decision.way_out_path_m]
     lines = [line(points, WAY_OUT, 2.0)] if points else []
-    return fox.SceneUpdate(entities=[entity("way out", decision.state.time_s, lines=lines)])
+    return fox.SceneUpdate(entities=[entity("way out", at_ns, lines=lines)])
 
 
 class CellScene:
@@ -90,7 +90,7 @@ class CellScene:
             axis=1,
         )
 
-    def update(self, decision: Decision) -> fox.SceneUpdate:
+    def update(self, decision: Decision, at_ns: int) -> fox.SceneUpdate:
         obstacle = decision.cells.obstacle
         class_of = np.minimum(len(BLOCKED) * obstacle, len(BLOCKED) - 1).astype(np.int64)
         triangles = []
@@ -98,9 +98,7 @@ class CellScene:
             cells = np.flatnonzero((obstacle >= TELLING) & (class_of == step))
             if len(cells):
                 triangles.append(self._blocks(cells, grid_pose(decision), rgb))
-        return fox.SceneUpdate(
-            entities=[entity("cells", decision.state.time_s, triangles=triangles)]
-        )
+        return fox.SceneUpdate(entities=[entity("cells", at_ns, triangles=triangles)])
 
     def _blocks(self, cells: IntArray, pose: fox.Pose, rgb: Rgb) -> fox.TriangleListPrimitive:
         return fox.TriangleListPrimitive(
@@ -117,7 +115,7 @@ class ReachScene:
     def __init__(self) -> None:
         self._ends: dict[float, list[fox.Point3]] = {}
 
-    def update(self, decision: Decision) -> fox.SceneUpdate:
+    def update(self, decision: Decision, at_ns: int) -> fox.SceneUpdate:
         reach_set = decision.prepared.reach_set
         ends = self._points_of(reach_set)
         rating = decision.reach.node_rating
@@ -129,7 +127,7 @@ class ReachScene:
                 pairs = np.stack([reach_set.parent[nodes], nodes], axis=1).ravel()
                 pieces = [ends[node] for node in pairs]
                 lines.append(line_pieces(pieces, grid_pose(decision), color(rgb, 0.6)))
-        return fox.SceneUpdate(entities=[entity("reach set", decision.state.time_s, lines=lines)])
+        return fox.SceneUpdate(entities=[entity("reach set", at_ns, lines=lines)])
 
     def _points_of(self, reach_set: ReachSet) -> list[fox.Point3]:
         """Ends of the nodes, and last, so that the parent -1 finds it, the start."""

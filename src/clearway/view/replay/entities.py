@@ -16,6 +16,7 @@ from clearway.base.frames import (
 from clearway.live.mission import Mode
 
 Rgb = tuple[float, float, float]
+Transforms = fox.FrameTransforms
 WORLD, VEHICLE = "world", "vehicle"
 PLANNED, EXECUTED, WAYPOINT = (0.84, 0.15, 0.16), (0.12, 0.37, 0.75), (0.18, 0.62, 0.31)
 WAY_OUT = (0.03, 0.55, 0.51)
@@ -33,8 +34,9 @@ def color(rgb: Rgb, alpha: float = 1.0) -> fox.Color:
     return fox.Color(r=rgb[0], g=rgb[1], b=rgb[2], a=alpha)
 
 
-def moment(time_s: float) -> fox.Timestamp:
-    whole, rest = divmod(round(time_s * 1e9), 1_000_000_000)
+def moment(at_ns: int) -> fox.Timestamp:
+    """Nanoseconds since 1970."""
+    whole, rest = divmod(at_ns, 1_000_000_000)
     return fox.Timestamp(sec=whole, nsec=rest)
 
 
@@ -54,12 +56,12 @@ def quaternion(attitude_rad: FloatArray) -> fox.Quaternion:
     )
 
 
-def transform(time_s: float, state: FloatArray) -> fox.FrameTransforms:
+def transform(at_ns: int, state: FloatArray) -> fox.FrameTransforms:
     """The vehicle's frame in the world; state: [6]."""
     return fox.FrameTransforms(
         transforms=[
             fox.FrameTransform(
-                timestamp=moment(time_s),
+                timestamp=moment(at_ns),
                 parent_frame_id=WORLD,
                 child_frame_id=VEHICLE,
                 translation=vector(state[:3]),
@@ -69,12 +71,40 @@ def transform(time_s: float, state: FloatArray) -> fox.FrameTransforms:
     )
 
 
-def point_cloud(time_s: float, points_m: FloatArray) -> fox.PointCloud:
-    """World points [n, 3] as x, y, z of 4 bytes each."""
+def mounted(at_ns: int, name: str, position_m: FloatArray, attitude_rad: FloatArray) -> Transforms:
+    """The frame of a sensor on the vehicle."""
+    return fox.FrameTransforms(
+        transforms=[
+            fox.FrameTransform(
+                timestamp=moment(at_ns),
+                parent_frame_id=VEHICLE,
+                child_frame_id=name,
+                translation=vector(position_m),
+                rotation=quaternion(attitude_rad),
+            )
+        ]
+    )
+
+
+def location_fix(at_ns: int, place: FloatArray, state: FloatArray) -> fox.LocationFix:
+    """Latitude and longitude in degrees and height, for maps; state: [6], its yaw left of east."""
+    latitude, longitude, height = place.tolist()
+    return fox.LocationFix(
+        timestamp=moment(at_ns),
+        frame_id=VEHICLE,
+        latitude=latitude,
+        longitude=longitude,
+        altitude=height,
+        heading=float((0.5 * np.pi - state[5]) % (2.0 * np.pi)),
+    )
+
+
+def point_cloud(at_ns: int, points_m: FloatArray, frame: str = WORLD) -> fox.PointCloud:
+    """Points [n, 3] of a frame as x, y, z of 4 bytes each."""
     kind = fox.PackedElementFieldNumericType.Float32
     return fox.PointCloud(
-        timestamp=moment(time_s),
-        frame_id=WORLD,
+        timestamp=moment(at_ns),
+        frame_id=frame,
         pose=pose_of(np.zeros(3), np.zeros(3)),
         point_stride=12,
         fields=[
@@ -85,7 +115,7 @@ def point_cloud(time_s: float, points_m: FloatArray) -> fox.PointCloud:
     )
 
 
-def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
+def log_line(at_ns: int, mode: Mode, text: str) -> fox.Log:
     warning = fox.LogLevel.Warning
     level = {
         Mode.EMERGENCY: fox.LogLevel.Error,
@@ -95,7 +125,7 @@ def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
         Mode.AVOIDANCE: warning,
     }
     return fox.Log(
-        timestamp=moment(time_s),
+        timestamp=moment(at_ns),
         level=level.get(mode, fox.LogLevel.Info),
         message=text,
         name="clearway",
@@ -105,12 +135,13 @@ def log_line(time_s: float, mode: Mode, text: str) -> fox.Log:
 # --- what stays --------------------------------------------------------------------------
 
 
-def scene(mission: dict[str, Any], path_m: FloatArray) -> fox.SceneUpdate:
+def scene(mission: dict[str, Any], path_m: FloatArray, at_ns: int) -> fox.SceneUpdate:
     """Obstacles, waypoints with their reach radius, and the whole path that was flown [n, 3]."""
     goals = [*mission["waypoints_m"], *mission["landing_m"]]
     radius = mission["reach_radius_m"]
     waypoints = entity(
         "waypoints",
+        at_ns,
         spheres=[
             fox.SpherePrimitive(
                 pose=pose_of(np.array(goal), np.zeros(3)),
@@ -121,13 +152,17 @@ def scene(mission: dict[str, Any], path_m: FloatArray) -> fox.SceneUpdate:
         ],
         texts=[text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
     )
-    flown = entity("flown", lines=[line([point(p) for p in path_m], EXECUTED, 2.0)])
+    flown = entity("flown", at_ns, lines=[line([point(p) for p in path_m], EXECUTED, 2.0)])
     return fox.SceneUpdate(
-        entities=[waypoints, flown, *(_obstacle(n, o) for n, o in enumerate(mission["obstacles"]))]
+        entities=[
+            waypoints,
+            flown,
+            *(_obstacle(n, one, at_ns) for n, one in enumerate(mission["obstacles"])),
+        ]
     )
 
 
-def _obstacle(number: int, obstacle: dict[str, Any]) -> fox.SceneEntity:
+def _obstacle(number: int, obstacle: dict[str, Any], at_ns: int) -> fox.SceneEntity:
     place, radius = np.array(obstacle["position_m"]), obstacle["radius_m"]
     pose = pose_of(place, np.array(obstacle["orientation_rad"]))
     paint = color(KNOWN[obstacle["known"]], 0.45 if obstacle["known"] in ("map", "rule") else 1.0)
@@ -135,17 +170,19 @@ def _obstacle(number: int, obstacle: dict[str, Any]) -> fox.SceneEntity:
     name = f"obstacle {number} {obstacle['name']}".rstrip()
     if obstacle["shape"] == "ball":
         ball = fox.SpherePrimitive(pose=pose, size=vector((2 * radius,) * 3), color=paint)
-        return entity(name, spheres=[ball])
+        return entity(name, at_ns, spheres=[ball])
     if obstacle["shape"] == "line":
-        return _capsule(name, place, obstacle, paint)
+        return _capsule(name, place, obstacle, paint, at_ns)
     # Foxglove has no rounded boxes: the rims of plates end where their faces do.
     rim = 2 * radius if obstacle["shape"] == "cuboid" else 0.0
     across = (size[0] + rim, size[1] + rim, size[2] + 2 * radius)
-    return entity(name, cubes=[fox.CubePrimitive(pose=pose, size=vector(across), color=paint)])
+    return entity(
+        name, at_ns, cubes=[fox.CubePrimitive(pose=pose, size=vector(across), color=paint)]
+    )
 
 
 def _capsule(
-    name: str, place: FloatArray, obstacle: dict[str, Any], paint: fox.Color
+    name: str, place: FloatArray, obstacle: dict[str, Any], paint: fox.Color, at_ns: int
 ) -> fox.SceneEntity:
     """A cylinder, whose axis Foxglove has along z, with a ball at each end."""
     radius, (length,) = obstacle["radius_m"], obstacle["size_m"]
@@ -154,6 +191,7 @@ def _capsule(
     ends = [place + sign * 0.5 * length * rotation[:, 0] for sign in (-1.0, 1.0)]
     return entity(
         name,
+        at_ns,
         cylinders=[
             fox.CylinderPrimitive(
                 pose=pose_of(place, upright),
@@ -172,7 +210,9 @@ def _capsule(
     )
 
 
-def traffic(message: dict[str, Any], radius_m: dict[str, float], ahead_s: float) -> fox.SceneUpdate:
+def traffic(
+    message: dict[str, Any], radius_m: dict[str, float], ahead_s: float, at_ns: int
+) -> fox.SceneUpdate:
     """Intruders as balls with names, and arrows to where they will be `ahead_s` later."""
     entities = []
     for one in message["intruders"]:
@@ -185,7 +225,7 @@ def traffic(message: dict[str, Any], radius_m: dict[str, float], ahead_s: float)
         entities.append(
             entity(
                 f"intruder {one['name']}",
-                message["time_s"],
+                at_ns,
                 spheres=[ball],
                 arrows=_arrows(place, velocity * ahead_s, radius),
                 texts=[text(above, one["name"], INTRUDER)],
@@ -214,8 +254,8 @@ def _arrows(place: FloatArray, way: FloatArray, radius: float) -> list[fox.Arrow
 # --- parts --------------------------------------------------------------------------------
 
 
-def entity(name: str, time_s: float = 0.0, **primitives: Any) -> fox.SceneEntity:
-    return fox.SceneEntity(timestamp=moment(time_s), frame_id=WORLD, id=name, **primitives)
+def entity(name: str, at_ns: int, **primitives: Any) -> fox.SceneEntity:
+    return fox.SceneEntity(timestamp=moment(at_ns), frame_id=WORLD, id=name, **primitives)
 
 
 def line(points: list[fox.Point3], rgb: Rgb, width: float) -> fox.LinePrimitive:

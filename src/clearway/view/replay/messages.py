@@ -18,10 +18,12 @@ from clearway.base.own_code import shown
 from clearway.base.state import IntArray
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
+from clearway.live.mission import Mode
 from clearway.missions.run_files import decision_record
 from clearway.reach.tree import ReachSet
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
+from clearway.traffic.volumes import AlertLevel
 from clearway.view.replay.schemas import RATING
 
 DIGITS = 3
@@ -41,6 +43,23 @@ def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
         message["way_out_m"] = np.round(flight.decision.way_out_path_m, 3).tolist()
         message["movers"] = moving(flight.decision)
     return message
+
+
+def scalars_message(told: dict[str, Any]) -> dict[str, Any]:
+    """What of a decision's message is a number, for plots; mode and alert by their order."""
+    way_out = told.get("way_out") or {}
+    level = (told.get("traffic") or {}).get("level", AlertLevel.NONE.name.lower())
+    same = ("cost_m", "rating", "clearance_m", "margin_asked_m", "margin_kept_m", "scan_age_s")
+    return {
+        "time_s": told["time_s"],
+        "mode": list(Mode).index(Mode(told["mode"])),
+        "alert": int(AlertLevel[level.upper()]),
+        **{name: told.get(name) for name in same},
+        "way_out_margin_m": way_out.get("margin_kept_m"),
+        "candidates": told.get("candidates", 0),
+        "ruled_out": sum(told.get("ruled_out_by", {}).values()),
+        "elapsed_ms": told["elapsed_ms"],
+    }
 
 
 def moving(decision: Decision) -> list[dict[str, Any]]:
@@ -92,6 +111,8 @@ def reach_set_message(reach_set: ReachSet) -> dict[str, Any]:
         "start_pitch_rad": reach_set.start_pitch_rad,
         "parent": reach_set.parent.tolist(),
         "complete": reach_set.complete.astype(np.int64).tolist(),
+        "movement": reach_set.movement.tolist(),
+        "movement_names": list(reach_set.movement_names),
         "samples": reach_set.samples_m.shape[1],
         "samples_mm": np.round(reach_set.samples_m * 1e3).astype(np.int64).ravel().tolist(),
     }

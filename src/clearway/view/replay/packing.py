@@ -20,8 +20,7 @@ from clearway.view.replay.schemas import CELL_FLAGS, CELL_QUANTITIES, RATING
 
 STATE_STEP_S = 0.2
 """States closer together than this are left out; the page interpolates."""
-RULED_OUT_SHOWN = 4
-FLAT = ("path_m", "way_out_m", "ruled_out")
+FLAT = ("path_m", "way_out_m")
 """What of a decision the page takes in another form."""
 MOST_SEEN = 400_000
 """Seen voxels that a page keeps; beyond it every other one is left out, and so on."""
@@ -37,6 +36,7 @@ def pack(recording: Recording) -> bytes:
         "mission": recording.mission,
         "decisions": [_decision(one) for one in recording.decisions],
         "quantities": _quantities(recording),
+        "movement_names": [one.get("movement_names") for one in recording.reach_sets],
         "flags": list(CELL_FLAGS),
     }
     _pack_states(recording, blocks)
@@ -63,7 +63,6 @@ def _joined(head: dict[str, Any], blocks: dict[str, Array]) -> bytes:
 def _decision(message: Message) -> Message:
     """What the panel tells of a decision; paths are flat, for there are many."""
     told = {name: value for name, value in message.items() if name not in FLAT}
-    told["ruled_out"] = message.get("ruled_out", [])[:RULED_OUT_SHOWN]
     told["path_mm"] = _millimetres(message.get("path_m", []))
     told["way_out_mm"] = _millimetres(message.get("way_out_m", []))
     return told
@@ -133,6 +132,8 @@ def _pack_reach(recording: Recording, blocks: dict[str, Array]) -> None:
     for number, one in enumerate(recording.reach_sets):
         nodes = len(one["parent"])
         blocks[f"parent{number}"] = np.array(one["parent"], dtype=np.int32)
+        if "movement" in one:  # Runs of 0.1.0 do not tell them.
+            blocks[f"movement{number}"] = np.array(one["movement"], dtype=np.uint16)
         blocks[f"complete{number}"] = np.array(one["complete"], dtype=np.uint8)
         blocks[f"samples{number}"] = (
             np.array(one["samples_mm"], dtype=np.float32).reshape(nodes, one["samples"], 3) / 1e3

@@ -18,20 +18,26 @@ SCRIPTS = (
     "colours.js",
     "run.js",
     "meshes.js",
+    "craft.js",
     "renderer.js",
     "camera.js",
     "scenery.js",
     "evidence.js",
+    "ghost.js",
     "labels.js",
     "timeline.js",
     "panel.js",
+    "plots.js",
+    "picking.js",
+    "picked.js",
+    "address.js",
     "main.js",
 )
 """Parts of the script, in the order in which they use each other."""
 
 
-def page_of(recording: Recording) -> str:
-    """The whole page."""
+def page_of(recording: Recording, beside: Recording | None = None) -> str:
+    """The whole page; beside: another run, drawn into the same world and the same plots."""
     script = "\n".join(_part(name) for name in SCRIPTS)
     style = _part("page.css")
     policy = (
@@ -43,6 +49,7 @@ def page_of(recording: Recording) -> str:
         "title": html.escape(f"{recording.mission['name']} - clearway replay"),
         "style": style,
         "data": base64.b64encode(pack(recording)).decode(),
+        "beside": "" if beside is None else base64.b64encode(pack(beside)).decode(),
         "script": script,
     }
     text = _part("page.html")

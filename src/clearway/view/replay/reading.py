@@ -20,7 +20,9 @@ RUN_FILE = "run.mcap"
 POINT_BYTES = 12
 CLOUD_DATA = 6
 """Number of the field of foxglove.PointCloud that holds the points."""
-READ = (*schemas.SCHEMAS, schemas.POINTS, schemas.WORLD_POINTS)
+OWN = tuple(topic for topic in schemas.SCHEMAS if topic != schemas.SCALARS)
+"""Of clearway's own messages those that are read back: scalars repeat what decisions tell."""
+READ = (*OWN, schemas.POINTS, schemas.WORLD_POINTS)
 """Topics that are read back; the others are for Foxglove."""
 Message = dict[str, Any]
 
@@ -71,7 +73,7 @@ def read_run(run: Path) -> Recording:
 
 
 def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
-    own = {topic: tuple(json.loads(data) for data in messages[topic]) for topic in schemas.SCHEMAS}
+    own = {topic: tuple(json.loads(data) for data in messages[topic]) for topic in OWN}
     surveyed = [cloud_points(data) for data in messages[schemas.WORLD_POINTS]]
     return Recording(
         source=str(path),

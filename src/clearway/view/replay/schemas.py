@@ -15,6 +15,7 @@ DECISION = "/clearway/decision"
 CELLS = "/clearway/cells"
 REACH_SET = "/clearway/reach_set"
 REACH = "/clearway/reach"
+SCALARS = "/clearway/scalars"
 INTRUDERS = "/clearway/intruders"
 
 TRANSFORMS = "/tf"
@@ -27,6 +28,9 @@ REACH_SCENE = "/reach_set"
 POINTS = "/points"
 INTRUDER_SCENE = "/traffic"
 LOG = "/log"
+FIX = "/fix"
+SCANS = "/scans/"
+"""Before the name of a sensor."""
 
 Schema = dict[str, Any]
 
@@ -42,6 +46,8 @@ _TYPES: dict[str, Schema] = {
     "texts": {"type": "array", "items": {"type": "string"}},
     "points": {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
     "object": {"type": "object"},
+    "object?": {"type": ["object", "null"]},
+    "numbers?": {"type": ["array", "null"], "items": {"type": "number"}},
     "way?": {"type": ["object", "null"]},
     "objects": {"type": "array", "items": {"type": "object"}},
 }
@@ -91,6 +97,10 @@ SCHEMAS: dict[str, Schema] = {
         intruder_radius_m="object",
         grid="object",
         voxel_m="number",
+        vehicle="text",
+        origin_geodetic="numbers?",
+        begins_unix_s="number",
+        terrain="object?",
         summary="object",
     ),
     STATE: _schema(
@@ -149,11 +159,29 @@ SCHEMAS: dict[str, Schema] = {
         start_pitch_rad="number",
         parent="integers",
         complete="integers",
+        movement="integers",
+        movement_names="texts",
         samples="integer",
         samples_mm="integers",
     ),
     REACH: _schema(
         "Reach", time_s="number", start_pitch_rad="number", chosen="integer", rating="numbers"
+    ),
+    SCALARS: _schema(
+        "Scalars",
+        time_s="number",
+        mode="integer",
+        alert="integer",
+        cost_m="number?",
+        rating="number?",
+        clearance_m="number?",
+        margin_asked_m="number?",
+        margin_kept_m="number?",
+        way_out_margin_m="number?",
+        candidates="integer",
+        ruled_out="integer",
+        scan_age_s="number?",
+        elapsed_ms="number",
     ),
     INTRUDERS: _schema("Intruders", time_s="number", intruders="objects"),
 }

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from clearway.base.errors import MissingExtraError
+from clearway.base.frames import geodetic_from_enu
+from clearway.base.version import __version__
 from clearway.live import FlightDecision
 from clearway.missions.setup import FlightSetup
+from clearway.sensors import Scan
+from clearway.sensors.lidar import Mounting
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 from clearway.view.replay import schemas
@@ -21,21 +27,30 @@ from clearway.view.replay.messages import (
     intruders_message,
     reach_message,
     reach_set_message,
+    scalars_message,
     seen_points,
     state_message,
 )
 
 INTRUDER_STEP_S = 0.2
-"""Intruders are written this often."""
+"""Intruders and places on Earth are written this often."""
 ARROW_SHARE = 0.2
 """How far ahead arrows of intruders show, as a share of the time to the end of the grid."""
 CHUNK_BYTES = 4 * 1024 * 1024
 
 
-def write_mcap(run: Run[Steering], setup: FlightSetup, mission_toml: str, path: Path) -> None:
+def write_mcap(
+    run: Run[Steering],
+    setup: FlightSetup,
+    mission_toml: str,
+    path: Path,
+    scans: Sequence[Scan] = (),
+) -> None:
     """Write the file; raises MissingExtraError without the extra `foxglove`.
 
     mission_toml: the effective mission, kept as an attachment, from which it can be flown again.
+    scans: raw readings to be kept too. The flight begins when the mission says, by its zones or its
+    recorded traffic, and else now.
     """
     try:
         import foxglove
@@ -45,7 +60,10 @@ def write_mcap(run: Run[Steering], setup: FlightSetup, mission_toml: str, path: 
     context = foxglove.Context()
     options = MCAPWriteOptions(chunk_size=CHUNK_BYTES, compression_threads=0)
     with foxglove.open_mcap(str(path), context=context, writer_options=options) as file:
-        start = _nanoseconds(float(run.time_s[0]))
+        begins = setup.place.begins or datetime.now(UTC).replace(microsecond=0)
+        writer = _Writer(run, setup, context, begins)
+        start = writer.nanoseconds(float(run.time_s[0]))
+        file.write_metadata("clearway", _metadata(run, setup, begins))
         file.attach(
             log_time=start,
             create_time=start,
@@ -53,23 +71,40 @@ def write_mcap(run: Run[Steering], setup: FlightSetup, mission_toml: str, path: 
             media_type="application/toml",
             data=mission_toml.encode(),
         )
-        _Writer(run, setup, context).write()
+        writer.write(scans)
+
+
+def _metadata(run: Run[Steering], setup: FlightSetup, begins: datetime) -> dict[str, str]:
+    """What a reader may want to know before the messages."""
+    dated = "by the mission" if setup.place.begins else "when the file was written"
+    return {
+        "clearway": __version__,
+        "mission": run.mission.name,
+        "planner": run.planner,
+        "seed": str(run.seed),
+        "reached": "yes" if run.reached else "no",
+        "begins": begins.isoformat(),
+        "begins_is": dated,
+    }
 
 
 class _Writer:
     """Messages in the order of their times."""
 
-    def __init__(self, run: Run[Steering], setup: FlightSetup, context: Any) -> None:
+    def __init__(
+        self, run: Run[Steering], setup: FlightSetup, context: Any, begins: datetime
+    ) -> None:
         # Imported here, for the module needs the extra.
         from foxglove import Channel, channels
 
         from clearway.view.replay import decision_entities, entities
 
-        self.run, self.setup = run, setup
+        self.run, self.setup, self.context = run, setup, context
+        self.begins_ns = round(begins.timestamp() * 1e6) * 1000
         self.fox, self.scene_of = entities, decision_entities
         self.settings = setup.planner.settings
         self.ahead_s = ARROW_SHARE * setup.planner.grid.range_m / setup.planner.speed_mps
-        self.mission = mission_message(run, setup)
+        self.mission = mission_message(run, setup, begins.timestamp())
         self.own = {
             topic: Channel(topic, schema=schema, context=context)
             for topic, schema in schemas.SCHEMAS.items()
@@ -91,40 +126,78 @@ class _Writer:
             topic: channels.PointCloudChannel(topic, context=context)
             for topic in (schemas.POINTS, schemas.WORLD_POINTS)
         }
+        self.origin = setup.place.origin
+        if self.origin is not None:
+            self.fix = channels.LocationFixChannel(schemas.FIX, context=context)
         self.cells = decision_entities.CellScene(setup.planner.grid)
         self.trajectories = decision_entities.ReachScene()
         self.reach_sets: set[float] = set()
 
-    def write(self) -> None:
+    def nanoseconds(self, time_s: float) -> int:
+        """Since 1970."""
+        return self.begins_ns + int(np.rint(time_s * 1e9))
+
+    def write(self, scans: Sequence[Scan]) -> None:
         run = self.run
         self._write_what_stays()
+        self._write_scans(scans)
         waiting = list(run.decisions)[::-1]
         intruders_s = float(run.time_s[0])
         for at, time_s in enumerate(run.time_s.tolist()):
             while waiting and waiting[-1].flight.time_s <= time_s + 1e-9:
                 self._write_decision(waiting.pop())
             self._write_own(schemas.STATE, time_s, state_message(run, at))
-            transform = self.fox.transform(time_s, run.states[at])
-            self.transforms.log(transform, log_time=_nanoseconds(time_s))
-            if run.intruder_tracks and time_s >= intruders_s - 1e-9:
+            at_ns = self.nanoseconds(time_s)
+            self.transforms.log(self.fox.transform(at_ns, run.states[at]), log_time=at_ns)
+            if time_s >= intruders_s - 1e-9:
                 intruders_s = time_s + INTRUDER_STEP_S
+                self._write_fix(at, at_ns)
                 self._write_intruders(time_s)
 
     def _write_what_stays(self) -> None:
         start = float(self.run.time_s[0])
         self._write_own(schemas.MISSION, start, self.mission)
-        scene = self.fox.scene(self.mission, self.run.states[::4, :3])
-        self.scenes[schemas.SCENE].log(scene, log_time=_nanoseconds(start))
+        at_ns = self.nanoseconds(start)
+        scene = self.fox.scene(self.mission, self.run.states[::4, :3], at_ns)
+        self.scenes[schemas.SCENE].log(scene, log_time=at_ns)
         surveyed = surveyed_points(self.setup.world)
         if len(surveyed):
-            cloud = self.fox.point_cloud(start, surveyed)
-            self.clouds[schemas.WORLD_POINTS].log(cloud, log_time=_nanoseconds(start))
+            cloud = self.fox.point_cloud(at_ns, surveyed)
+            self.clouds[schemas.WORLD_POINTS].log(cloud, log_time=at_ns)
+
+    def _write_scans(self, scans: Sequence[Scan]) -> None:
+        """Every reading in the frame of its sensor, which sits on the vehicle."""
+        from foxglove import channels
+
+        start, clouds = self.nanoseconds(float(self.run.time_s[0])), {}
+        mountings = {one.name: one.mounting for one in self.setup.lidars}
+        for scan in scans:
+            name = scan.sensor
+            if name not in clouds:
+                topic = f"{schemas.SCANS}{name}"
+                clouds[name] = channels.PointCloudChannel(topic, context=self.context)
+                mounting = mountings.get(name, Mounting())
+                placed = self.fox.mounted(start, name, mounting.position_m, mounting.attitude_rad)
+                self.transforms.log(placed, log_time=start)
+            at_ns = self.nanoseconds(scan.time_s)
+            cloud = self.fox.point_cloud(at_ns, scan.points_m, name)
+            clouds[name].log(cloud, log_time=at_ns)
+
+    def _write_fix(self, at: int, at_ns: int) -> None:
+        """Where on Earth the vehicle is, if the mission says where its world is."""
+        if self.origin is None:
+            return
+        state = self.run.states[at]
+        place = geodetic_from_enu(state[:3], self.origin)
+        self.fix.log(self.fox.location_fix(at_ns, place, state), log_time=at_ns)
 
     def _write_decision(self, entry: LoggedDecision[Steering]) -> None:
         flight = entry.flight
-        time_s, log_time = flight.time_s, _nanoseconds(flight.time_s)
-        self._write_own(schemas.DECISION, time_s, decision_message(entry))
-        line = self.fox.log_line(time_s, flight.mode, flight.explanation)
+        time_s, log_time = flight.time_s, self.nanoseconds(flight.time_s)
+        told = decision_message(entry)
+        self._write_own(schemas.DECISION, time_s, told)
+        self._write_own(schemas.SCALARS, time_s, scalars_message(told))
+        line = self.fox.log_line(log_time, flight.mode, flight.explanation)
         self.log.log(line, log_time=log_time)
         if isinstance(flight, FlightDecision):
             self._write_evidence(flight, log_time)
@@ -138,26 +211,26 @@ class _Writer:
         self._write_own(schemas.CELLS, time_s, cells_message(decision, self.settings))
         self._write_own(schemas.REACH, time_s, reach_message(decision))
         points = seen_points(decision, self.mission["voxel_m"])
-        cloud = self.fox.point_cloud(time_s, points)
+        cloud = self.fox.point_cloud(log_time, points)
         self.clouds[schemas.POINTS].log(cloud, log_time=log_time)
-        self.scenes[schemas.PLAN_SCENE].log(self.scene_of.plan(decision), log_time=log_time)
-        way_out = self.scene_of.way_out(decision)
+        plan = self.scene_of.plan(decision, log_time)
+        self.scenes[schemas.PLAN_SCENE].log(plan, log_time=log_time)
+        way_out = self.scene_of.way_out(decision, log_time)
         self.scenes[schemas.WAY_OUT_SCENE].log(way_out, log_time=log_time)
-        self.scenes[schemas.CELL_SCENE].log(self.cells.update(decision), log_time=log_time)
-        self.scenes[schemas.REACH_SCENE].log(self.trajectories.update(decision), log_time=log_time)
+        cells = self.cells.update(decision, log_time)
+        self.scenes[schemas.CELL_SCENE].log(cells, log_time=log_time)
+        trajectories = self.trajectories.update(decision, log_time)
+        self.scenes[schemas.REACH_SCENE].log(trajectories, log_time=log_time)
 
     def _write_intruders(self, time_s: float) -> None:
         message = intruders_message(self.run, time_s)
         if not message["intruders"]:
             return
         self._write_own(schemas.INTRUDERS, time_s, message)
-        scene = self.fox.traffic(message, self.mission["intruder_radius_m"], self.ahead_s)
-        self.scenes[schemas.INTRUDER_SCENE].log(scene, log_time=_nanoseconds(time_s))
+        radii, at_ns = self.mission["intruder_radius_m"], self.nanoseconds(time_s)
+        scene = self.fox.traffic(message, radii, self.ahead_s, at_ns)
+        self.scenes[schemas.INTRUDER_SCENE].log(scene, log_time=at_ns)
 
     def _write_own(self, topic: str, time_s: float, message: dict[str, Any]) -> None:
         data = json.dumps(message, separators=(",", ":"), allow_nan=False).encode()
-        self.own[topic].log(data, log_time=_nanoseconds(time_s))
-
-
-def _nanoseconds(time_s: float) -> int:
-    return int(np.rint(time_s * 1e9))
+        self.own[topic].log(data, log_time=self.nanoseconds(time_s))

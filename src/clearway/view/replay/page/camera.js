@@ -1,8 +1,12 @@
 // A camera that circles a target: drag to turn, shift or two fingers to shift, wheel or pinch.
 
+const LENS = 0.8;  // Opening of the lens, radians.
+const FLAT_LENS = 0.01;  // From so far that nothing leans.
+
 class Camera {
   constructor(canvas, changed) {
-    this.fov = 0.8;
+    this.fov = LENS;
+    this.offset = 0;  // How far the target lies right of the middle, for the cards on the left.
     this.target = [0, 0, 0];
     this.yaw = 0;       // Direction of sight seen from above, left of world x.
     this.down = 0.45;   // How far it looks down.
@@ -21,22 +25,52 @@ class Camera {
 
   get up() { return cross(this.back, this.right); }
 
-  get eye() { return plus(this.target, times(this.back, this.distance)); }
+  // How far the eye is: a narrow lens shows the same from farther away.
+  get reach() { return this.distance * Math.tan(LENS / 2) / Math.tan(this.fov / 2); }
+
+  get eye() { return plus(this.target, times(this.back, this.reach)); }
+
+  // Metres that a pixel of the picture spans at the target.
+  pixel(height) { return 2 * this.distance * Math.tan(LENS / 2) / height; }
 
   projection(aspect) {
-    const near = Math.max(this.distance / 200, 0.02);
-    const lens = perspective(this.fov, aspect, near, this.distance * 30 + 200);
+    const far = this.distance * 30 + 200, flat = this.fov < LENS;
+    const near = flat ? Math.max(this.reach - far, this.reach / 2) : Math.max(this.distance / 200, 0.02);
+    const lens = perspective(this.fov, aspect, near, flat ? this.reach + far : far);
+    lens[8] = -this.offset;
     return multiplied(lens, viewMatrix(this.right, this.up, this.back, this.eye));
   }
 
+  // Where the line of sight through a place of the picture begins and leads; x, y from -1 to 1.
+  ray(x, y, aspect) {
+    const half = Math.tan(this.fov / 2), [right, up] = [(x - this.offset) * aspect * half, y * half];
+    const way = plus(plus(times(this.right, right), times(this.up, up)), times(this.back, -1));
+    return { from: this.eye, way: unit(way) };
+  }
+
+  // So near that a box fills what the cards leave free.
+  fit(low, high, aspect) {
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((at) =>
+      [0, 1, 2].map((axis) => ((at >> axis) & 1 ? high : low)[axis]));
+    this.target = between(low, high, 0.5);
+    for (this.distance = 1; this.distance < 5e4; this.distance *= 1.04) {
+      const matrix = this.projection(aspect);
+      if (corners.every((corner) => {
+        const [x, y, , w] = transformed(matrix, corner);
+        return w > 0 && Math.abs(x / w - this.offset) < 0.88 * (1 - this.offset) && Math.abs(y / w) < 0.82;
+      })) return;
+    }
+  }
+
   turn(dx, dy) {
+    this.fov = LENS;
     this.yaw -= dx * 0.006;
     this.down = Math.min(Math.max(this.down + dy * 0.006, -1.4), 1.5607);
     this.changed();
   }
 
   shift(dx, dy, height) {
-    const metres = 2 * this.distance * Math.tan(this.fov / 2) / height;
+    const metres = this.pixel(height);
     const aside = times(this.right, -dx * metres), along = times(this.up, dy * metres);
     this.target = plus(this.target, plus(aside, along));
     this.changed(true);

@@ -24,12 +24,15 @@ class EvidenceView {
     }
     if (decision === this.at) return;
     this.at = decision;
-    this.plan = this.wayOut = null;
+    this.renderer.drop(this.plan, this.wayOut, this.tube);
+    this.plan = this.wayOut = this.tube = null;
     if (decision < 0) return;
     const { position_m: origin, attitude_rad: attitude } = this.run.decisions[decision];
     this.model = placed(origin, [0, attitude[1], attitude[2]]);
     const { ends, colours } = strip(this.run.pathOf(decision), COLOURS.planned);
     this.plan = this.renderer.lines(ends, colours);
+    const { tube_m: tube } = this.run.decisions[decision];
+    if (tube?.length) this.tube = this.renderer.mesh(pipe(this.run.pathOf(decision), tube));
     const out = dashed(this.run.pathOf(decision, "way_out_mm"), COLOURS.wayout);
     this.wayOut = out.ends.length ? this.renderer.lines(out.ends, out.colours) : null;
     this.paintReach(decision);
@@ -141,6 +144,12 @@ class EvidenceView {
     if (show.reach && this.reach) this.renderer.drawLines(this.reach.lines, 1.3, { model });
     if (show.wayout && this.wayOut) this.renderer.drawLines(this.wayOut, 4);
     if (show.plan && this.plan) this.renderer.drawLines(this.plan, 4);
+  }
+
+  // Within how far of the plan the vehicle is to be expected.
+  drawTube(show) {
+    if (!show.plan || !this.tube || this.at < 0) return;
+    this.renderer.drawMesh(this.tube, IDENTITY, [...COLOURS.planned, 0.16], false);
   }
 
   // --- points and movers ------------------------------------------------------------------

@@ -8,7 +8,7 @@ class Labels {
     this.box = document.getElementById("labels");
     this.goals = scenery.goals.map((place, at) => this.label("waypoint", String(at + 1), place));
     this.intruders = run.intruders.map(({ name }) => this.label("intruder", name));
-    const named = run.mission.obstacles.filter((one) => one.name);
+    const named = run.mission.obstacles.filter((one) => one.name && one.name !== "ground");
     this.obstacles = named.length > MOST_NAMES ? []
       : named.map((one) => this.label("obstacle", one.name, one.position_m));
     this.axes = document.getElementById("axes").getContext("2d");
@@ -65,7 +65,7 @@ class Labels {
   }
 
   drawScale(camera, canvas) {
-    const pixels = canvas.clientHeight / (2 * Math.tan(camera.fov / 2)) / camera.distance;
+    const pixels = 1 / camera.pixel(canvas.clientHeight);
     const length = niceBelow(130 / pixels), grid = this.scenery.spacing;
     document.getElementById("scale-bar").style.width = `${length * pixels}px`;
     document.getElementById("scale-text").textContent =

@@ -7,12 +7,13 @@ const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20];
 const VIEWS = { behind: "Behind", side: "Side", top: "Top", all: "All" };
 
 class Player {
-  constructor(run) {
+  constructor(run, other) {
     this.run = run;
     this.canvas = document.getElementById("view");
     this.renderer = new Renderer(this.canvas);
     this.scenery = new Scenery(run, this.renderer);
     this.evidence = new EvidenceView(run, this.renderer, this.scenery.ball);
+    this.ghost = other ? new Ghost(other, this.renderer, run) : null;
     this.aside = 0;  // How far the sight is turned from the way flown.
     this.camera = new Camera(this.canvas, (shifted) => {
       if (shifted) this.set("follow", false);
@@ -20,13 +21,16 @@ class Player {
       this.stale = true;
     });
     this.labels = new Labels(run, this.scenery);
-    this.timeline = new Timeline(run, (time) => this.seek(time));
-    this.panel = new Panel(run);
+    this.timeline = new Timeline(run, this.ghost, (time) => this.seek(time));
+    this.plots = new Plots(run, this.ghost);
+    this.panel = new Panel(run, this.ghost);
+    this.picked = new Picked(run, this.renderer);
+    this.picker = new Picker(this, () => { this.stale = true; this.keepAddress(); });
     this.time = run.start;
     this.speed = 1;
     this.playing = false;
     this.frameMs = [];
-    this.show = { colouring: run.blocks.cells ? "obstacle" : "none", which: "telling", reach: true,
+    this.show = { colouring: run.blocks.cells ? "obstacle" : "none", which: "telling", pick: "anything", reach: true,
       plan: true, wayout: true, points: true, intruders: true, obstacles: true, margin: true, names: true,
       follow: true };
     this.makeControls();
@@ -51,6 +55,9 @@ class Player {
       by(name).addEventListener("change", () => this.set(name, by(name).value));
       by(name).disabled = !this.run.blocks.cells;
     }
+    by("pick").append(...KINDS.map((kind) => new Option(kind, kind)));
+    by("pick").addEventListener("change", () => this.set("pick", by("pick").value));
+    by("plots-switch").addEventListener("click", () => this.togglePlots());
     this.boxes = {};
     for (const [name, text] of SWITCHES) {
       const box = element("input");
@@ -78,7 +85,7 @@ class Player {
     this.show[name] = value;
     if (this.boxes[name]) this.boxes[name].checked = value;
     else document.getElementById(name).value = value;
-    drawLegend(this.show, this.run);
+    drawLegend(this.show, this.run, this.ghost);
     this.stale = true;
     this.keepAddress();
   }
@@ -90,6 +97,12 @@ class Player {
 
   togglePanel() {
     document.body.classList.toggle("without-panel");
+    this.stale = true;
+  }
+
+  togglePlots() {
+    const shown = document.body.classList.toggle("with-plots");
+    document.getElementById("plots-switch").setAttribute("aria-pressed", String(shown));
     this.stale = true;
   }
 
@@ -133,14 +146,23 @@ class Player {
     const views = {
       behind: { yaw: heading - 0.35, down: 0.48, distance: 2.1 * range },
       side: { yaw: heading + Math.PI / 2, down: 0.12, distance: 2.2 * range },
-      top: { yaw: heading, down: 1.56, distance: 2.4 * range },
-      all: { yaw: heading - 0.6, down: 0.75, distance: 1.25 * scenery.extent.size + range },
+      top: { yaw: Math.PI / 2, down: Math.PI / 2, distance: 2.4 * range },
+      all: { yaw: heading - 0.6, down: 0.75, distance: 1 },
     };
-    Object.assign(camera, views[name]);
+    Object.assign(camera, views[name], { fov: name === "top" ? FLAT_LENS : LENS });
     this.aside = camera.yaw - heading;
     this.turning = name === "behind";
     this.set("follow", name !== "all");
-    if (name === "all") camera.target = scenery.extent.centre;
+    if (name !== "all") return;
+    this.makeRoom();
+    const { low, high } = scenery.extent.tight;
+    camera.fit(low, high, this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1));
+  }
+
+  // The middle of the picture is the middle of what the cards leave free.
+  makeRoom() {
+    const cards = document.getElementById("cards").getBoundingClientRect();
+    this.camera.offset = Math.min(cards.right / Math.max(this.canvas.clientWidth, 1), 0.4);
   }
 
   pressed(event) {
@@ -156,7 +178,10 @@ class Player {
       c: () => this.set("colouring",
         colourings[(colourings.indexOf(this.show.colouring) + 1) % colourings.length]),
       f: () => this.set("follow", !this.show.follow),
-      p: () => this.togglePanel(),
+      p: () => this.togglePanel(), g: () => this.togglePlots(),
+      k: () => this.set("pick", KINDS[(KINDS.indexOf(this.show.pick) + 1) % KINDS.length]),
+      ".": () => this.picker.next(1), ",": () => this.picker.next(-1), Escape: () => this.picker.choose(null),
+      x: () => this.swap(),
       "+": () => this.setSpeed(further(1)), "-": () => this.setSpeed(further(-1)),
       ...Object.fromEntries(Object.keys(VIEWS).map((name, at) => [at + 1, () => this.look(name)])),
     };
@@ -166,30 +191,18 @@ class Player {
     act();
   }
 
-  // --- the address: #t=12.5&colouring=visibility&which=all&reach=0&view=top&play=1 ----------
-
-  readAddress() {
-    const asked = new URLSearchParams(location.hash.slice(1));
-    const time = Number(asked.get("t") ?? NaN);
-    if (Number.isFinite(time)) this.time = Math.min(Math.max(time, this.run.start), this.run.end);
-    if (VIEWS[asked.get("view")]) this.look(asked.get("view"));
-    const { colouring, which } = Object.fromEntries(asked);
-    if (COLOURINGS.some(({ key }) => key === colouring) || colouring === "none") this.set("colouring", colouring);
-    if (which === "all" || which === "telling") this.set("which", which);
-    for (const [name] of SWITCHES) if (asked.has(name)) this.set(name, asked.get(name) !== "0");
-    if (SPEEDS.includes(Number(asked.get("speed")))) this.setSpeed(Number(asked.get("speed")));
-    if (asked.has("panel")) document.body.classList.toggle("without-panel", asked.get("panel") === "0");
-    if (asked.get("play") === "1") this.play(true);
-    this.stale = true;
+  // The other run leads: the page is opened anew with it.
+  swap() {
+    if (!this.ghost) return;
+    const kept = new URLSearchParams(location.hash.slice(1));
+    kept.set("swap", kept.get("swap") === "1" ? "0" : "1");
+    location.hash = kept;
+    location.reload();
   }
 
-  keepAddress() {
-    if (!this.ready || this.playing) return;
-    const kept = new URLSearchParams({ t: this.time.toFixed(2), colouring: this.show.colouring });
-    if (this.show.which !== "telling") kept.set("which", this.show.which);
-    for (const [name] of SWITCHES) if (!this.show[name]) kept.set(name, "0");
-    try { history.replaceState(null, "", `#${kept}`); } catch { /* Pages from files may not. */ }
-  }
+  readAddress() { readAddress(this); }
+
+  keepAddress() { if (this.ready && !this.playing) keepAddress(this); }
 
   // --- drawing ----------------------------------------------------------------------------
 
@@ -215,20 +228,36 @@ class Player {
     const state = run.stateAt(time), decision = run.decisionAt(time);
     if (show.follow) camera.target = state.position;
     if (show.follow && this.turning) camera.yaw = this.way() + this.aside;
+    this.makeRoom();
     evidence.prepare(decision, show);
     renderer.begin(camera);
     scenery.drawStill(show, decision);
     scenery.drawVehicle(state, time, camera);
     if (show.intruders) scenery.drawIntruders(time, camera);
+    this.ghost?.draw(time, camera, scenery, show);
     evidence.drawPoints(show);
     evidence.drawLines(show);
     scenery.drawSheer(show, state);
+    evidence.drawTube(show);
     evidence.drawMovers(show, time);
     evidence.drawCells(show, renderer.eye);
+    this.picked.show(this.chosen(decision), decision, time, evidence.model);
+    this.picked.draw();
     this.labels.draw(show, time, camera, this.canvas);
-    this.timeline.draw(time);
+    this.timeline.draw(time, this.plots.words(time));
+    this.plots.draw(time);
     this.panel.show(time, state, decision);
     document.getElementById("clock").textContent = `${time.toFixed(1)} / ${run.end.toFixed(1)} s`;
+  }
+
+  // The thing picked, if this decision has it.
+  chosen(decision) {
+    const { thing } = this.picker, { run } = this;
+    if (!thing) return null;
+    const there = { cell: decision >= 0 && run.blocks.cells ? run.cells : 0,
+      trajectory: run.treeOf(decision)?.parent.length ?? 0,
+      obstacle: run.mission.obstacles.length, intruder: run.intruders.length }[thing.kind];
+    return thing.index >= 0 && thing.index < there ? thing : null;
   }
 
   // What tests and measurements read: that the page is drawn, and how fast.
@@ -255,9 +284,12 @@ function failed(error) {
 
 window.addEventListener("error", (event) => failed(event.message));
 window.addEventListener("unhandledrejection", (event) => failed(event.reason));
-unpackedRun(document.getElementById("run").textContent)
-  .then((run) => {
-    document.getElementById("message").textContent = "";
-    window.player = new Player(run);
-  })
-  .catch(failed);
+async function opened() {
+  const texts = ["run", "beside"].map((name) => document.getElementById(name).textContent.trim());
+  const runs = await Promise.all(texts.filter(Boolean).map(unpackedRun));
+  if (runs.length > 1 && swapped()) runs.reverse();
+  document.getElementById("message").textContent = "";
+  window.player = new Player(...runs);
+}
+
+opened().catch(failed);

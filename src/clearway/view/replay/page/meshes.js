@@ -52,14 +52,6 @@ function coneAlongX(sides) {
   return mesh;
 }
 
-// An aircraft of unit half length along x, flat triangles.
-function aircraft() {
-  const nose = [1, 0, 0], tail = [-0.75, 0, 0.05], left = [-0.95, 0.85, 0], right = [-0.95, -0.85, 0];
-  const keel = [-0.7, 0, -0.22], fin = [-1.0, 0, 0.42], root = [-0.2, 0, 0.04];
-  return flat([[nose, left, tail], [nose, tail, right], [nose, keel, left], [nose, right, keel],
-    [left, keel, tail], [right, tail, keel], [root, fin, tail], [root, tail, fin]]);
-}
-
 // Single triangles with their own normals.
 function flat(triangles) {
   const mesh = { positions: [], normals: [], indices: [] };

@@ -36,12 +36,14 @@ function modeInWords(made) {
 }
 
 class Panel {
-  constructor(run) {
-    this.run = run;
+  constructor(run, ghost) {
+    Object.assign(this, { run, ghost });
+    this.other = element("div");
     this.moment = element("div");
     this.decision = element("div");
     this.at = -2;
-    document.getElementById("panel").append(this.flight(), this.moment, this.decision, this.keys());
+    document.getElementById("panel").prepend(this.flight());
+    document.getElementById("panel").append(this.moment, this.other, this.decision, this.keys());
   }
 
   flight() {
@@ -59,8 +61,10 @@ class Panel {
 
   keys() {
     return element("p", "Keys: space play, ← → decision before and after, shift ← → one second, "
-      + "n next avoidance, c colouring, f follow, 1 2 3 4 views, + - speed, p panel. "
-      + "Drag turns, shift-drag or right button shifts, wheel zooms.", "keys");
+      + "n next avoidance, c colouring, f follow, 1 2 3 4 views, + - speed, p panel, g plots, k what is "
+      + "picked, comma and full stop the one before and after, Esc none"
+      + (this.ghost ? ", x the other run leads. " : ". ")
+      + "A click picks, drag turns, shift-drag or right button shifts, wheel zooms.", "keys");
   }
 
   show(time, state, number) {
@@ -77,7 +81,27 @@ class Panel {
       pairs.push(["nearest intruder", intruder === null ? "none" : figure(intruder, "m")]);
     }
     this.moment.replaceChildren(element("h2", "Now (truth)"), list(pairs));
+    if (this.ghost) this.besides(time, state);
     if (number !== this.at) this.decided(number);
+  }
+
+  // The other run at the same time since its start.
+  besides(time, state) {
+    const { ghost } = this, own = ghost.timeAt(time), { mission, decisions } = ghost.run;
+    const there = ghost.run.stateAt(own), made = decisions[ghost.run.decisionAt(own)], { summary } = mission;
+    const [obstacle, intruder] = ghost.run.distancesAt(own);
+    const pairs = [
+      ["flight", `${summary.reached ? "reached" : "not reached"}, ${summary.time_s.toFixed(1)} s, `
+        + figure(summary.path_length_m, "m", 1)],
+      ["planner, seed", `${mission.planner}, ${summary.seed}`],
+      ["apart from this one", figure(norm(minus(there.position, state.position)), "m")],
+      ["nearest obstacle", figure(obstacle, "m")],
+      ...(ghost.run.intruders.length ? [["nearest intruder", figure(intruder, "m")]] : []),
+      ...(made ? [["mode", made.mode], ["now flies", inWords(made.movements)]] : []),
+      ...(made?.cost_m === undefined ? [] : [["cost, clearance",
+        `${figure(made.cost_m, "m", 1)}, ${figure(made.clearance_m, "m")}`]]),
+    ];
+    this.other.replaceChildren(element("h2", `Beside: ${mission.name}`), list(pairs));
   }
 
   decided(number) {
@@ -152,7 +176,7 @@ class Panel {
   }
 }
 
-function drawLegend(show, run) {
+function drawLegend(show, run, ghost) {
   const parts = [], coding = COLOURINGS.find(({ key }) => key === show.colouring);
   const bar = (title, scale, ends) => {
     const canvas = element("canvas", "", "bar");
@@ -175,6 +199,8 @@ function drawLegend(show, run) {
     ["points known", "seen", false, show.points && run.seen],
     ["seen before", "before", false, show.points && run.seen],
     [`intruder, ${run.arrowTime} s`, "intruder", false, run.intruders.length],
+    ["the other run", "beside", true, ghost], ["its plan", "besidePlan", true, ghost && show.plan, true],
+    ["tube of the plan", "planned", false, show.plan && run.decisions.some((one) => one.tube_m?.length)],
     ["as reckoned", "known", false, run.decisions.some(({ movers }) => movers?.length)],
     ["world alone", "world", false, known.has("world")],
     ["world and map", "both", false, known.has("both")],

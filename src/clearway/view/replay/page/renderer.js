@@ -122,6 +122,15 @@ class Renderer {
     return buffer;
   }
 
+  // Gives back what meshes and lines take.
+  drop(...things) {
+    for (const thing of things) {
+      for (const part of Object.values(thing ?? {})) {
+        if (part instanceof WebGLBuffer) this.gl.deleteBuffer(part);
+      }
+    }
+  }
+
   refill(buffer, data, target = this.gl.ARRAY_BUFFER) {
     this.gl.bindBuffer(target, buffer);
     this.gl.bufferData(target, data, this.gl.DYNAMIC_DRAW);

@@ -103,6 +103,38 @@ class Run {
       (value, at) => told.origin_m[at % 3] + told.step_m * value);
   }
 
+  // The reach set of a decision as { parent, complete, movement, legOf }; null without one.
+  treeOf(decision) {
+    const { blocks } = this;
+    if (!blocks.reach_of || decision < 0) return null;
+    const number = blocks.reach_of[2 * decision];
+    const parent = blocks[`parent${number}`], samples = blocks[`samples${number}`];
+    const pieces = samples.length / parent.length / 3;
+    const place = (node, at) => [...samples.subarray(3 * (node * pieces + at), 3 * (node * pieces + at) + 3)];
+    return {
+      parent, complete: blocks[`complete${number}`],
+      names: this.movement_names?.[number], movement: blocks[`movement${number}`],
+      legOf: (node) => [parent[node] < 0 ? [0, 0, 0] : place(parent[node], pieces - 1),
+        ...Array.from({ length: pieces }, (_, at) => place(node, at))],
+      nodesTo: (node) => {
+        const nodes = [];
+        for (let at = node; at >= 0; at = parent[at]) nodes.unshift(at);
+        return nodes;
+      },
+    };
+  }
+
+  // The node that ends the plan of a decision; -1 without a reach set.
+  chosenOf(decision) {
+    return this.blocks.reach_of && decision >= 0 ? this.blocks.reach_of[2 * decision + 1] : -1;
+  }
+
+  // [nodes] ratings of a decision in 255ths.
+  ratingsOf(decision) {
+    const { node_start: start, node_rating: rating } = this.blocks;
+    return rating.subarray(start[decision], start[decision + 1]);
+  }
+
   // Places of the plan, or of the way out (`way_out_mm`), of a decision.
   pathOf(decision, which = "path_mm") {
     const flat = this.decisions[decision][which] ?? [];

@@ -7,7 +7,8 @@ class Scenery {
     this.floor = run.mission.ground_m ?? this.extent.floor;
     this.ball = renderer.mesh(roundedBox([0, 0, 0], 1, 6));
     this.cone = renderer.mesh(coneAlongX(16));
-    this.craft = renderer.mesh(aircraft());
+    this.craft = renderer.mesh(craftOf(run.mission, COLOURS.vehicle));
+    this.terrain = run.mission.terrain ? renderer.mesh(ground(run.mission.terrain)) : null;
     this.spacing = niceBelow(Math.max(run.mission.grid.range_edges_m.at(-1) / 2, 1));
     this.ground = this.groundLines();
     this.solid = this.obstacles((one) => ["world", "both"].includes(one.known));
@@ -41,7 +42,9 @@ class Scenery {
   }
 
   obstacles(wanted) {
-    const shown = this.run.mission.obstacles.filter(wanted);
+    // Blocks of ground are not drawn where the ground itself is.
+    const hidden = (one) => this.terrain && one.name === "ground";
+    const shown = this.run.mission.obstacles.filter((one) => wanted(one) && !hidden(one));
     const detail = [8, 5, 3].find((_, at) => shown.length <= [20, 80, 300][at]) ?? 2;
     return this.renderer.mesh(merged(shown.map((one) => {
       const half = [0, 1, 2].map((axis) => (one.size_m[axis] ?? 0) / 2);
@@ -97,7 +100,8 @@ class Scenery {
 
   drawStill(show, decision) {
     const { renderer } = this;
-    renderer.drawLines(this.ground, 1);
+    if (this.terrain && show.obstacles) renderer.drawMesh(this.terrain);
+    else renderer.drawLines(this.ground, 1);
     if (show.obstacles) {
       renderer.drawMesh(this.solid);
       const size = this.extent.size / 400;
@@ -129,9 +133,9 @@ class Scenery {
     this.renderer.drawLines(this.executed, 1.5, { first: at + 1, tint: [1.6, 1.5, 1.2, 0.28] });
     this.drawStem(state.position);
     // As large as the body, but never too small to be seen.
-    const size = Math.max(this.run.mission.body_radius_m, 0.022 * camera.distance);
+    const size = Math.max(this.run.mission.body_radius_m, 0.03 * camera.distance);
     const model = placed(state.position, state.attitude, size);
-    this.renderer.drawMesh(this.craft, model, [...COLOURS.vehicle, 1]);
+    this.renderer.drawMesh(this.craft, model);
   }
 
   drawIntruders(time, camera) {
@@ -154,6 +158,8 @@ class Scenery {
   }
 }
 
+const craftOf = ({ vehicle }, rgb) => (vehicle === "copter" ? copter(rgb) : aeroplane(rgb));
+
 // The box that holds the flight, its goals and intruders, with what lies close to it.
 function extentOf(run) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
@@ -171,9 +177,10 @@ function extentOf(run) {
       value > low[axis] - range && value < high[axis] + range))
     .map((one) => one.position_m[2] - one.radius_m - (one.size_m[2] ?? 0) / 2);
   const floor = Math.max(Math.min(low[2] - range / 10, ...beneath), low[2] - range / 2);
+  const tight = { low: [...low], high: [...high] };
   const padded = [0, 1].map((axis) => [low[axis] - range, high[axis] + range]);
   return { low: [padded[0][0], padded[1][0], low[2]], high: [padded[0][1], padded[1][1], high[2]],
-    centre: between(low, high, 0.5), size, floor, range };
+    tight, size, floor, range };
 }
 
 // The largest of 1, 2 and 5 times a power of ten that is not above a number.

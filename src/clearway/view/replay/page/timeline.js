@@ -1,11 +1,11 @@
 // The time slider: decisions by mode, and the distance kept, over the whole flight.
 
-const MODE_COLOURS = { navigation: "#c9d6e2", avoidance: "#e08a00", escape: "#8e44ad", hold: "#5a6b7d", emergency: "#c62828",
+const MODE_COLOURS = { navigation: "#c9d6e2", avoidance: "#e08a00", escape: "#8e44ad", hold: "#5a6b7d", narrow: "#b5651d", emergency: "#c62828",
   landing: "#2e9e4f" };
 
 class Timeline {
-  constructor(run, seek) {
-    Object.assign(this, { run, seek });
+  constructor(run, ghost, seek) {
+    Object.assign(this, { run, ghost, seek });
     this.canvas = document.getElementById("timeline");
     const go = (event) => {
       const { left, width } = this.canvas.getBoundingClientRect();
@@ -17,8 +17,6 @@ class Timeline {
       go(event);
     });
     this.canvas.addEventListener("pointermove", (event) => { if (event.buttons) go(event); });
-    this.canvas.title = "Click or drag: time. Bars: avoidance amber, escape violet, hold grey, emergency red. "
-      + "Curve: distance to the nearest obstacle (grey) and intruder (magenta), margin dashed.";
     this.background = document.createElement("canvas");
   }
 
@@ -27,7 +25,7 @@ class Timeline {
     return (time - this.run.start) / span * this.background.width;
   }
 
-  draw(time) {
+  draw(time, words) {
     const scale = window.devicePixelRatio || 1, { canvas, background } = this;
     const width = Math.round(canvas.clientWidth * scale);
     const height = Math.round(canvas.clientHeight * scale);
@@ -45,6 +43,7 @@ class Timeline {
     canvas.setAttribute("aria-valuemin", this.run.start);
     canvas.setAttribute("aria-valuemax", this.run.end);
     canvas.setAttribute("aria-valuenow", time.toFixed(1));
+    canvas.setAttribute("aria-valuetext", words);
   }
 
   drawBackground(width, height, scale) {
@@ -63,7 +62,7 @@ class Timeline {
 
   // Distances up to five margins; what is farther stays at the top.
   drawDistances(pen, width, height, scale) {
-    const { run } = this, most = 5 * run.mission.margin_m, times = run.blocks.state_s;
+    const { run } = this, most = 5 * run.mission.margin_m;
     const level = (distance) => height - Math.min(Math.max(distance, 0) / most, 1) * (height - 2 * scale);
     pen.strokeStyle = "#a86a6a";
     pen.lineWidth = scale;
@@ -73,19 +72,28 @@ class Timeline {
     pen.lineTo(width, level(run.mission.margin_m));
     pen.stroke();
     pen.setLineDash([]);
-    [["#4f5b67", 0], ["#c2186b", 1]].forEach(([colour, column]) => {
+    const curves = [[run, "#4f5b67", 0, []], [run, "#c2186b", 1, []]];
+    const other = this.ghost?.run;
+    if (other) curves.unshift([other, css(COLOURS.beside), 0, [2, 2]], [other, css(COLOURS.beside), 1, [1, 3]]);
+    curves.forEach(([{ blocks, start }, colour, column, dashes]) => {
+      const times = blocks.state_s;
       pen.strokeStyle = colour;
       pen.lineWidth = 1.3 * scale;
+      pen.setLineDash(dashes.map((dash) => dash * scale));
       pen.beginPath();
       let drawing = false;
       for (let at = 0; at < times.length; at++) {
-        const distance = run.blocks.distance[2 * at + column];
+        const distance = blocks.distance[2 * at + column];
         if (distance > most) { drawing = false; continue; }
-        const [x, y] = [this.place(times[at]), level(distance)];
+        const [x, y] = [this.place(times[at] - start + run.start), level(distance)];
         if (drawing) pen.lineTo(x, y); else pen.moveTo(x, y);
         drawing = true;
       }
       pen.stroke();
+      pen.setLineDash([]);
     });
+    pen.fillStyle = "#39444f";
+    pen.font = `${10.5 * scale}px system-ui, sans-serif`;
+    pen.fillText(`distance, up to ${Number(most.toPrecision(2))} m`, 5 * scale, 10.5 * scale);
   }
 }

@@ -1,0 +1,35 @@
+"""Which topics a command listens on: of ROS, of DDS, or of a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from clearway.ros2.bus import TopicBus
+
+BACKENDS = ("auto", "dds", "rclpy")
+CHECKED_S = 5.0
+"""For so long --check listens."""
+
+
+def refuse_other_backend(backend: str) -> None:
+    """Raise InputError for a backend that is none."""
+    from clearway.base.errors import InputError
+
+    if backend not in BACKENDS:
+        raise InputError("--backend", f"{backend!r} is none of {', '.join(BACKENDS)}")
+
+
+def bus_for(bag: Path | None, backend: str, domain: int | None, namespace: str) -> TopicBus:
+    """The bus that the options ask for; raises InputError where it cannot be opened."""
+    from clearway.ros2.bag_bus import BagBus
+    from clearway.ros2.dds import DdsBus, domain_id
+    from clearway.ros2.parameters import NODE
+    from clearway.ros2.rclpy_bus import RclpyBus, rclpy_is_there
+
+    if bag is not None:
+        return BagBus(bag)
+    if backend == "rclpy" or (backend == "auto" and domain is None and rclpy_is_there()):
+        return RclpyBus(NODE, namespace)
+    return DdsBus(domain_id() if domain is None else domain)

@@ -1,0 +1,117 @@
+"""A guardian on topics: somebody's commands in, what may be flown of them out."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from clearway.base.frames import FloatArray, wrap_angle
+from clearway.live.guard.guard_session import GuardSession
+from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.set_point import SetPoint
+from clearway.ros2 import told
+from clearway.ros2.bus import LATCHED, Quality
+from clearway.ros2.messages import packed
+from clearway.ros2.parameters import SetPointParameters
+from clearway.ros2.topic_link import SET_POINT_KINDS, Heard, TopicLink, base_of
+from clearway.ros2.wishes import wish_maker
+
+NEWEST = Quality(reliable=False, depth=1)
+"""Of commands the newest counts; a reader of best effort hears reliable ones too."""
+PULL_PER_S, MOST_PULL = 1.0, 0.3
+"""Speed towards what is in hand for every metre (radian) off it; at most, in own speeds (rad/s)."""
+
+
+class GuardLink(TopicLink[GuardSession]):
+    """A `live.link.outcome.Link` over any `TopicBus`."""
+
+    told_always = (
+        ("~/plan", "nav_msgs/msg/Path", LATCHED),
+        ("~/way_out", "nav_msgs/msg/Path", LATCHED),
+        ("~/decision", "std_msgs/msg/String", LATCHED),
+    )
+
+    def more_heard(self) -> list[Heard]:
+        given = self.parameters.guard
+        kind = SET_POINT_KINDS[given.type]
+        return [Heard(self.names(given.topic), kind, NEWEST, self._take_wish, True)]
+
+    def _take_wish(self, message: Any, wall_s: float, _topic: str) -> None:
+        session, given = self.session, self.parameters
+        now = session.clock.now(wall_s)
+
+        def place_of(pose: Any) -> FloatArray | None:
+            return self.place_of(pose, now)
+
+        speed = given.guard.speed_mps or session.speed_mps
+        maker = wish_maker(message, given, speed, place_of)
+        session.hear_wish(maker, packed(message), wall_s)
+
+    # --- out ------------------------------------------------------------------------------
+
+    def tick(self, wall_s: float) -> TickOutcome:
+        outcome = self.session.tick(wall_s)
+        guarded, frame = outcome.guarded, self.parameters.map_frame
+        if outcome.set_point is not None and self.parameters.act:
+            for one in self.parameters.set_points:
+                self.publish(one.topic, self._message(one, outcome, outcome.set_point))
+        if guarded is not None:
+            self.publish("~/decision", told.string_of(told.guarded_row(outcome)))
+            decision = guarded.decision
+            if decision is not None:
+                time_s = outcome.time_s
+                self.publish("~/plan", told.path_message(decision.path_m, time_s, frame))
+                way = decision.way_out_path_m
+                self.publish("~/way_out", told.path_message(way, time_s, frame))
+        self.diagnose(outcome, wall_s, "" if guarded is None else guarded.why)
+        return replace(outcome, notes=(*outcome.notes, *self.news()))
+
+    def _message(self, one: SetPointParameters, outcome: TickOutcome, point: SetPoint) -> Any:
+        """The wish as it came where it passed, else what is flown in its place."""
+        given, time_s = self.parameters, outcome.time_s
+        same = one.type == given.guard.type and one.frame == given.guard.frame
+        if same and outcome.wished is not None:
+            return outcome.wished
+        guarded = outcome.guarded
+        if one.type in ("Twist", "TwistStamped"):
+            velocity, rate = self._velocity(outcome, point)
+            base = base_of(one, given)
+            motion = self.session.motion
+            yaw = None if base is None or motion is None else motion.heading_rad
+            return told.twist_message(
+                one.type, velocity, rate, time_s, base or given.map_frame, yaw
+            )
+        if guarded is not None and guarded.is_wish and one.type != "Path":
+            rate = guarded.yaw_rate_rps
+            return told.velocity_message(
+                one.type, guarded.velocity_mps, rate, time_s, given.map_frame
+            )
+        return told.set_point_message(one.type, point, time_s, given.map_frame)
+
+    def _velocity(self, outcome: TickOutcome, point: SetPoint) -> tuple[FloatArray, float]:
+        """[3] and a yaw rate: what is flown, drawn to where it has the vehicle."""
+        velocity = np.zeros(3) if point.velocity_mps is None else point.velocity_mps
+        guarded, motion = outcome.guarded, self.session.motion
+        rate = 0.0 if guarded is None else guarded.yaw_rate_rps
+        if motion is None or guarded is None or guarded.is_wish:
+            return velocity, rate
+        pull = PULL_PER_S * (point.position_m - motion.position_m)
+        most = MOST_PULL * self.session.speed_mps
+        pull *= min(1.0, most / max(float(np.linalg.norm(pull)), 1e-9))
+        turn = PULL_PER_S * float(wrap_angle(point.yaw_rad - motion.heading_rad))
+        return velocity + pull, rate + float(np.clip(turn, -MOST_PULL, MOST_PULL))
+
+    def end(self) -> None:
+        """To hold, where the vehicle was led."""
+        last = self.session.farewell() if self.parameters.act else None
+        if last is None:
+            return
+        time_s = self.session.clock.now(time.monotonic())
+        for one in self.parameters.set_points:
+            frame = self.parameters.map_frame
+            base = base_of(one, self.parameters)
+            message = told.set_point_message(one.type, last, time_s, frame, base)
+            self.publish(one.topic, message)

@@ -1,0 +1,85 @@
+"""Clouds of topics into scans: those of a sensor of the mission, moved to their stamp."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from clearway.base.frames import FloatArray, attitude_from_rotation
+from clearway.base.state import State
+from clearway.live.link.past import PastStates
+from clearway.live.link.placed_scans import ScanMaker
+from clearway.ros2.clouds import TimedPoints
+from clearway.ros2.transforms import RigidTransform, Transforms
+from clearway.sensors import Lidar, Scan
+
+SLICES = 32
+"""Of a sweep, each moved at once."""
+OFF_M, OFF_RAD = 0.02, math.radians(0.5)
+"""A sensor mounted farther from where the mission says is not the mission's."""
+WITHIN_S = 0.5
+
+NO_MOUNTING = "cloud: no transform from its frame to the body"
+MOUNTED_ELSEWHERE = "cloud: its sensor is mounted elsewhere than the mission says"
+EMPTY = "cloud: empty, which says nothing"
+
+
+class PlacedClouds:
+    """Of the mission's sensors by name; feed it with own states."""
+
+    def __init__(
+        self, transforms: Transforms, base_frame: str, lidars: Mapping[str, Lidar]
+    ) -> None:
+        self.transforms, self._base, self._lidars = transforms, base_frame, dict(lidars)
+        self._past = PastStates()
+
+    def move(self, state: State, heading_rad: float) -> None:
+        """The own state at a new time."""
+        self._past.add(state, heading_rad)
+
+    def flaw(self, name: str, frame: str, time_s: float) -> str | None:
+        """Why a cloud of a frame is none of a sensor's; None if it is."""
+        there = self.transforms.of(frame, self._base, time_s)
+        if there is None:
+            return NO_MOUNTING
+        mounting = self._lidars[name].mounting
+        off = attitude_from_rotation(there.rotation.T @ mounting.body_from_sensor)
+        apart = float(np.linalg.norm(there.position_m - mounting.position_m))
+        if apart > OFF_M or float(np.abs(off).max()) > OFF_RAD:
+            return MOUNTED_ELSEWHERE
+        return None
+
+    def maker(self, name: str, points: TimedPoints, time_s: float, *, deskew: bool) -> ScanMaker:
+        def scan(_state: State, _heading: float) -> Scan:
+            placed = points.points_m
+            if deskew and points.later_s is not None and len(placed):
+                placed = self._deskewed(name, placed, points.later_s, time_s)
+            return Scan(placed, time_s, name)
+
+        return scan
+
+    def _deskewed(
+        self, name: str, points_m: FloatArray, later_s: FloatArray, time_s: float
+    ) -> FloatArray:
+        """Points as they would have come all at the stamp."""
+        at = self._past.at(time_s, WITHIN_S)
+        if at is None:
+            return points_m
+        here, mounting = at[0], self._lidars[name].mounting
+        sensor = RigidTransform(mounting.body_from_sensor, mounting.position_m)
+        to_here = sensor.then(RigidTransform(here.world_from_body, here.position_m)).inverse
+        first, last = float(later_s.min()), float(later_s.max())
+        edges = np.linspace(first, last, SLICES + 1)
+        which = np.clip(np.searchsorted(edges, later_s, side="right") - 1, 0, SLICES - 1)
+        moved = points_m.copy()
+        for number in np.unique(which).tolist():
+            middle = 0.5 * (edges[number] + edges[number + 1])
+            then = self._past.at(time_s + middle, WITHIN_S)
+            if then is None:
+                continue
+            body = RigidTransform(then[0].world_from_body, then[0].position_m)
+            mine = which == number
+            moved[mine] = sensor.then(body).then(to_here).points(points_m[mine])
+        return moved
