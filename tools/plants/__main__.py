@@ -14,7 +14,7 @@ from pathlib import Path
 
 from clearway.io.marked_page import put_between_marks
 from tools.plants import missions, page, study
-from tools.plants.worlds import FAMILIES, REPOSITORY, SCALES
+from tools.plants.worlds import AUTOMATA, FAMILIES, REPOSITORY, SCALES
 
 PAGE = REPOSITORY / "docs" / "plants.md"
 
@@ -23,7 +23,8 @@ def main(arguments: Sequence[str]) -> None:
     """Fly, and print or write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worlds", type=int, default=20, help="of each kind; half with faults")
-    parser.add_argument("--plants", default=",".join(scale.plant for scale in SCALES))
+    measured = [one.plant for one in SCALES if (AUTOMATA / f"{one.plant}.toml").exists()]
+    parser.add_argument("--plants", default=",".join(measured), help="those in examples/automata")
     parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--minutes", type=float, default=1e9, help="after which none is begun")
     parser.add_argument("--journal", type=Path, default=REPOSITORY / "build" / "plants.jsonl")
