@@ -10,7 +10,7 @@ from clearway.avoidance.fusion import RATINGS
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.automaton_file import read_automaton
-from clearway.missions.sections import Attitude, NotNegative, Point, Positive, Share
+from clearway.missions.sections import Attitude, NotNegative, Place, Point, Positive, Share
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
@@ -164,7 +164,7 @@ class SafetySection(Section):
     """Standard deviations of the own position by which the margin grows."""
     own_drift_mps: NotNegative = 0.05
     """Growth of the margin with the age of the own state."""
-    wind_mps: Point = (0.0, 0.0, 0.0)
+    wind_mps: Place = (0.0, 0.0, 0.0)
     """What is known of the wind before take-off, world frame; from then on own states tell it."""
     point_sigmas: NotNegative = 2.0
     """Standard deviations of the range by which a hit point grows."""
@@ -257,7 +257,7 @@ class SimulationSection(Section):
     """Bound of the disturbance w (3.20) on each axis of velocity."""
     input_noise: NotNegative = 0.0
     """Bound of the disturbance v (3.20), as a share of speed and of the turn rate."""
-    wind_mps: Point = (0.0, 0.0, 0.0)
+    wind_mps: Place = (0.0, 0.0, 0.0)
     """Steady wind that carries the vehicle, world frame; unknown to it."""
     gusts_mps: NotNegative = 0.0
     """Standard deviation of gusts along and across the flight, by MIL-F-8785C (Dryden)."""
