@@ -23,16 +23,20 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
 
 MISSION = "static-obstacles"
+SHAPES = 1_000
 MANY_BEAMS = (80, 36)
 """Azimuths and elevations through every column of cells: 100,800 beams in all."""
 
 
 @cache
 def static_mission(
-    rating: str = "total", beams_per_cell: tuple[int, int] | None = None
+    rating: str = "total",
+    beams_per_cell: tuple[int, int] | None = None,
+    escape: str = "strict",
 ) -> FlightSetup:
-    """Section 6.4, with another rating or scanner if so wished."""
+    """Section 6.4, with another rating, scanner or way out if so wished."""
     file = read_mission_file(MISSION).changed("rating", name=rating)
+    file = file.changed("safety", escape=escape)
     if beams_per_cell is not None:
         (lidar,) = file.lidar
         other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})
@@ -45,12 +49,15 @@ def with_seed(setup: FlightSetup, seed: int) -> FlightSetup:
 
 
 def in_flight(
-    beams_per_cell: tuple[int, int] | None, target_s: float | None, target_p99_s: float | None
+    beams_per_cell: tuple[int, int] | None,
+    target_s: float | None,
+    target_p99_s: float | None,
+    escape: str = "strict",
 ) -> Callable[[bool], Row]:
     """All decisions of several whole flights."""
 
     def measure(quick: bool) -> Row:
-        setup = static_mission(beams_per_cell=beams_per_cell)
+        setup = static_mission(beams_per_cell=beams_per_cell, escape=escape)
         flights = 2 if quick else 6
         decisions = [
             entry for seed in range(flights) for entry in with_seed(setup, seed).fly().decisions
@@ -59,7 +66,7 @@ def in_flight(
         (lidar,) = setup.lidars
         return times.row(
             f"a decision of the static mission, {lidar.pattern.beams:,} beams, "
-            f"from sensor arrays to the explained decision; "
+            f"from sensor arrays to the decision, escape {escape}; "
             f"{len(decisions)} decisions of {flights} flights",
             target_s=target_s,
             target_p99_s=target_p99_s,
@@ -81,25 +88,66 @@ def street() -> ObstacleMap:
     )
 
 
-def many_returns(quick: bool) -> Row:
-    """Standing in a street while scans with a return of every beam come in."""
-    setup = static_mission(beams_per_cell=MANY_BEAMS)
-    (lidar,) = setup.lidars
-    far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
-    scan = simulate_scan(far, street(), setup.mission.start, np.random.default_rng(0))
-    # It stands still for the benchmark's sake: no detour for want of progress.
-    patient = DataLimits(patience_turns=1e9)
-    system = AvoidanceSystem(setup.planner, setup.mission, (far,), limits=patient)
-    clock = count()
+def chamber() -> ObstacleMap:
+    """Walls on all sides but behind, none farther than 10 m: every return is in reach."""
+    return ObstacleMap(
+        [
+            Obstacle.cuboid([8.0, 0.0, 0.0], (0.5, 12.0, 12.0)),
+            Obstacle.cuboid([2.0, 5.5, 0.0], (12.0, 0.5, 12.0)),
+            Obstacle.cuboid([2.0, -5.5, 0.0], (12.0, 0.5, 12.0)),
+            Obstacle.cuboid([2.0, 0.0, 4.0], (12.0, 12.0, 0.5)),
+            Obstacle.cuboid([2.0, 0.0, -4.0], (12.0, 12.0, 0.5)),
+        ]
+    )
 
-    def run() -> None:
-        now = float(next(clock))
-        system.update(replace(setup.mission.start, time_s=now))
-        system.update(replace(scan, time_s=now))
-        system.decide(now)
 
-    return timed(run, quick).row(
-        f"a decision in a street, {len(scan.points_m):,} returns within 100 m, 10 m of them rated"
+def many_returns(
+    make: Callable[[], ObstacleMap], where: str, escape: str = "strict"
+) -> Callable[[bool], Row]:
+    """Standing somewhere while scans with a return of every beam come in."""
+
+    def measure(quick: bool) -> Row:
+        setup = static_mission(beams_per_cell=MANY_BEAMS, escape=escape)
+        (lidar,) = setup.lidars
+        far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
+        scan = simulate_scan(far, make(), setup.mission.start, np.random.default_rng(0))
+        # It stands still for the benchmark's sake: no detour for want of progress.
+        patient = DataLimits(patience_turns=1e9)
+        system = AvoidanceSystem(setup.planner, setup.mission, (far,), limits=patient)
+        clock = count()
+
+        def run() -> None:
+            now = float(next(clock))
+            system.update(replace(setup.mission.start, time_s=now))
+            system.update(replace(scan, time_s=now))
+            system.decide(now)
+
+        return timed(run, quick).row(
+            f"a decision {where}, {len(scan.points_m):,} returns, escape {escape}"
+        )
+
+    return measure
+
+
+def many_shapes(quick: bool) -> Row:
+    """A thousand shapes of a map in view, told before take-off."""
+    setup = static_mission(escape="off")
+    rng = np.random.default_rng(0)
+    shapes: list[Obstacle] = []
+    while len(shapes) < SHAPES:
+        place = rng.uniform([2.0, -7.0, -4.0], [11.0, 7.0, 4.0])
+        if abs(place[1]) > 1.5:
+            turn, size = rng.uniform(-np.pi, np.pi, 3), rng.uniform(0.1, 0.5, 3)
+            kinds = (
+                Obstacle.ball(place, 0.2),
+                Obstacle.line(place, size[0], 0.1, orientation_rad=turn),
+                Obstacle.cuboid(place, (size[0], size[1], size[2]), orientation_rad=turn),
+            )
+            shapes.append(kinds[len(shapes) % 3])
+    system = AvoidanceSystem(setup.planner, setup.mission, obstacle_map=ObstacleMap(shapes))
+    system.update(setup.mission.start)
+    return timed(lambda: system.decide(0.0), quick).row(
+        f"a decision with {SHAPES:,} mixed shapes of a map in view, escape off"
     )
 
 
@@ -143,7 +191,21 @@ def help_command(quick: bool) -> Row:
 BENCHMARKS = (
     Benchmark("decision, 7,000 beams", in_flight(None, 1e-3, 3e-3), headline=True),
     Benchmark("decision, 100,800 beams", in_flight(MANY_BEAMS, None, None), headline=True),
-    Benchmark("decision, 100,000 returns", many_returns, headline=True),
+    Benchmark("decision, 7,000 beams, escape off", in_flight(None, None, None, "off")),
+    Benchmark(
+        "decision, 100,000 returns",
+        many_returns(street, "in a street to 100 m, 10 m of it rated"),
+        headline=True,
+    ),
+    Benchmark(
+        "decision, 100,000 returns, escape off",
+        many_returns(street, "in a street to 100 m, 10 m of it rated", "off"),
+    ),
+    Benchmark(
+        "decision, 100,000 returns in reach, escape off",
+        many_returns(chamber, "between walls within 10 m", "off"),
+    ),
+    Benchmark("decision, 1,000 shapes", many_shapes),
     Benchmark("mission, simulated", mission_flown, headline=True),
     Benchmark("mission, command", fly_command, headline=True),
     Benchmark("help, command", help_command),

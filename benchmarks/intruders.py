@@ -37,6 +37,15 @@ def random_intruders() -> list[Intruder]:
     return found
 
 
+def leaving_intruders() -> list[Intruder]:
+    """Half a kilometre away and on their way out: none can come near."""
+    away, spread = np.array([20.0, 0.0, 0.0]), np.array([0.2, 0.2])
+    return [
+        Intruder(np.array([500.0, 20.0 * number, 3.0]), away, spread, radius_m=1.0)
+        for number in range(COUNT)
+    ]
+
+
 def assessed(
     make: Callable[[], Sequence[Intruder]],
     where: str,
@@ -83,6 +92,7 @@ def decision(make: Callable[[], Sequence[Intruder]], where: str) -> Callable[[bo
 
 
 ACROSS, AT_RANDOM = (paper_intruders, "across the grid"), (random_intruders, "on random paths")
+LEAVING = (leaving_intruders, "500 m away and leaving")
 
 BENCHMARKS = (
     Benchmark("intruders, line", assessed(*ACROSS, ("line",), COUNT * 5e-6)),
@@ -91,6 +101,8 @@ BENCHMARKS = (
     Benchmark("intruders, line and spread", assessed(*ACROSS, ("line", "spread"), 5e-3)),
     Benchmark("intruders, random paths", assessed(*AT_RANDOM, ("line", "spread"), 5e-3)),
     Benchmark("intruders, timed", at_the_vehicle_s_time),
+    Benchmark("intruders, leaving", assessed(*LEAVING, ("line", "spread"))),
+    Benchmark("decision, 32 intruders leaving", decision(*LEAVING)),
     Benchmark("decision, 32 intruders", decision(*AT_RANDOM), headline=True),
     Benchmark("decision, 32 intruders across", decision(*ACROSS), headline=True),
 )

@@ -81,7 +81,7 @@ class Side:
             else:
                 self.said.append(json.loads(message.data))
 
-    def is_answered(self, wish: Any, seconds: float = 120.0) -> bool:
+    def is_answered(self, wish: Any, seconds: float = 300.0) -> bool:
         """Whether the node sends anything within a time."""
         end = time.monotonic() + seconds
         before = len(self.commands)
@@ -130,7 +130,7 @@ def test_a_vehicle_that_dies_and_comes_back(tmp_path: Path, side: Side) -> None:
         assert one.poll() is None
         again = Side()
         try:
-            assert again.is_answered(twist(0.1), 30.0)
+            assert again.is_answered(twist(0.1), 60.0)
             one.terminate()
             told = json.loads(one.communicate(timeout=60)[0])
         finally:

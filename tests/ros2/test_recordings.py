@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
+from clearway.live.link.hearing import SessionTerms
+from clearway.live.link.loop import Loop
+from clearway.live.link.session import Session
+from clearway.missions.played_scene import play_scene
+from clearway.missions.scene_reading import scene_of
 from clearway.ros2.bag_bus import BagBus
 from clearway.ros2.bus import USUAL
 from clearway.ros2.messages import message_types, packed
+from clearway.ros2.parameters import Names, NodeParameters
+from clearway.ros2.ros2_link import Ros2Link
+from robot_messages import Message, Types, write_bag2
 from ros2_for_tests import BEGAN_S, cloud, odometry, transform
 
 KINDS = {
@@ -48,7 +58,9 @@ def test_a_recording_brings_what_was_recorded_in_its_order(tmp_path: Path) -> No
         bus.subscribe(topic, kind, USUAL)
     came, batches = [], 0
     while not bus.ended:
+        bus.wait(1.0)
         came += bus.take()
+        assert not bus.take(), "once for each wait"
         batches += 1
     bus.close()
     assert [(one.topic, one.raw) for one in came] == raws
@@ -59,3 +71,51 @@ def test_a_topic_of_another_type_is_named(tmp_path: Path) -> None:
     recorded(tmp_path / "bag")
     with pytest.raises(InputError, match="is nav_msgs/msg/Odometry in the recording"):
         BagBus(tmp_path / "bag").subscribe("/odom", "geometry_msgs/msg/PoseStamped", USUAL)
+
+
+def flown_at_a_ball(folder: Path, moments: int) -> Path:
+    """A bag of a vehicle that flies at a ball 8 m ahead, beside another; a scan a second."""
+    types, told = Types(), []
+    directions = np.random.default_rng(3).normal(size=(400, 3))
+    ball = 0.5 * directions / np.linalg.norm(directions, axis=1)[:, None]
+    for n in range(moments):
+        at = 100.0 + n
+        places = np.array([[8.0 - n, 0.1, 0.0], [7.0 - n, -3.0, 1.0]])
+        points = (places[:, None] + ball).reshape(-1, 3)
+        told.append(Message("/odom", at, types.odometry(at, (float(n), 0.02 * n, 2.0))))
+        told.append(Message("/points", at, types.cloud2(at, "base_link", points)))
+    return write_bag2(folder, types, told)
+
+
+def test_the_node_decides_on_a_recording_as_assess_does(tmp_path: Path) -> None:
+    bag = flown_at_a_ball(tmp_path / "bag", 6)
+    scene = scene_of("a test", {"scan": {"file": str(bag)}}, Path(), "bag")
+    assessed = [played.decision for _, played in play_scene(scene).scans]
+    again = play_scene(scene)
+    given = {
+        "mission": "none.toml",
+        "map_frame": "odom",
+        "use_sim_time": True,
+        "clouds": {again.lidar.name: {"topic": "points"}},
+        "own": {"topic": "odom"},
+    }
+    terms, bus = SessionTerms(speedup=None), BagBus(bag)
+    session = Session(again.system, again.lidar, terms, Counter())
+    parameters = NodeParameters.model_validate(given)
+    lidars = {again.lidar.name: again.lidar}
+    link = Ros2Link(bus, session, parameters, Names(), lidars, None)
+    node = []
+    Loop(link, session, 0.1).run(
+        lambda _elapsed, _outcome: bus.ended,
+        lambda outcome: node.append(outcome.flight) if outcome.flight is not None else None,
+    )
+    bus.close()
+    assert len(node) == len(assessed) == 6
+    for one, other in zip(node, assessed, strict=True):
+        assert one.time_s == other.time_s
+        assert one.movements == other.movements
+        assert one.mode is other.mode
+        assert one.explanation == other.explanation
+        assert np.array_equal(one.decision.path_m, other.decision.path_m)
+        assert one.decision.choice.clearance_m == other.decision.choice.clearance_m
+    assert len({tuple(one.movements) for one in node}) > 1, "there was something to decide"

@@ -138,11 +138,11 @@ def test_pictures_show_the_cells_of_the_reference(
     expected = reference(case, known_answers)
     tolerance = REFERENCE[case.obstacle_figure][2]
     figure = draw_obstacle_space(case, assess(model_cells(case.model, case.timed)[0]))
-    panels = [axes for axes in figure.axes if axes.get_title().startswith("Layer")]
+    panels = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     rows = (4, 3, 2, 1, 0) if case.all_layers else (2,)
     assert len(panels) == len(rows)
     for axes, row in zip(panels, rows, strict=True):
-        assert f"Layer {5 - row}" in axes.get_title()
+        assert f"Row {5 - row}" in axes.get_title()
         drawn = next(c for c in axes.collections if isinstance(c, PolyCollection))
         np.testing.assert_allclose(
             np.asarray(drawn.get_array()), expected[:, :, row].ravel(), rtol=0, atol=tolerance
@@ -154,7 +154,7 @@ def test_the_intruder_s_line_is_in_the_middle_layer_alone_and_its_cone_in_all(
 ) -> None:
     case = next(case for case in CASES if case.reach_figure == "6.11")
     figure = draw_reach_space(case, assess(model_cells(case.model, case.timed)[0]))
-    panels = [axes for axes in figure.axes if axes.get_title().startswith("Layer")]
+    panels = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     visible = []
     for axes in panels:
         line = axes.lines[0].get_xydata()

@@ -17,7 +17,7 @@ from clearway.traffic import (
     combine_intruders,
     radial_vehicle_times,
 )
-from clearway.traffic.models.combined import MODELS
+from clearway.traffic.models.combined import MODELS, may_meet
 from clearway.traffic.models.timing import TIMED_RULES
 
 GRID = AvoidanceGrid.uniform()
@@ -126,3 +126,32 @@ def test_a_thousand_intruders() -> None:
 def test_what_cannot_be_asked_for(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ClearwayError, match=message):
         assess_intruders(GRID, [FLANK], **arguments)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), speed_mps=st.floats(0.3, 30.0), spread_rad=st.floats(0.0, 0.6))
+def test_who_passes_the_grid_by_says_nothing_of_any_cell(seed, speed_mps, spread_rad) -> None:
+    rng = np.random.default_rng(seed)
+    intruders = []
+    for _ in range(6):
+        place, aim = rng.normal(size=3), rng.normal(size=3)
+        place *= rng.uniform(5.0, 60.0) / np.linalg.norm(place)
+        way = aim * rng.uniform(8.0, 14.0) / np.linalg.norm(aim) - place
+        velocity = way * rng.choice([1.0, -1.0]) * speed_mps / np.linalg.norm(way)
+        intruders.append(Intruder(place, velocity, np.array([spread_rad, 0.5 * spread_rad])))
+    together = assess_intruders(GRID, intruders, up=rng.normal(size=3))
+    for name in together.models:
+        alone = MODELS[name](GRID, intruders, np.array([0.0, 0.0, 1.0]), "fast")
+        assert not alone.probability[~may_meet(GRID, intruders)].any()
+        assert np.isnan(together.models[name].entry_s[~may_meet(GRID, intruders)]).all()
+
+
+def test_who_flies_away_is_not_looked_at_and_who_comes_is() -> None:
+    away = Intruder([50, 0, 0], [5, 0, 0], [0.2, 0.2])
+    comes = Intruder([50, 0, 0], [-5, 0.5, 0], [0.2, 0.2])
+    assert may_meet(GRID, [away, comes, FLANK]).tolist() == [False, True, True]
+    of_all = assess_intruders(GRID, [away, comes, FLANK])
+    alone = assess_intruders(GRID, [comes, FLANK])
+    assert not of_all.each[0].any()
+    assert np.array_equal(of_all.each[1:], alone.each)
+    assert np.array_equal(of_all.probability, alone.probability)

@@ -66,7 +66,7 @@ def test_every_cell_of_every_row_is_drawn(tmp_path: Path, grid: dict[str, Any]) 
     shape = assessment.scene.grid
     values = shape.shaped(assessment.cells.obstacle)
     figure = figures["obstacle"]
-    rows = [axes for axes in figure.axes if axes.get_title().startswith("Layer")]
+    rows = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     assert len(rows) == shape.rows
     for number, axes in enumerate(rows):
         drawn = next(c for c in axes.collections if isinstance(c, PolyCollection))

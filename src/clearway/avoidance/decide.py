@@ -421,7 +421,10 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
 def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
     """[points, 3] samples of a path in the grid frame, from the origin."""
     reach_set = prepared.reach_set
-    return np.concatenate([np.zeros((1, 3)), *reach_set.samples_m[reach_set.path(node)]])
+    along = reach_set.samples_m[reach_set.path(node)].reshape(-1, 3)
+    path = np.zeros((len(along) + 1, 3))
+    path[1:] = along
+    return path
 
 
 def _decide_within(
@@ -440,7 +443,7 @@ def _decide_within(
     the movement.
     """
     reach_set = prepared.reach_set
-    first = reach_set.path(choice.node)[0]
+    first = prepared.first_node[choice.node]
     one_movement = float(reach_set.end_time_s[first])
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
     if in_reach or len(hazards.moving.radius_m) or strict:

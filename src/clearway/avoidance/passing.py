@@ -164,45 +164,56 @@ def _meeting(
     on_way2, on_way_aside = np.empty(nodes), np.empty((nodes, 3))
     on_way_s = np.empty(nodes)
     aside_m, time_s, lack_m = np.empty((nodes, 3)), np.empty(nodes), np.empty(nodes)
+    px, py, pz = place[0], place[1], place[2]
+    vx, vy, vz = velocity[0], velocity[1], velocity[2]
     for n in range(nodes):
-        p, start_s, previous = parent[n], 0.0, np.zeros(3)
-        nearest2, nearest_s = np.sum(place * place), 0.0
-        aside = place.copy()
+        p, start_s = parent[n], 0.0
+        x, y, z = 0.0, 0.0, 0.0
+        nearest2, nearest_s = px * px + py * py + pz * pz, 0.0
+        ax, ay, az = px, py, pz
         if p >= 0:
-            start_s, previous = end_time_s[p], samples[p, count - 1]
+            start_s = end_time_s[p]
+            x, y, z = samples[p, count - 1, 0], samples[p, count - 1, 1], samples[p, count - 1, 2]
             nearest2, nearest_s = on_way2[p], on_way_s[p]
-            aside = on_way_aside[p].copy()
+            ax, ay, az = on_way_aside[p, 0], on_way_aside[p, 1], on_way_aside[p, 2]
         step_s = (end_time_s[n] - start_s) / count
         began_s = start_s
-        change = np.zeros(3)
+        cx, cy, cz = 0.0, 0.0, 0.0
         for q in range(count):
-            change = velocity - (samples[n, q] - previous) / step_s
-            apart = place + began_s * velocity - previous
-            after_s = _closest_s(apart, change, step_s)
-            there = apart + after_s * change
-            gap2 = np.sum(there * there)
+            cx = vx - (samples[n, q, 0] - x) / step_s
+            cy = vy - (samples[n, q, 1] - y) / step_s
+            cz = vz - (samples[n, q, 2] - z) / step_s
+            dx, dy, dz = px + began_s * vx - x, py + began_s * vy - y, pz + began_s * vz - z
+            after_s = _closest_s(dx, dy, dz, cx, cy, cz, step_s)
+            dx, dy, dz = dx + after_s * cx, dy + after_s * cy, dz + after_s * cz
+            gap2 = dx * dx + dy * dy + dz * dz
             if gap2 < nearest2:
-                nearest2, nearest_s, aside = gap2, began_s + after_s, there
-            previous, began_s = samples[n, q], began_s + step_s
+                nearest2, nearest_s = gap2, began_s + after_s
+                ax, ay, az = dx, dy, dz
+            x, y, z = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
+            began_s = began_s + step_s
         on_way2[n], on_way_s[n] = nearest2, nearest_s
-        on_way_aside[n] = aside
-        apart = place + began_s * velocity - previous
-        after_s = _closest_s(apart, change, np.inf)
-        there = apart + after_s * change
-        if np.sum(there * there) < nearest2:
-            nearest_s, aside = began_s + after_s, there
+        on_way_aside[n, 0], on_way_aside[n, 1], on_way_aside[n, 2] = ax, ay, az
+        dx, dy, dz = px + began_s * vx - x, py + began_s * vy - y, pz + began_s * vz - z
+        after_s = _closest_s(dx, dy, dz, cx, cy, cz, np.inf)
+        tx, ty, tz = dx + after_s * cx, dy + after_s * cy, dz + after_s * cz
+        if tx * tx + ty * ty + tz * tz < nearest2:
+            nearest_s = began_s + after_s
+            ax, ay, az = tx, ty, tz
         within_s = min(after_s, max(0.0, horizon_s - began_s))
-        there = apart + within_s * change
-        gap = np.sqrt(np.sum(there * there))
+        tx, ty, tz = dx + within_s * cx, dy + within_s * cy, dz + within_s * cz
+        gap = np.sqrt(tx * tx + ty * ty + tz * tz)
         lack_m[n] = radius + growth * (began_s + within_s) - gap
-        aside_m[n], time_s[n] = aside, nearest_s
+        aside_m[n, 0], aside_m[n, 1], aside_m[n, 2], time_s[n] = ax, ay, az, nearest_s
     return aside_m, time_s, lack_m
 
 
 @compiled
-def _closest_s(apart: FloatArray, change: FloatArray, longest_s: float) -> float:
-    """When two that move straight on are closest."""
-    speed2 = np.sum(change * change)
+def _closest_s(
+    dx: float, dy: float, dz: float, cx: float, cy: float, cz: float, longest_s: float
+) -> float:
+    """When two that move straight on are closest: what lies between them, and how that changes."""
+    speed2 = cx * cx + cy * cy + cz * cz
     if speed2 <= 0.0:
         return 0.0
-    return min(longest_s, max(0.0, -np.sum(apart * change) / speed2))
+    return min(longest_s, max(0.0, -(dx * cx + dy * cy + dz * cz) / speed2))

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings, Planner
@@ -104,9 +106,42 @@ class Situation:
     """Space that range sensors have seen to be free; None without any of them."""
 
     def __post_init__(self) -> None:
+        if self._is_plain:
+            return
         problems = found(self._problems())
         if problems:
             raise InputError("situation", problems)
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether all is as nearly always, which is quick to find out; else problems are sought."""
+        vectors = [self.target_m, self.wind_mps]
+        vectors += [point for point in (self.next_m, self.from_m) if point is not None]
+        for vector in vectors:
+            if type(vector) is not np.ndarray or vector.dtype != float or vector.shape != (3,):
+                return False
+            x, y, z = vector.tolist()
+            if not (abs(x) <= LARGEST and abs(y) <= LARGEST and abs(z) <= LARGEST):
+                return False
+        numbers = (self.state_age_s, self.range_sigma_m, self.wind_sigma_mps, self.unsure_m)
+        for number in (*numbers, self.reach_radius_m):
+            if not (isinstance(number, float | int) and 0.0 <= number <= LARGEST):
+                return False
+        if self.remembered is not None:
+            place, radius = self.remembered
+            if array_problem("", place, (None, 3)) or array_problem(
+                "", radius, (len(place),), 0.0, LARGEST
+            ):
+                return False
+        return (
+            self.reach_radius_m > 0.0
+            and isinstance(self.floor_m, float)
+            and self.floor_m <= LARGEST
+            and isinstance(self.state, State)
+            and isinstance(self.obstacle_map, ObstacleMap | None)
+            and all(isinstance(each, Detection) for each in self.detections)
+            and all(isinstance(each, Intruder) for each in self.intruders)
+        )
 
     def _problems(self) -> Iterator[str | None]:
         yield from (

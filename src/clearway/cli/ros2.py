@@ -143,5 +143,7 @@ def _in_words(result: dict[str, Any], link: Ros2Link) -> str:
         for topic, heard in link.topics.items()
         if heard.needed or heard.messages
     ]
+    if link.dropped:
+        lines.append(f"dropped    {link.dropped} datagrams by the kernel: buffers were full")
     lines += [f"left out   {number} x {why}" for why, number in sorted(result["left_out"].items())]
     return "\n".join(lines)

@@ -148,7 +148,7 @@ class Knowledge:
         before = self.own_states.latest if self.own_states.reach_back_to(state.time_s) else None
         flown_m = None
         if before is not None:
-            flown_m = self.flown.carry_in_calm(before, state.time_s).position_m
+            flown_m = self.flown.place_in_calm_m(before, state.time_s)
         jumped = self._has_jumped(before, state, flown_m)
         flaw = self.own_states.take(state)
         if flaw:

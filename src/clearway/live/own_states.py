@@ -7,11 +7,14 @@ from dataclasses import replace
 
 from clearway.avoidance.situation import CALM
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import wrap_angle
+from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
+
+Leg = tuple[Movement, float]
+"""A movement, and for how long it was flown, s."""
 
 
 class Flown:
@@ -23,6 +26,7 @@ class Flown:
     def __init__(self, automaton: MovementAutomaton, history_s: float) -> None:
         self._automaton, self._history_s = automaton, history_s
         self._buffers: deque[MovementBuffer] = deque()
+        self._asked: tuple[float, float, list[Leg]] | None = None  # The latest `_legs`.
         self.wind_mps = CALM
         """[3] that carries the vehicle, world frame."""
 
@@ -30,8 +34,7 @@ class Flown:
         """From the start of a buffer on it is flown, and no longer what was before (6.3)."""
         if not buffer.entries:
             return
-        if self._buffers:
-            self._buffers[-1], _ = self._buffers[-1].split(buffer.start_s)
+        self.until(buffer.start_s)
         self._buffers.append(buffer)
         oldest = buffer.start_s - self._history_s
         while self._buffers[0].end_s < oldest or not self._buffers[0].entries:
@@ -39,8 +42,9 @@ class Flown:
 
     def until(self, time_s: float) -> None:
         """From a time on it is not known what is flown."""
+        self._asked = None
         if self._buffers:
-            self._buffers[-1], _ = self._buffers[-1].split(time_s)
+            self._buffers[-1] = self._buffers[-1].until(time_s)
 
     def carry(self, state: State, time_s: float) -> State:
         """A state carried to a later time along all that was flown since (4.16), and by wind."""
@@ -54,6 +58,16 @@ class Flown:
         """The same without any wind."""
         if time_s - state.time_s <= 1e-9:
             return state
+        vector = self._vector_in_calm(state, time_s)
+        return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+
+    def place_in_calm_m(self, state: State, time_s: float) -> FloatArray:
+        """[3] where `carry_in_calm` leads."""
+        if time_s - state.time_s <= 1e-9:
+            return state.position_m
+        return self._vector_in_calm(state, time_s)[:3]
+
+    def _vector_in_calm(self, state: State, time_s: float) -> FloatArray:
         by_pairs = self._automaton.pairs is not None
         if by_pairs:
             vector = self._automaton.after(state, self.last_before(state.time_s)).vector
@@ -63,7 +77,7 @@ class Flown:
             vector = self._automaton.predict(vector, movement, duration_s)
         if by_pairs:  # Its own roll and pitch: these say what was flown.
             vector[3:5] = state.attitude_rad[:2]
-        return replace(state, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
+        return vector
 
     def last_before(self, time_s: float) -> str | None:
         """The movement that was flown before a time, or is being flown; None for none."""
@@ -79,13 +93,18 @@ class Flown:
         unknown = end_s - start_s - known
         return unknown if unknown > TIME_TOLERANCE_S else 0.0
 
-    def _legs(self, start_s: float, end_s: float) -> list[tuple[Movement, float]]:
-        """Movements flown between two times, and for how long each."""
+    def _legs(self, start_s: float, end_s: float) -> list[Leg]:
+        """Movements flown between two times, and for how long each; several ask for the same."""
+        if self._asked is not None and self._asked[:2] == (start_s, end_s):
+            return self._asked[2]
         after_s, before_s = start_s + TIME_TOLERANCE_S, end_s - TIME_TOLERANCE_S
-        legs: list[tuple[Movement, float]] = []
+        legs: list[Leg] = []
         for buffer in self._buffers:
-            if buffer.end_s > after_s and buffer.start_s < before_s:  # Most were long ago.
+            entries = buffer.entries
+            # Most were long ago.
+            if entries and entries[-1].end_s > after_s and entries[0].start_s < before_s:
                 legs += buffer.legs(start_s, end_s)
+        self._asked = (start_s, end_s, legs)
         return legs
 
 

@@ -40,6 +40,8 @@ class Playback:
     pattern_from: str
     posed: bool
     """Whether the recording tells where the vehicle was."""
+    system: AvoidanceSystem
+    """What decides, fed as `scans` are drawn."""
     scans: Iterator[tuple[int, PlayedScan]]
     """(number of the scan, what was decided)"""
     left_out: Counter[str]
@@ -75,6 +77,7 @@ def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:
         lidar,
         pattern_from,
         bool(states),
+        system,
         _played(system, moments),
         left_out,
         (*sequence.notes, *cloud_notes(cloud)),

@@ -16,7 +16,11 @@ STEP_S = 0.02
 
 
 class BagBus:
-    """A `bus.TopicBus` that plays a ROS 2 bag or MCAP file as fast as it is heard."""
+    """A `bus.TopicBus` that plays a ROS 2 bag or MCAP file as fast as it is waited for.
+
+    What was recorded at once comes once for each wait: whoever looks again before a tick must not
+    run ahead of it.
+    """
 
     def __init__(self, path: Path) -> None:
         self.name, self.ended = f"the recording {path}", False
@@ -31,6 +35,7 @@ class BagBus:
         self._there = {topic.name: topic for topic in self._bag.topics}
         self._coming: Iterator[RawMessage] | None = None
         self._next: RawMessage | None = None
+        self._is_due = False
 
     def subscribe(self, topic: str, kind: str, quality: Quality) -> None:
         del quality
@@ -49,6 +54,9 @@ class BagBus:
         return True
 
     def take(self) -> Sequence[TopicMessage]:
+        if not self._is_due:
+            return []
+        self._is_due = False
         if self._coming is None:
             self._coming = self._bag.messages([t for t in self._kinds if t in self._there])
             self._next = next(self._coming, None)
@@ -66,6 +74,7 @@ class BagBus:
 
     def wait(self, seconds: float) -> None:
         del seconds
+        self._is_due = True
 
     def close(self) -> None:
         self._stack.close()

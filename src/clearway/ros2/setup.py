@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -25,6 +24,7 @@ from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import FlightSetup, Notice, prepare
 from clearway.ros2.bus import TopicBus
 from clearway.ros2.guard_link import GuardLink
+from clearway.ros2.kernel import buffer_warnings
 from clearway.ros2.parameters import Names, NodeParameters, SetPointParameters
 from clearway.ros2.ros2_link import Ros2Link
 from clearway.sensors import Lidar
@@ -33,9 +33,6 @@ L = TypeVar("L", bound=Link)
 WARMING = "warming up; the first run compiles, which takes a while"
 CMD_VEL = (SetPointParameters(topic="cmd_vel", type="Twist"),)
 """What a guardian publishes where nothing else is said."""
-CORE_RMEM = Path("/proc/sys/net/core/rmem_max")
-WANTED_BYTES = 16 << 20
-"""Of a socket's buffer: a cloud of 100,000 points is 1.6 MB, and several wait."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,17 +163,3 @@ def _terms(node: NodeSetup, parameters: NodeParameters) -> SessionTerms:
             stays_level=setup.planner.automaton.stays_level,
         ),
     )
-
-
-def buffer_warnings() -> list[str]:
-    """What of the machine's settings loses clouds."""
-    try:
-        most = int(CORE_RMEM.read_text())
-    except (OSError, ValueError):
-        return []
-    if most >= WANTED_BYTES:
-        return []
-    return [
-        f"net.core.rmem_max is {most} bytes: clouds of best effort get lost; "
-        f"sudo sysctl -w net.core.rmem_max={WANTED_BYTES}"
-    ]

@@ -20,6 +20,7 @@ from clearway.ros2.aircraft import aircraft_of
 from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage
 from clearway.ros2.clouds import points_of
 from clearway.ros2.heard import HeardTopic
+from clearway.ros2.kernel import dropped_datagrams
 from clearway.ros2.messages import damages, packed, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import CloudParameters, Names, NodeParameters, SetPointParameters
@@ -88,6 +89,7 @@ class TopicLink(Generic[S]):
         self._by_topic: dict[str, Heard] = {}
         self._said: set[str] = set()
         self._diagnosed_s = -math.inf
+        self._dropped_before = dropped_datagrams() or 0
         for heard in self._all_heard():
             self._by_topic[heard.topic] = heard
             self.topics[heard.topic] = HeardTopic(heard.kind, heard.needed)
@@ -245,6 +247,9 @@ class TopicLink(Generic[S]):
             for topic, heard in self.topics.items()
             if heard.needed or heard.messages
         }
+        dropped = self.dropped
+        if dropped:
+            values["datagrams dropped by the kernel"] = dropped
         values |= dict(self.session.left_out.most_common(20))
         level = told.OK if outcome.state in (LinkState.FLYING, LinkState.ARRIVED) else told.WARN
         lost = (LinkState.POSITION_LOST, LinkState.SENSOR_LOST, LinkState.LINK_LOST)
@@ -268,6 +273,11 @@ class TopicLink(Generic[S]):
         fresh = [reason for reason in self.counts if reason not in self._said]
         self._said.update(fresh)
         return fresh
+
+    @property
+    def dropped(self) -> int:
+        """Datagrams that the kernel dropped for full buffers since we began, of all programs."""
+        return (dropped_datagrams() or 0) - self._dropped_before
 
     def missing(self) -> list[str]:
         """What is needed and does not come, or cannot be used."""

@@ -108,6 +108,12 @@ class MovementBuffer:
                 after.append(BufferedMovement(entry.movement, time_s, entry.duration_s - cut))
         return MovementBuffer(tuple(before)), MovementBuffer(tuple(after))
 
+    def until(self, time_s: float) -> MovementBuffer:
+        """What is done by a time: the first part of `split`."""
+        if not self.entries or self.entries[-1].end_s <= time_s + TIME_TOLERANCE_S:
+            return self
+        return self.split(time_s)[0]
+
     def legs(self, start_s: float, end_s: float) -> list[tuple[Movement, float]]:
         """Movements between two times, and for how long each: what two splits leave."""
         found = []

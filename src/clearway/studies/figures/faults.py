@@ -9,10 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
 
 COLOURS = ("#1f5fbf", "#2ca02c", "#e08a00")
 COLUMNS = 3
+CROWDED = 12.0
+"""Times the lowest level, from which on a linear axis would crowd the low ones."""
 
 
 class Curve(NamedTuple):
@@ -39,29 +42,45 @@ def draw_faults(faults: Sequence[Panel]) -> Figure:
     rows = -(-len(faults) // across)
     figure = Figure(figsize=(4.4 * across, 3.1 * rows + 0.3), layout="constrained")
     panels = figure.subplots(rows, across, squeeze=False).ravel()
+    labels = list(dict.fromkeys(curve.label for fault in faults for curve in fault.curves))
     for axes, fault in zip(panels, faults, strict=False):
-        _draw_fault(axes, fault)
+        _draw_fault(axes, fault, labels)
     for axes in panels[len(faults) :]:
         axes.set_axis_off()
     for row in range(rows):
         panels[row * across].set_ylabel("share of flights (%)")
+    named = {
+        label: handle
+        for axes in panels[: len(faults)]
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    columns = min(3 * across, len(named))
+    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=columns)
     return figure
 
 
-def _draw_fault(axes: Axes, fault: Panel) -> None:
-    places = np.arange(len(fault.levels))
-    for number, curve in enumerate(fault.curves):
-        color = COLOURS[number % len(COLOURS)]
+def _draw_fault(axes: Axes, fault: Panel, labels: Sequence[str]) -> None:
+    places = np.array(fault.levels)
+    for curve in fault.curves:
+        color = COLOURS[labels.index(curve.label) % len(COLOURS)]
         flown = np.array(curve.flown)
         low, high = np.array([wilson(*pair) for pair in zip(curve.kept, flown, strict=True)]).T
         axes.fill_between(places, 100 * low, 100 * high, color=color, alpha=0.12, linewidth=0)
         kept, crashed = 100 * np.array(curve.kept) / flown, 100 * np.array(curve.crashed) / flown
         axes.plot(places, kept, "o-", color=color, markersize=4, label=curve.label)
-        axes.plot(places, crashed, "x--", color=color, markersize=5, linewidth=1.0)
-    axes.plot([], [], "x--", color="grey", linewidth=1.0, label="crashed")
-    axes.set_xticks(places, [f"{level:g}" for level in fault.levels])
+        label = f"{curve.label}: crashed"
+        axes.plot(places, crashed, "x--", color=color, markersize=5, linewidth=1.0, label=label)
+    _scale_levels(axes, places)
     axes.set_xlabel(fault.unit)
     axes.set_title(fault.title, fontsize=9)
     axes.set_ylim(-4, 104)
     axes.grid(alpha=0.25)
-    axes.legend(fontsize=7, loc="center left")
+
+
+def _scale_levels(axes: Axes, levels: FloatArray) -> None:
+    """Levels where they are; by powers, linear up to the lowest, where most would crowd at 0."""
+    above = levels[levels > 0.0]
+    if len(above) > 1 and above.max() > CROWDED * above.min():
+        axes.set_xscale("symlog", linthresh=float(above.min()))
+    axes.set_xticks(levels, [f"{level:g}" for level in levels.tolist()])
+    axes.minorticks_off()

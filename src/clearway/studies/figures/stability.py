@@ -28,7 +28,7 @@ def draw_deviations(
     axes.plot(time_s, bound_m, color=BOUND, lw=2.0, label="bound (3.28)")
     axes.set(xlabel="time (s)", ylabel="deviation from the prediction (m)", ylim=(0.0, None))
     axes.set_xlim(0.0, float(time_s[-1]))
-    axes.legend(frameon=False)
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
     return figure
 
@@ -50,14 +50,13 @@ def draw_approach(
     above.plot(goal_m[0], goal_m[1], "s", color=GOAL, label="waypoint")
     low, high = float(track_m[:, 1].min()), float(track_m[:, 1].max())
     above.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", ylim=(low - SIDE_M, high + SIDE_M))
-    above.legend(frameon=False)
     value.plot(time_s, lyapunov_m2, color=FLOWN, label="V")
     rising = np.append(np.diff(lyapunov_m2) > 1e-9, False)
     value.plot(
         time_s, np.where(rising, lyapunov_m2, np.nan), color=RISING, lw=3.0, label="V rising"
     )
     value.set(xlabel="time (s)", ylabel="V = |y|²/2 (m²)", ylim=(0.0, None))
-    value.legend(frameon=False)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
     for axes in (above, value):
         axes.spines[["top", "right"]].set_visible(False)
     return figure

@@ -13,9 +13,10 @@ from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import BoolArray
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.body import body_cells
-from clearway.traffic.models.cells import Accuracy, ModelCells
+from clearway.traffic.models.cells import Accuracy, ModelCells, empty_arrays, motions
 from clearway.traffic.models.line import line_cells
 from clearway.traffic.models.paper_lattice import lattice_cells
 from clearway.traffic.models.spread import spread_cells
@@ -34,7 +35,12 @@ MODELS: dict[str, IntersectionModel] = {
 }
 """Intersection models by name: the flags l, b and s of (5.36), and the paper's replacements."""
 
+STRAIGHT_ON = ("line", "spread")
+"""Models by which an intruder stays within a cone about its course."""
 GRID_UP = (0.0, 0.0, 1.0)
+SPARE_RAD = 0.02
+"""By which the cone counts as wider, and the grid as larger, for all the rounding."""
+TINY = 1e-300
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,8 +88,13 @@ def assess_intruders(
     direction /= np.abs(direction).max()
     each = np.zeros((len(intruders), grid.cells))
     assessed: dict[str, ModelCells] = {}
+    near = may_meet(grid, intruders) if any(name in STRAIGHT_ON for name in models) else None
     for name in models:
-        model = MODELS[name](grid, intruders, direction, accuracy)
+        if near is None or name not in STRAIGHT_ON or near.all():
+            model = MODELS[name](grid, intruders, direction, accuracy)
+        else:
+            kept = [intruder for intruder, is_near in zip(intruders, near, strict=True) if is_near]
+            model = _of_some(MODELS[name](grid, kept, direction, accuracy), near)
         if vehicle_times is not None:
             model = replace(model, timed=TIMED_RULES[rule](model, vehicle_times))
         np.maximum(
@@ -91,6 +102,37 @@ def assess_intruders(
         )
         assessed[name] = model
     return IntruderCells(combine_intruders(each), each, MappingProxyType(assessed))
+
+
+def may_meet(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> BoolArray:
+    """[n] whether an intruder that flies straight on, within its spreads, may come into the grid:
+    whether the cone about its course meets the ball about the vehicle that holds the grid."""
+    if not intruders:
+        return np.zeros(0, dtype=np.bool_)
+    position, velocity = motions(intruders, grid.range_m)
+    away = np.sqrt(np.einsum("ni,ni->n", position, position))
+    speed = np.sqrt(np.einsum("ni,ni->n", velocity, velocity))
+    towards = -np.einsum("ni,ni->n", position, velocity)
+    off = np.arccos(np.clip(towards / np.maximum(away * speed, TINY), -1.0, 1.0))
+    beside = off - np.array([max(i.spread_rad) for i in intruders]) - SPARE_RAD
+    nearest = np.where(beside < 0.5 * np.pi, away * np.sin(np.maximum(beside, 0.0)), away)
+    misses = (speed > 0.0) & (nearest > (1.0 + SPARE_RAD) * grid.range_m)
+    return np.asarray(~misses, dtype=np.bool_)
+
+
+def _of_some(model: ModelCells, which: BoolArray) -> ModelCells:
+    """The cells of all intruders, of which those not marked meet none."""
+    rows, cells = np.flatnonzero(which), model.probability.shape[1]
+    arrays = empty_arrays(len(which), cells)
+    for every, some in zip(
+        arrays, (model.probability, model.entry_s, model.leave_s, model.dwell_s), strict=True
+    ):
+        every[rows] = some
+    meeting = None
+    if model.meeting is not None:
+        meeting = np.zeros((len(which), cells))
+        meeting[rows] = model.meeting
+    return ModelCells(*arrays, meeting=meeting)
 
 
 def combine_intruders(each: FloatArray) -> FloatArray:

@@ -37,6 +37,7 @@ def draw_alerts(history: AlertHistory) -> Figure:
         _band(row, shown, name, factor)
         row.set_ylabel(f"{name}\n{unit}")
     axes[-1].set_xlabel("time (s)")
+    figure.align_ylabels(axes)
     named = [level for level in AlertLevel if level]
     handles = [Patch(color=COLOURS[level], label=level.name.lower()) for level in named]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
@@ -58,7 +59,7 @@ def _levels(axes: Axes, history: AlertHistory) -> None:
     axes.set_ylim(-0.2, len(AlertLevel) - 0.8)
     axes.grid(alpha=0.25)
     if alerted and len(alerted) <= 8:
-        axes.legend(frameon=False, fontsize=8)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
 
 
 def _band(axes: Axes, shown: list[tuple[float, Bands]], name: str, factor: float) -> None:

@@ -25,6 +25,7 @@ from clearway.live import FlightDecision
 from clearway.reach.tree import ReachSet
 from clearway.view.plot.cells import ALL_ROWS, POINT_COLOR, CellView, Quantity, cased, draw_cells
 from clearway.view.plot.notebook import for_notebooks
+from clearway.view.plot.space import frame_space, name_height
 
 PASSABLE = LinearSegmentedColormap.from_list(
     "passable", ["#a50026", "#f46d43", "#f5c25b", "#a6cde3", "#4a98c9", "#2155a0"]
@@ -228,12 +229,9 @@ def _draw_lines(axes: Axes3D, view: CellView, range_m: float) -> None:
 
 def _set_limits(axes: Axes3D, low: FloatArray, high: FloatArray) -> None:
     """One scale on all axes."""
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_zlim(low[2], high[2])
     # Labels of a wide box need more room.
     size = high - low
-    axes.set_box_aspect(tuple(size), zoom=0.92 if size[1] <= 1.2 * size[0] else 0.82)
+    frame_space(axes, (low, high), zoom=0.92 if size[1] <= 1.2 * size[0] else 0.82)
 
 
 def draw_reach_set(
@@ -259,5 +257,5 @@ def draw_reach_set(
     _set_limits(axes, lines.min(axis=(0, 1)), lines.max(axis=(0, 1)))
     axes.set_xlabel("x ahead (m)")
     axes.set_ylabel("y left (m)")
-    axes.set_zlabel("z up (m)")
+    name_height(axes, "z up (m)")
     axes.view_init(elev=28.0, azim=-160.0)

@@ -1,8 +1,8 @@
 """Cells of the grid row by row from above, with what is to be seen over them.
 
-"Layer 1 (top)" first, as the paper calls rows. Ahead is up and left is left, as the pilot sees it,
-or ahead is to the right and left is up, as in the paper's figures of chapter 6.3. A point is drawn
-at its range and azimuth, as cells are.
+"Row 1 (top)" first: the paper calls rows layers, which elsewhere are ranges. Ahead is up and left
+is left, as the pilot sees it, or ahead is to the right and left is up, as in the paper's figures of
+chapter 6.3. A point is drawn at its range and azimuth, as cells are.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def draw_cells(
         if np.any(point_rows == row):
             here = view.seen(points_m[point_rows == row])
             axes.plot(*here.T, ".", color=POINT_COLOR, markersize=2)
-        axes.set_title(_row_title(grid, row), fontsize=10)
+        axes.set_title(_row_title(grid, row), fontsize=10, pad=4.0)
     for axes in panels[len(rows) :]:
         axes.set_visible(False)
     _label(panels, len(rows), across, view)
@@ -249,7 +249,7 @@ def _row_title(grid: AvoidanceGrid, row: int) -> str:
     places |= {0: " (bottom)", grid.rows - 1: " (top)"}
     if grid.rows == 1:
         places = {}
-    return f"Layer {grid.rows - row}{places.get(row, '')}: {low:.0f}° to {high:.0f}°"
+    return f"Row {grid.rows - row}{places.get(row, '')}: {low:.0f}° to {high:.0f}°"
 
 
 def _label(panels: Sequence[Axes], rows: int, across: int, view: CellView) -> None:

@@ -13,22 +13,30 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
+from clearway.view.plot.space import (
+    Limits,
+    cut,
+    frame_space,
+    limits_around,
+    name_height,
+    stacked_views,
+    within,
+)
 
-EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#c0392b", "#2e9e4f"
+EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#7d6b55", "#2e9e4f"
 WAY_OUT = "#088c82"
 DASHES = (0, (4.0, 1.5))
 MOST_WAYS_OUT = 5
 """In a picture of a whole flight."""
 MOST_DOTS = 12_000
-MOST_TICKS = 8
-"""Along the longest axis."""
+BEHIND = 0.6
+"""How much of what was flown a picture of one moment shows, as a share of the range."""
 ARC_POINTS = 12
 """In which an arc of the rim is drawn."""
 
@@ -85,20 +93,22 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     seen = _seen(run.decisions, until)
     figure = Figure(figsize=(13.0, 6.4), layout="constrained")
     figure.suptitle(title)
-    panels = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0], height_ratios=[1.5, 1.0])
-    space = figure.add_subplot(panels[:, 0], projection="3d")
+    panels = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.0])
+    space = figure.add_subplot(panels[0], projection="3d")
     assert isinstance(space, Axes3D)
-    above = figure.add_subplot(panels[0, 1])
-    side = figure.add_subplot(panels[1, 1])
     planned = entry.flight.decision.path_m if index is not None else None
     outline = field_of_view(entry) if index is not None else []
     ways = _ways_out(run, index)
-    _draw_space(space, run, flown, planned, seen, outline, ways)
-    for axes, columns, names in ((above, (0, 1), "x (m) y (m)"), (side, (0, 2), "x (m) z (m)")):
+    shown = [flown, run.mission.waypoints_m, *ways]
+    if planned is not None:  # A moment: what is near.
+        reach = BEHIND * entry.flight.decision.cells.evidence.grid.range_m
+        near = np.linalg.norm(flown - flown[-1], axis=1) <= reach
+        shown = [flown[near], planned, *outline, *ways]
+    limits = limits_around(np.concatenate(shown))
+    _draw_space(space, run, flown, planned, seen, outline, ways, limits)
+    above, side = stacked_views(figure, panels[1], limits)
+    for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_plane(axes, run, flown, planned, seen, outline, ways, columns)
-        horizontal, vertical = names.split(" (m)")[0], names.split()[2]
-        axes.set_xlabel(f"{horizontal} (m)")
-        axes.set_ylabel(f"{vertical} (m)")
     handles, labels = above.get_legend_handles_labels()
     handles[0] = Line2D([], [], color=SEEN, marker="o", markersize=4, linestyle="none")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
@@ -169,9 +179,10 @@ def _draw_space(
     seen: FloatArray,
     outline: Sequence[FloatArray],
     ways: Sequence[FloatArray],
+    limits: Limits,
 ) -> None:
-    axes.plot(*seen.T, ".", color=SEEN, markersize=1.5, alpha=0.35)
-    axes.plot(*flown.T, color=EXECUTED, linewidth=1.8)
+    axes.plot(*seen[within(seen, limits)].T, ".", color=SEEN, markersize=1.5, alpha=0.35)
+    axes.plot(*cut(flown, limits).T, color=EXECUTED, linewidth=1.8)
     if planned is not None:
         axes.plot(*planned.T, color=PLANNED, linewidth=1.8)
     for way in ways:
@@ -179,27 +190,17 @@ def _draw_space(
     for line in outline:
         axes.plot(*line.T, color="black", linewidth=0.7, linestyle="--")
     goals = run.mission.waypoints_m
+    goals = goals[within(goals, limits)]
     axes.plot(*goals.T, "s", color=WAYPOINT, markersize=7)
-    for place, label in _labels(goals).items():
+    for place, label in _labels(run.mission.waypoints_m).items():
+        if not within(np.array([place]), limits)[0]:
+            continue
         axes.text(*place, f"  {label}", color=WAYPOINT)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    axes.set_zlabel("z (m)")
-    everything = np.concatenate([flown, goals, *ways, *([planned] if planned is not None else [])])
-    _equal_box(axes, everything)
+    name_height(axes, "z (m)")
+    frame_space(axes, limits)
     axes.view_init(elev=35.0, azim=-60.0)
-
-
-def _equal_box(axes: Axes3D, points: FloatArray) -> None:
-    low, high = points.min(axis=0), points.max(axis=0)
-    spare = 0.06 * float((high - low).max()) + 1.0
-    low, high = low - spare, high + spare
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_zlim(low[2], high[2])
-    axes.set_box_aspect(tuple(high - low))
-    flat = float((high - low)[2] / (high - low).max())
-    axes.zaxis.set_major_locator(MaxNLocator(nbins=max(2, round(MOST_TICKS * flat))))
 
 
 def _labels(places: FloatArray) -> dict[tuple[float, ...], str]:
@@ -243,9 +244,8 @@ def _draw_plane(
             xytext=(5, 5),
             textcoords="offset points",
             color=WAYPOINT,
+            annotation_clip=True,
         )
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.grid(alpha=0.25)
 
 
 def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
@@ -263,16 +263,10 @@ def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
         axes.axhline(value, linestyle="--", color=color, label=f"{label}: {value:.2f} m")
     if np.isfinite(distance).all():
         lowest = int(np.argmin(distance))
-        axes.plot(run.time_s[lowest], distance[lowest], "o", color=EXECUTED)
-        axes.annotate(
-            f"{distance[lowest]:.2f} m at {run.time_s[lowest]:.1f} s",
-            (run.time_s[lowest], distance[lowest]),
-            xytext=(0, 9),
-            textcoords="offset points",
-            horizontalalignment="center",
-        )
+        label = f"nearest: {distance[lowest]:.2f} m at {run.time_s[lowest]:.1f} s"
+        axes.plot(run.time_s[lowest], distance[lowest], "o", color=EXECUTED, label=label)
     finish_distances(axes, "distance (m)", f"{run.mission.name}: distance to obstacles")
-    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 
@@ -307,7 +301,9 @@ def draw_tracking(run: Run[Steering]) -> Figure:
             )
         axes.set_ylabel(f"{name} (m)")
         axes.grid(alpha=0.25)
-    panels[0].legend(loc="best")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
+    figure.align_ylabels(panels)
     panels[-1].set_xlabel("time (s)")
     tracking = run.metrics.tracking_m
     figure.suptitle(

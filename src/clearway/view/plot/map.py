@@ -31,23 +31,25 @@ def draw_map(
     if not solid:
         above = figure.subplots()
     else:
-        above, side = figure.subplots(2, 1, height_ratios=[4.0, 1.0])
+        above, side = figure.subplots(2, 1, height_ratios=[4.0, 1.0], sharex=True)
         tops = np.array([_top_m(one) for one in solid])
         scale = Normalize(tops.min(), tops.max())
         drawn = _coloured([_footprint(one) for one in solid], tops, scale)
         above.add_collection(drawn)
-        figure.colorbar(drawn, ax=above, label="top above the origin (m)")
+        figure.colorbar(drawn, ax=[above, side], label="top above the origin (m)")
         side.add_collection(_coloured([_from_south(one) for one in solid], tops, scale))
         side.autoscale_view()
     _zones(above, zones)
-    _frame(above)
+    _frame(above, alone=not solid)
     if solid:
         _dots(above, obstacles, scale)
-        side.set(xlabel="x, east (m)", ylabel="z, up (m)", xlim=above.get_xlim())
+        above.tick_params(labelbottom=True)
+        side.set(xlabel="x, east (m)", ylabel="z, up (m)")
+        figure.align_ylabels([above, side])
     return figure
 
 
-def _frame(axes: Axes) -> None:
+def _frame(axes: Axes, *, alone: bool) -> None:
     """Equal scales, and limits that are not much wider one way than the other."""
     axes.autoscale_view()
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
@@ -55,7 +57,8 @@ def _frame(axes: Axes) -> None:
     spare_y = max(0.0, 0.35 * (east - west) - 0.5 * (north - south))
     axes.set(xlim=(west - spare_x, east + spare_x), ylim=(south - spare_y, north + spare_y))
     axes.set(xlabel="x, east (m)", ylabel="y, north (m)")
-    axes.set_aspect("equal")
+    # What stands below has the same x axis: the limits give way, not the box.
+    axes.set_aspect("equal", adjustable="box" if alone else "datalim")
     axes.locator_params(nbins=8)
 
 
@@ -82,8 +85,20 @@ def _zones(axes: Axes, zones: Mapping[str, Sequence[Obstacle]]) -> None:
         middle = np.concatenate(outlines).mean(axis=0)
         axes.plot(*middle, "+", color=ZONE)
         axes.annotate(
-            name, middle, xytext=(0, 6), textcoords="offset points", ha="center", color=ZONE
+            _named(name, volumes),
+            middle,
+            xytext=(0, 6),
+            textcoords="offset points",
+            ha="center",
+            color=ZONE,
         )
+
+
+def _named(name: str, volumes: Sequence[Obstacle]) -> str:
+    """The name of a zone over the heights that it spans."""
+    top = max(_top_m(one) for one in volumes)
+    foot = min(2.0 * float(one.position_m[2]) - _top_m(one) for one in volumes)
+    return f"{name}\n{foot:.0f} to {top:.0f} m"
 
 
 def _coloured(corners: list[FloatArray], tops: FloatArray, scale: Normalize) -> PolyCollection:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from matplotlib.figure import Figure
 
 from clearway.base.frames import FloatArray
 
+TITLE_WIDTH = 110
+"""Letters in a line."""
 MODES = {
     "navigation": "#2e9e4f",
     "landing": "#16a2b8",
@@ -38,7 +41,7 @@ def draw_playback(result: Mapping[str, Any]) -> Figure:
     left_out = sum(result["left_out"].values())
     figure.suptitle(
         f"{result['name']}: {len(scans)} scans decided, {left_out} left out\n"
-        f"beams {result['pattern_from']}: {result['pattern'][:90]}"
+        + fill(f"beams {result['pattern_from']}: {result['pattern']}", TITLE_WIDTH)
     )
     distances, ratings, returns = figure.subplots(3, 1, sharex=True)
     times = _column(scans, "time_s")
@@ -48,12 +51,17 @@ def draw_playback(result: Mapping[str, Any]) -> Figure:
     _draw(returns, times, scans, {"hits": "returns in the grid", "points": "returns in all"})
     margin = _column(scans, "margin_m")
     distances.plot(times, margin, color="#111111", lw=0.8, ls=":", label="margin")
-    for axes, label in ((distances, "metres"), (ratings, "probability"), (returns, "returns")):
+    for axes, label in (
+        (distances, "distance (m)"),
+        (ratings, "probability"),
+        (returns, "returns"),
+    ):
         axes.set_ylabel(label)
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         axes.grid(alpha=0.25)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ratings.set_ylim(0.0, 1.05)
+    figure.align_ylabels([distances, ratings, returns])
     returns.set_xlabel("time after the first scan (s); colours of the marks: " + _modes(scans))
     return figure
 

@@ -22,6 +22,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
 from clearway.reach.coverage import smoothness
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
+from clearway.view.plot.space import name_height
 
 INK, EDGE, VEHICLE = "#222222", "#9aa0a6", "#c1272d"
 SMOOTH: Colormap = LinearSegmentedColormap.from_list(
@@ -83,11 +84,11 @@ def _layout(figure: Figure, grid: AvoidanceGrid) -> tuple[Axes3D, Axes, Axes]:
         zlim=(low[2], high[2]),
         xlabel="x ahead (m)",
         ylabel="y left (m)",
-        zlabel="z up (m)",
         xticks=_ticks(low[0], high[0]),
         yticks=_ticks(low[1], high[1]),
         zticks=_ticks(low[2], high[2]),
     )
+    name_height(wide, "z up (m)")
     wide.set_box_aspect(tuple(np.maximum(high - low, 1e-9)), zoom=1.0)
     wide.view_init(elev=22.0, azim=-125.0)
     for pane in (wide.xaxis, wide.yaxis, wide.zaxis):

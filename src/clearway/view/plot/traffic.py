@@ -13,8 +13,11 @@ from clearway.sim.metrics import IntruderDistances
 from clearway.sim.pilot import Steering
 from clearway.view.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view, finish_distances
 from clearway.view.plot.ground_plan import draw_ground_plan, draw_kept_out
+from clearway.view.plot.space import Limits, limits_around, stacked_views
 
-DECISION, TRACK, INTRUDER, STRAIGHT = "#c218c2", "#d98ad9", "#d62728", "#9a9a9a"
+DECISION, TRACK, INTRUDER, STRAIGHT = "#12336b", "#d98ab5", "#b0125b", "#9a9a9a"
+LEGEND_INCHES = 1.7
+"""That an entry of the legend takes."""
 COURSE_S = 2.0
 """Arrows show where an intruder is after so long, as it reports itself."""
 
@@ -36,20 +39,48 @@ def draw_traffic(
     """
     until = run.time_s[-1] if index is None else run.decisions[index].flight.time_s
     taken = [entry for entry in run.decisions if entry.flight.time_s <= until + 1e-9]
-    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
+    limits = limits_around(_shown(run, taken, until, whole=index is None))
+    figure = Figure(figsize=_size(limits), layout="constrained")
     figure.suptitle(title)
-    above, side = figure.subplots(2, 1, height_ratios=[1.6, 1.0])
+    above, side = stacked_views(figure, figure.add_gridspec(1, 1)[0], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_view(axes, run, taken, until, columns, whole=index is None)
-        axes.set_xlabel("x (m)")
     draw_ground_plan(above, run.states[:, :3], world, run.safety_margin_m)
     if kept_out is not None:
         draw_kept_out(above, run.states[:, :3], kept_out)
-    above.set_ylabel("y (m)")
-    side.set_ylabel("z (m)")
     handles, labels = above.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    most = min(len(labels), int(figure.get_size_inches()[0] / LEGEND_INCHES))
+    figure.legend(handles, labels, loc="outside lower center", ncols=most, frameon=False)
     return figure
+
+
+def _size(limits: Limits) -> tuple[float, float]:
+    """Inches of a picture that both views fill."""
+    wide, deep, high = (limits[1] - limits[0]).tolist()
+    tall = (deep + high) / wide
+    width = float(np.clip(7.0 / tall, 6.5, 12.0))
+    return width, float(np.clip(width * tall, 3.0, 7.0)) + 1.6
+
+
+def _shown(run: Run, taken: list[LoggedDecision], until_s: float, *, whole: bool) -> FloatArray:
+    """[n, 3] places that the picture must hold: all of a flight, or what is near at a moment."""
+    flown = run.states[run.time_s <= until_s + 1e-9, :3]
+    ends = [track[-1:, 1:] for track in _near_tracks(run, until_s).values()]
+    if whole:
+        plans = [entry.flight.decision.path_m for entry in taken]
+        starts = [track[:1, 1:] for track in _near_tracks(run, until_s).values()]
+        return np.concatenate([flown, run.mission.waypoints_m, *plans, *starts, *ends])
+    decision, outline = taken[-1].flight.decision, field_of_view(taken[-1])
+    near = np.linalg.norm(flown - flown[-1], axis=1) <= decision.cells.evidence.grid.range_m
+    return np.concatenate([flown[near], decision.path_m, *outline, *ends])
+
+
+def _near_tracks(run: Run, until_s: float) -> dict[str, FloatArray]:
+    """[n, 4] each: the tracks as far as they are drawn."""
+    reach = 1.5 * run.decisions[0].flight.decision.cells.evidence.grid.range_m
+    near = {name: _while_near(run, track, reach) for name, track in run.intruder_tracks.items()}
+    until = {name: track[track[:, 0] <= until_s + 1e-9] for name, track in near.items()}
+    return {name: track for name, track in until.items() if len(track)}
 
 
 def _draw_view(
@@ -83,8 +114,6 @@ def _draw_view(
             axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)
     goals = run.mission.waypoints_m
     axes.plot(goals[:, a], goals[:, b], "s", color=WAYPOINT, markersize=7, label="waypoints")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.grid(alpha=0.25)
 
 
 def _draw_plans(
@@ -107,13 +136,8 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
     """Positions at past decision times joined, the last one full, within what the flight spans."""
     a, b = columns
     decided = np.array([entry.flight.time_s for entry in run.decisions])
-    reach = 1.5 * run.decisions[0].flight.decision.cells.evidence.grid.range_m
     first = True
-    for name, track in run.intruder_tracks.items():
-        near = _while_near(run, track, reach)
-        shown = near[near[:, 0] <= until_s + 1e-9]
-        if not len(shown):
-            continue
+    for name, shown in _near_tracks(run, until_s).items():
         at = np.isclose(shown[:, 0, None], decided[None, :], atol=1e-6).any(axis=1)
         places = shown[:, 1:]
         axes.plot(
@@ -141,6 +165,7 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
             verticalalignment="center",
             color=INTRUDER,
             fontsize=8,
+            annotation_clip=True,
         )
         first = False
 
