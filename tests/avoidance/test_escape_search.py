@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.escape_chains import chain_keeps
+from clearway.avoidance.escape_legs import was_seen
 from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.ways_out import WaysOut
@@ -60,3 +61,27 @@ def test_some_are_found_and_some_not(ways) -> None:
         for unseen_m in (0.2, 30.0)
     )
     assert near > 0 > far
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed: int) -> None:
+    """Held against places all over the body all along the way."""
+    rng = np.random.default_rng(seed)
+    shape = ways._terms.free.shape
+    free = (rng.random(shape) < 0.999).astype(np.uint8)
+    terms = ways._terms._replace(free=free, unseen_m=float(rng.uniform(0.05, 0.5)))
+    assert terms.yaw_rad == 0.0, "level frame and world differ by a place alone"
+    ball = rng.normal(size=(300, 3))
+    ball *= (rng.random(300) ** (1.0 / 3.0) / np.linalg.norm(ball, axis=1))[:, None]
+    seen = 0
+    for _ in range(20):
+        corners = rng.uniform(2.0, 6.0, 3) + np.cumsum(rng.uniform(-0.4, 0.4, (6, 3)), axis=0)
+        if not was_seen(corners, 0.0, terms):
+            continue
+        seen += 1
+        shares = np.linspace(0.0, 5.0, 51)
+        along = np.stack([np.interp(shares, range(6), corners[:, axis]) for axis in range(3)], 1)
+        places = terms.origin_m + (along[:, None] + terms.unseen_m * ball).reshape(-1, 3)
+        a, b, c = np.floor(places * terms.window[3]).astype(np.int64).T
+        assert free[a % shape[0], b % shape[1], c % shape[2]].all()
+    assert seen

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from clearway.base.errors import ClearwayError, InputError, OwnCodeError
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
+from clearway.missions.mission_sections import OF_MOVEMENTS
 from clearway.missions.setup import prepare
 from clearway.sim.plants import PLANTS, Air
 from clearway.sim.plants.air import GustScales
@@ -167,6 +169,21 @@ def test_a_mission_names_a_plant_and_flies_its_movements():
     assert prepare(mission(plant="quadrotor", speed_mps=4.0)).planner.speed_mps == 4.0
     with pytest.raises(InputError, match="'quadrotor', 'c172x', 'F450' or your own as module:name"):
         mission(plant="brick")
+
+
+def test_the_effective_mission_flies_the_same_movements_again(tmp_path: Path):
+    own = mission(plant="quadrotor", speed_mps=4.0)
+    again = parse_model("again", own.effective(), MissionFile)
+    assert again.vehicle.to_automaton() == own.vehicle.to_automaton()
+    assert "kind" not in again.effective()["vehicle"]
+    measured = mission(plant="quadrotor", automaton=str(tmp_path / "one.toml"))
+    assert not set(OF_MOVEMENTS) & set(measured.effective()["vehicle"])
+    parse_model("again", measured.effective(), MissionFile)
+    closed = mission(plant="quadrotor", kind="multirotor", speed_mps=4.0, turn_step_deg=10.0)
+    again = parse_model("again", closed.effective(), MissionFile)
+    assert again.vehicle.to_automaton() == closed.vehicle.to_automaton()
+    with pytest.raises(InputError, match="turn_step_deg: quadrotor flies its own movements"):
+        mission(plant="quadrotor", turn_step_deg=10.0)
 
 
 def blown(state, inputs, duration_s, air_mps):

@@ -25,7 +25,7 @@ from clearway.sensors.free_space import (
 )
 
 GROWN_S = 10.0
-"""For how long what is unsure about the wind adds up: then own states have told it anew."""
+"""For how long what is unsure of wind and predictions adds up: then own states have told anew."""
 Times = tuple[float, float]
 """When a movement begins and ends, s from the decision on."""
 
@@ -58,6 +58,11 @@ class EscapeTerms(NamedTuple):
     """[3] level frame."""
     unsure_mps: float
     """How far off it may be."""
+    tube_m: FloatArray
+    """[n] within how far of its prediction the vehicle is after 0, 1, ... movements (def. 13);
+    empty for exactly there."""
+    tube_s: float
+    """Duration of those movements."""
     least_s: float
     """For how long an escape is looked at, in whole rounds of its loop: once where there is no
     wind, since it then comes back to where it began."""
@@ -94,8 +99,14 @@ def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms
 
 @compiled
 def unsure_after(end_s: float, terms: EscapeTerms) -> float:
-    """How far off the wind may have carried the vehicle by then."""
-    return terms.unsure_mps * min(end_s, GROWN_S)
+    """How far off the vehicle may be by then: carried by the wind, or off its prediction."""
+    blown, last = terms.unsure_mps * min(end_s, GROWN_S), len(terms.tube_m) - 1
+    if last < 1:
+        return blown
+    flown = min(min(end_s, GROWN_S) / terms.tube_s, float(last))
+    before = min(int(flown), last - 1)
+    off, grown = terms.tube_m[before], terms.tube_m[before + 1] - terms.tube_m[before]
+    return float(blown + off + (flown - before) * grown)
 
 
 @compiled

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import get_args
+
+import numpy as np
 
 from clearway.avoidance.costs import (
     Prices,
@@ -145,6 +147,17 @@ def tube_of(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | N
     return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
 
 
+def _without_turning_back(
+    prepared: PreparedReachSet, automaton: MovementAutomaton, previous: int, prices: Prices
+) -> PreparedReachSet:
+    """Turning back on the spot, after a turn there by the movement flown last, costs as much as
+    changing sides: who turns there sees another way at every turn, and would do so for ever."""
+    turns = np.array([m.yaw_rate_rps for m in automaton.movements]) * automaton.stands
+    back = (turns * turns[previous] < 0.0)[prepared.first_movement]
+    price_m = prices.other_side * automaton.step_m
+    return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
+
+
 @keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Planner:
@@ -185,6 +198,7 @@ class Planner:
         the one that the settings name.
         """
         settings = settings or AvoidanceSettings()
+        automaton = library.automaton
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
         prepared_sets = tuple(
@@ -194,12 +208,17 @@ class Planner:
                     reach_set,
                     settings.prices,
                     stage_cost,
-                    library.automaton.room_to_turn_m,
-                    tube_of(library.automaton, reach_set),
+                    automaton.room_to_turn_m,
+                    tube_of(automaton, reach_set),
                 ),
             )
             for reach_set in library.reach_sets
         )
+        if automaton.pairs is not None:
+            prepared_sets = tuple(
+                (pitch, _without_turning_back(prepared, automaton, previous, settings.prices))
+                for previous, (pitch, prepared) in enumerate(prepared_sets)
+            )
         return cls(
             library.automaton,
             library.grid,
@@ -261,6 +280,9 @@ class Planner:
         What is verified is then what is flown, from whatever attitude.
         """
         roll, pitch, _ = state.attitude_rad.tolist()
+        pairs = self.automaton.pairs
+        if pairs is not None:  # Rooted at each movement already.
+            return self.prepared_sets[pairs.names.index(pairs.previous(roll))][1]
         return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:

@@ -57,6 +57,14 @@ def carried_m(planner: Planner, situation: Situation | Here) -> float:
     return drift_mps * in_wind_s(planner.automaton) if drift_mps else 0.0
 
 
+def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
+    """Radii after 0, 1, ... movements, and how long one takes at least."""
+    shortest_s = min(movement.duration_s for movement in automaton.movements)
+    if automaton.pairs is None:
+        return np.zeros(0), shortest_s
+    return automaton.tube_m(np.arange(len(automaton.pairs.tube_m) + 1)), shortest_s
+
+
 class WaysOut:
     """Looks for ways out at one decision; what is found out is kept until it is over.
 
@@ -100,6 +108,7 @@ class WaysOut:
             nothing_moving(),
             np.ascontiguousarray(world_from_body([0.0, 0.0, yaw]).T @ situation.wind_mps),
             settings.sigmas * situation.wind_sigma_mps,
+            *_tube_of(planner.automaton),
             0.0,
         )
         self._lasts_s = in_wind_s(planner.automaton)

@@ -188,7 +188,8 @@ class AvoidanceSystem:
         decided anew with every scan, from between two movements, it would waver for ever.
         """
         now = self._known.catch_up(now_s)
-        due = self._plan.due(now, self.progress.goal) or self._strayed()
+        strayed = self._strayed()  # Counted also where a decision is due anyway.
+        due = self._plan.due(now, self.progress.goal) or strayed
         if due or not (self._known.news or self._margin_has_grown(now)):
             return due
         verified = self.planner.settings.verify

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -9,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.base.frames import FloatArray
 from clearway.base.provenance import provenance
 from clearway.io.toml import Section, read_model
 from clearway.io.toml_writing import write_toml
@@ -18,6 +20,8 @@ from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.measured import PairTable
 from clearway.vehicle.multirotor import MultirotorModel
 
+DIGITS = 5
+"""Of metres and radians, far below what any vehicle repeats."""
 Row = Annotated[tuple[float, float, float, float], Field(strict=False)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 
@@ -40,6 +44,8 @@ class AboutSection(Section):
     vehicle was 999 times of 1,000."""
     error_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
     """The same 19 times of 20, on flights that did not make the table."""
+    closed_form_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
+    """And that by the closed form of the movements."""
 
 
 class MovementSection(Section):
@@ -123,7 +129,8 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
         gusts_mps=settings.gusts_mps,
         first=table.first,
         tube_m=_rounded(table.tube_m),
-        error_p95_m=_rounded([float(np.quantile(each, 0.95)) for each in measured.error_m]),
+        error_p95_m=_p95(measured.error_m),
+        closed_form_p95_m=_p95(measured.closed_form_m),
     )
     movements = tuple(
         MovementSection(
@@ -140,8 +147,8 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
         PairSection(
             previous=previous,
             movement=name,
-            # Whole digits: what circles or stands must do so exactly.
-            path=tuple((float(x), float(y), float(z), float(a)) for x, y, z, a in path),
+            # Whole digits of what circles or stands: it must do so exactly.
+            path=_rows(path if previous == name else np.round(path, DIGITS)),
             spread_m=round(table.spread_m.get((previous, name), 0.0), 6),
         )
         for (previous, name), path in table.paths.items()
@@ -155,6 +162,14 @@ def write_automaton(file: AutomatonFile, path: str | Path) -> None:
         write_toml(file, path)
     except OSError as cause:
         raise InputError(str(path), f"cannot be written: {cause.strerror}") from cause
+
+
+def _rows(path: FloatArray) -> tuple[Row, ...]:
+    return tuple((float(x), float(y), float(z), float(a)) for x, y, z, a in path)
+
+
+def _p95(errors: Sequence[FloatArray]) -> tuple[float, ...]:
+    return _rounded([float(np.quantile(each, 0.95)) for each in errors])
 
 
 def _rounded(values: object) -> tuple[float, ...]:

@@ -194,6 +194,7 @@ class MissionFile(Section):
         """
         tables = {"schema_version": SCHEMA_VERSION, **self.model_dump(exclude_none=True)}
         tables["grid"] = self.grid.effective()
+        tables["vehicle"] = self.vehicle.effective()
         return tables
 
     def changed(self, section: str, **values: object) -> MissionFile:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,6 +19,8 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 OF_MULTIROTORS = ("climb_mps", "spot_turn_deg", "slow_mps")
 OF_MOVEMENTS = ("kind", "speed_mps", "turn_step_deg", "movement_s", "pitch_limit_deg")
+OF_PLANTS = ("speed_mps", "movement_s")
+"""What a plant's own movements are made for."""
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
 
 
@@ -85,6 +87,12 @@ class VehicleSection(Section):
         measured = [key for key in OF_MOVEMENTS if key in self.model_fields_set]
         if self.automaton is not None and measured:
             raise ValueError(f"{measured[0]}: the automaton's file says what it is flown with")
+        if self.flies_as_its_plant:
+            lost = [key for key in measured if key not in OF_PLANTS]
+            if lost:
+                raise ValueError(
+                    f"{lost[0]}: {self.plant} flies its own movements; give a kind too"
+                )
         if self.kind == "plane" and given:
             raise ValueError(f'{given[0]}: only of kind = "multirotor"')
         for slow in self.slow_mps or ():
@@ -96,6 +104,21 @@ class VehicleSection(Section):
             raise ValueError(f"slow_mps: speeds must differ, got {list(self.slow_mps)}")
         return self
 
+    @property
+    def flies_as_its_plant(self) -> bool:
+        """Whether the movements are those that the plant has of its own."""
+        plant = self.to_plant()
+        own = plant is not None and plant.movements is not None
+        return own and self.automaton is None and "kind" not in self.model_fields_set
+
+    def effective(self) -> dict[str, Any]:
+        """The table with its defaults, but for those in whose place plant or automaton stand."""
+        table = self.model_dump(exclude_none=True)
+        if self.automaton is None and not self.flies_as_its_plant:
+            return table
+        left_out = set(OF_MOVEMENTS) - self.model_fields_set
+        return {key: value for key, value in table.items() if key not in left_out}
+
     def to_plant(self) -> PlantKind | None:
         """What truly moves; None for what does as the automaton predicts."""
         return None if self.plant is None else PLANTS.named(self.plant)
@@ -104,9 +127,9 @@ class VehicleSection(Section):
         if self.automaton is not None:
             return read_automaton(self.automaton)
         plant = self.to_plant()
-        if plant is not None and plant.movements and "kind" not in self.model_fields_set:
-            given = {"speed_mps", "movement_s"} & self.model_fields_set
+        if self.flies_as_its_plant and plant is not None and plant.movements is not None:
             keys = {"speed_mps": "speed_mps", "movement_s": "duration_s"}
+            given = [name for name in OF_PLANTS if name in self.model_fields_set]
             return plant.movements(**{keys[name]: getattr(self, name) for name in given})
         if self.kind == "multirotor":
             return MovementAutomaton.multirotor(

@@ -11,7 +11,7 @@ import hashlib
 import os
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +32,7 @@ VERSION = 2
 MAGIC = b"clearway reach\n"
 SHIPPED = Path(__file__).parent / "shipped"
 """Libraries of the standard grids, which come with the package."""
+APART_RAD = 1e-12
 _HEADER = struct.Struct(f"<{len(MAGIC)}sI32s32s")
 _COUNT = struct.Struct("<I")
 
@@ -45,6 +46,8 @@ Notice = Callable[[str], None]
 @dataclass(frozen=True, eq=False)
 class ReachLibrary:
     """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2.
+
+    Of an automaton that was measured, one per movement that may have been flown last.
 
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
@@ -76,10 +79,11 @@ class ReachLibrary:
     ) -> ReachLibrary:
         """Build all reach sets anew; errors as of `build_reach_set`."""
         tuning = tuning or {}
-        lattice = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
-        return cls(
-            automaton, grid, method, _built(lattice, grid, method, tuning, progress or _silent)
-        )
+        reach_sets: tuple[ReachSet, ...] = ()
+        every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
+        for lattice in _rooted(every):
+            reach_sets += _built(lattice, grid, method, tuning, progress or _silent)
+        return cls(automaton, grid, method, _told_apart(reach_sets, automaton))
 
     @classmethod
     @keywords_beyond_two
@@ -101,23 +105,28 @@ class ReachLibrary:
         building again the next time.
         """
         tuning, notice = tuning or {}, notice or _unheard
-        lattice = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
-        key = content_key(lattice, grid, method, tuning)
-        name = f"reach-{key.hex()[:32]}.bin"
-        path = (folder or cache_folder()) / name
-        reach_sets = _loaded(SHIPPED / name, key, lattice, grid, notice)
-        if reach_sets is None:
-            reach_sets = _loaded(path, key, lattice, grid, notice)
-        if reach_sets is None:
-            reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
-            _store(path, key, reach_sets, notice)
-        return cls(automaton, grid, method, reach_sets)
+        found: tuple[ReachSet, ...] = ()
+        every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
+        for lattice in _rooted(every):
+            key = content_key(lattice, grid, method, tuning)
+            name = f"reach-{key.hex()[:32]}.bin"
+            path = (folder or cache_folder()) / name
+            reach_sets = _loaded(SHIPPED / name, key, lattice, grid, notice)
+            if reach_sets is None:
+                reach_sets = _loaded(path, key, lattice, grid, notice)
+            if reach_sets is None:
+                reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
+                _store(path, key, reach_sets, notice)
+            found += reach_sets
+        return cls(automaton, grid, method, _told_apart(found, automaton))
 
     def store(self, folder: Path) -> Path:
         """Write the library, built without tuning, into a folder; returns the file.
 
-        Raises InputError where that cannot be done.
+        Raises InputError where that cannot be done, and for an automaton that was measured.
         """
+        if self.automaton.pairs is not None:
+            raise InputError(str(folder), "reach sets of a measured automaton are not shipped")
         lattice = lattice_for(self.automaton, self.grid, self.automaton.start_pitches_rad, {})
         key = content_key(lattice, self.grid, self.method, {})
         path = folder / f"reach-{key.hex()[:32]}.bin"
@@ -160,6 +169,8 @@ def content_key(
     for array in (*(each / grid.layer_m for each in lengths), *angles):
         digest.update((np.round(array, 9) + 0.0).tobytes())
     digest.update(np.round(sorted(lattice.start), 9).tobytes())
+    if lattice.automaton.pairs is not None:
+        digest.update(repr(sorted(lattice.start.values())).encode())
     return digest.digest()
 
 
@@ -177,6 +188,26 @@ def _built(
         reach_sets.append(reach_set_at(lattice, grid, method, pitch, **tuning))
     progress(len(pitches), len(pitches))
     return tuple(reach_sets)
+
+
+def _rooted(lattice: Lattice) -> tuple[Lattice, ...]:
+    """The same lattice, begun after each movement of an automaton that was measured."""
+    pairs = lattice.automaton.pairs
+    if pairs is None:
+        return (lattice,)
+    flown_last = lattice.pieces.attitude_rad[:, 0]
+    at = [int(np.argmin(np.abs(flown_last - pairs.label_of(name)))) for name in pairs.names]
+    return tuple(replace(lattice, start=dict.fromkeys(lattice.start, n)) for n in at)
+
+
+def _told_apart(
+    reach_sets: tuple[ReachSet, ...], automaton: MovementAutomaton
+) -> tuple[ReachSet, ...]:
+    """Those of a measured automaton all begin level: by so little pitch that it matters to nothing
+    else, whoever keeps them by their start pitch tells them apart."""
+    if automaton.pairs is None:
+        return reach_sets
+    return tuple(replace(one, start_pitch_rad=n * APART_RAD) for n, one in enumerate(reach_sets))
 
 
 def _store(path: Path, key: bytes, reach_sets: tuple[ReachSet, ...], notice: Notice) -> None:

@@ -341,8 +341,13 @@ class MovementAutomaton:
 
     @cached_property
     def _level_ends(self) -> FloatArray:
-        """[n, 6] where the movements end that may be flown from level flight."""
+        """[n, 6] where the movements end that may be flown from level flight; as measured, those
+        that are flown on and on."""
         level = np.zeros(6)
+        if self.pairs is not None:
+            steady = [(self.pairs.label_of(m.name), m) for m in self.movements]
+            ends = [self.predict([0.0, 0.0, 0.0, roll, 0.0, 0.0], m) for roll, m in steady]
+            return np.array(ends) * [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
         ends = [self.predict(level, m) for m in self.movements if self.allowed(level, m)]
         return np.array(ends).reshape(-1, 6)
 
@@ -369,8 +374,10 @@ class MovementAutomaton:
 
     @cached_property
     def step_m(self) -> float:
-        """Longest way from start to end of a movement in level flight."""
+        """Longest way from start to end of a movement in level flight, whatever came before it."""
         level = np.zeros(6)
+        if self.pairs is not None:
+            return max(float(np.linalg.norm(way[-1, :3])) for way in self.pairs.paths.values())
         return max(
             float(np.linalg.norm(self.predict(level, movement)[:3])) for movement in self.movements
         )

@@ -2,7 +2,9 @@
 
 A flight is a random round that uses each pair of movements once (an Eulerian circuit), so that
 every pair comes after whatever may come before it. Some flights make the table, others, held out,
-tell how far predictions are off by the number of movements since the own state was known.
+tell how far predictions are off by the number of movements since the own state was known. The tube
+is calibrated on all of them, each predicted by a table that the others make (split conformal, by
+leaving one out), so that no flight vouches for itself.
 """
 
 from __future__ import annotations
@@ -103,11 +105,9 @@ def measure(
     made, held_out = flights[: settings.flights], flights[settings.flights :]
     steady = {name: _steady(kind, asked, settings, name) for name in asked.names}
     table = table_of(asked, [one for flight in made for one in flight], steady)
-    own = tuple(_errors(replace(asked, table=table), made, moves) for moves in _lengths())
-    measured = replace(asked, table=replace(table, tube_m=_tube(own)))
+    tube_m = _tube(_left_out(asked, flights, steady))
+    measured = replace(asked, table=replace(table, tube_m=tube_m))
     errors = tuple(_errors(measured, held_out, moves) for moves in _lengths())
-    tubes = tuple(np.concatenate(pair) for pair in zip(own, errors, strict=True))
-    measured = replace(asked, table=replace(table, tube_m=_tube(tubes)))
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
     samples = sum(len(flight) for flight in made)
     return MeasuredPlant(measured, samples, errors, closed)
@@ -228,7 +228,25 @@ def _errors(
     return np.array(errors)
 
 
+def _left_out(
+    asked: MovementAutomaton,
+    flights: Sequence[Sequence[FlownMovement]],
+    steady: Mapping[str, FloatArray],
+) -> tuple[FloatArray, ...]:
+    """Per number of movements the errors of all flights, each by the table of all others."""
+    errors: list[list[FloatArray]] = [[] for _ in _lengths()]
+    for number, left_out in enumerate(flights):
+        others = [one for at, flight in enumerate(flights) if at != number for one in flight]
+        by_others = replace(asked, table=table_of(asked, others, steady))
+        for found, moves in zip(errors, _lengths(), strict=True):
+            found.append(_errors(by_others, [left_out], moves))
+    return tuple(np.concatenate(each) for each in errors)
+
+
 def _tube(errors: Sequence[FloatArray]) -> tuple[float, ...]:
-    """Radii that hold nearly all errors, and never shrink."""
-    radii = [float(np.quantile(each, TUBE)) if len(each) else 0.0 for each in errors]
-    return tuple(np.maximum.accumulate(radii).tolist())
+    """Radii that hold nearly all errors, and the next one as likely; they never shrink."""
+    radii = [0.0]
+    for each in errors:
+        rank = min(int(np.ceil(TUBE * (len(each) + 1))), len(each))
+        radii.append(max(radii[-1], float(np.sort(each)[rank - 1]) if rank else 0.0))
+    return tuple(radii[1:])

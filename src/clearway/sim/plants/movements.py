@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,12 +14,22 @@ GRAVITY_MPS2 = 9.81
 
 
 def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.5) -> MovementAutomaton:
-    """Those of a multirotor, with turns of 20 deg, straight up and down at 1.5 m/s.
+    """Those of a multirotor, with turns of 20 deg in flight, and climbs of 1.5 m/s ahead.
 
-    Longer than it takes to stop: what came before the movement before then hardly matters."""
-    return MovementAutomaton.multirotor(
-        speed_mps, 20.0, duration_s, steepest_deg=20.0, climb_mps=1.5, diagonals=False
+    Longer than it takes to stop: what came before the movement before then hardly matters. Without
+    straight up and down, which lead out of the field of view at once: what leaves the view is paid
+    for by a guess, and who believes in it stops for it.
+    """
+    every = MovementAutomaton.multirotor(
+        speed_mps,
+        20.0,
+        duration_s,
+        steepest_deg=20.0,
+        climb_mps=1.5,
+        diagonals=False,
     )
+    ahead = (m for m in every.movements if m.speed_mps or not m.climb_mps)
+    return replace(every, movements=tuple(ahead))
 
 
 def aeroplane_movements(
