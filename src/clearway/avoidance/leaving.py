@@ -21,8 +21,8 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
-LEFT = 0.5
-"""Share of the margin that a way out has to keep for anything to lead on, not into it."""
+LEFT = 0.25
+"""Share of the margin that a way out has to keep for anything to lead on instead of into it."""
 ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
 """The best of some candidates, with a share of the margin."""
 
@@ -109,9 +109,10 @@ class Leaving:
             return look
         too_near: Taken | None = None
         for share in (1.0, *LESSER_MARGINS):
-            on = self._leads_on(ways, hazards, share) if LEFT <= share < 1.0 else None
-            if on is not None:
-                return on
+            if LEFT <= share < 1.0 and ways.under_way is None:
+                on = self._leads_on(ways, hazards, share)
+                if on is not None:
+                    return on
             for way in self._ways_out(ways, share):
                 flown = self._flown(way, hazards, taken.banned)
                 if flown is not None and flown.good:
@@ -125,8 +126,6 @@ class Leaving:
     def _leads_on(self, ways: WaysOut, hazards: Hazards, share: float) -> Taken | None:
         """The best that keeps the whole margin itself, and leaves a way out with a share of it:
         who flies on need not fly what keeps less."""
-        if ways.under_way is not None:
-            return None
         allowed, banned = self.candidates, list[str]()
         while len(allowed.nodes):
             choice = self.choose_among(hazards, allowed, 1.0)
