@@ -21,8 +21,6 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
-LEFT = 0.25
-"""Share of the margin that a way out has to keep for anything to lead on instead of into it."""
 ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
 """The best of some candidates, with a share of the margin."""
 
@@ -108,36 +106,15 @@ class Leaving:
         if look is not None:
             return look
         too_near: Taken | None = None
-        for share in (1.0, *LESSER_MARGINS):
-            if LEFT <= share < 1.0 and ways.under_way is None:
-                on = self._leads_on(ways, hazards, share)
-                if on is not None:
-                    return on
-            for way in self._ways_out(ways, share):
-                flown = self._flown(way, hazards, taken.banned)
-                if flown is not None and flown.good:
-                    return self._no_nearer(ways, flown) or flown
-                too_near = too_near or flown
+        for way in self._ways_out(ways):
+            flown = self._flown(way, hazards, taken.banned)
+            if flown is not None and flown.good:
+                return self._no_nearer(ways, flown) or flown
+            too_near = too_near or flown
         beside = self._beside_intruders(ways, taken, hazards) or too_near
         if beside is not None:
             return beside
         return self._unseen(ways, taken, hazards) if ways.strict else taken
-
-    def _leads_on(self, ways: WaysOut, hazards: Hazards, share: float) -> Taken | None:
-        """The best that keeps the whole margin itself, and leaves a way out with a share of it:
-        who flies on need not fly what keeps less."""
-        allowed, banned = self.candidates, list[str]()
-        while len(allowed.nodes):
-            choice = self.choose_among(hazards, allowed, 1.0)
-            if choice.basis is Basis.EMERGENCY:
-                return None
-            first = int(self.prepared.first_movement[choice.node])
-            way = ways.after(first, share=share)
-            if way is not None:
-                return Taken(choice, hazards, way, tuple(banned))
-            banned.append(self._name(first))
-            allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
-        return None
 
     def _no_nearer(self, ways: WaysOut, stays: Taken) -> Taken | None:
         """What leads on from a place that noise has brought too near to something, and comes no
@@ -223,10 +200,11 @@ class Leaving:
         way = way or ways.now(strict=False)
         return None if way is None else self._flown(way, hazards, banned)
 
-    def _ways_out(self, ways: WaysOut, share: float) -> Iterator[WayOut]:
-        """Ways out with a share of the margin that begin now, the surest first."""
-        for looked in (ways, ways.for_less) if ways.drift else (ways,):
-            yield from self._with_share(looked, share)
+    def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
+        """Ways out that begin now, the surest first."""
+        for share in (1.0, *LESSER_MARGINS):
+            for looked in (ways, ways.for_less) if ways.drift else (ways,):
+                yield from self._with_share(looked, share)
 
     def _with_share(self, ways: WaysOut, share: float) -> Iterator[WayOut]:
         """Ways out with a share of the margin: the one in hand, else a fresh one; in the middle of
