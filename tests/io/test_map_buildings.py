@@ -122,12 +122,12 @@ def test_bad_city_models_name_the_cause(tmp_path, change, cause):
     assert cause in str(refused.value)
 
 
-def test_more_outlines_than_can_be_covered_are_refused_before_any_is(tmp_path, monkeypatch):
-    monkeypatch.setattr(placing, "MOST_OUTLINES", 3)
+def test_more_than_can_be_placed_is_refused_before_anything_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(placing, "MOST_PLACED", 3)
     ring = [[[1.0, 2.0], [1.0, 2.001], [1.001, 2.001]]]
     geometry = {"type": "MultiPolygon", "coordinates": [ring] * 4}
     feature = {"type": "Feature", "properties": {"height": 9}, "geometry": geometry}
     path = tmp_path / "city.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
-    with pytest.raises(ClearwayError, match="4 outlines, at most"):
+    with pytest.raises(ClearwayError, match="4 obstacles on the map, at most"):
         read_map(path)

@@ -61,8 +61,8 @@ class PlacingTally:
         return tuple(notes)
 
 
-MOST_OUTLINES = 100_000
-TOO_MANY = f"{{:,}} outlines, at most {MOST_OUTLINES:,} are taken; valid: a part of the map"
+MOST_PLACED = 100_000
+TOO_MANY = f"{{:,}} obstacles on the map, at most {MOST_PLACED:,} are taken; valid: a part of it"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,12 +99,11 @@ def place_features(
 ) -> list[Obstacle]:
     """Cuboids that hold the features, in the frame of the place; the tally counts the rest.
 
-    Raises ClearwayError for more outlines than can be covered with boxes in minutes.
+    Raises ClearwayError for more features than can be placed in minutes and a gigabyte.
     """
-    features, covered = list(features), 0
-    outlines = sum(not isinstance(feature.outline, Disc) for feature in features)
-    if place.bounds_m is None and outlines > MOST_OUTLINES:
-        raise ClearwayError(TOO_MANY.format(outlines))
+    features, placed = list(features), 0
+    if place.bounds_m is None and len(features) > MOST_PLACED:
+        raise ClearwayError(TOO_MANY.format(len(features)))
     obstacles: list[Obstacle] = []
     for feature in features:
         outline = feature.outline
@@ -118,6 +117,9 @@ def place_features(
         if np.hypot(*flat[0].T).min() > MOST_APART_M:
             tally.left_out[f"farther than {MOST_APART_M / 1000:g} km from the origin"] += 1
             continue
+        placed += 1
+        if placed > MOST_PLACED:
+            raise ClearwayError(TOO_MANY.format(placed))
         low = float(local[0][:, 2].mean())
         high = low + high_height - low_height
         if not high > low:
@@ -127,9 +129,6 @@ def place_features(
             side = 2.0 * outline.radius_m
             obstacles.append(_box(center[:2], (side, side), 0.0, (low, high), feature.name))
         else:
-            covered += 1
-            if covered > MOST_OUTLINES:
-                raise ClearwayError(TOO_MANY.format(covered))
             obstacles.extend(_boxes(cover(flat), (low, high), feature.name, tally))
     return obstacles
 

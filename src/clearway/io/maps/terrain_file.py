@@ -20,7 +20,8 @@ from clearway.io.maps.map_features import ParsedMap
 from clearway.io.maps.plausible import HIGHEST_M, LOWEST_M
 from clearway.io.maps.terrain import Terrain
 
-MOST_SAMPLES = 50_000_000
+ROWS_AT_ONCE = 256
+MOST_SAMPLES = 20_000_000
 MOST_BLOCK_BYTES = 100_000_000
 """Of a strip or tile, which is unpacked as a whole."""
 CACHE_MB = 64
@@ -219,14 +220,24 @@ def _doubts(path: Path, raster: Raster, heights: FloatArray) -> tuple[str, ...]:
     if other is not None:
         notes.append(f"IS THIS TERRAIN? Its name or its tags say {other!r}")
     across = abs(raster.affine.a) * (DEGREE_M if raster.crs.is_geographic else 1.0)
-    steps = np.abs(np.diff(heights, axis=1))
-    steps = steps[np.isfinite(steps)]
-    if len(steps) and float(np.mean(steps > across)) > STEEP_SHARE:
+    steep = _steep_share(heights, across)
+    if steep > STEEP_SHARE:
         notes.append(
-            f"IS THIS TERRAIN? {100.0 * float(np.mean(steps > across)):.0f} % of its neighbours "
+            f"IS THIS TERRAIN? {100.0 * steep:.0f} % of its neighbours "
             "lie more than 45 deg above each other"
         )
     return tuple(notes)
+
+
+def _steep_share(heights: FloatArray, across_m: float) -> float:
+    """Share of neighbours in rows that lie farther apart in height than across; some rows at once,
+    since all would take the memory of the raster again and again."""
+    steep = known = 0
+    for first in range(0, len(heights), ROWS_AT_ONCE):
+        steps = np.abs(np.diff(heights[first : first + ROWS_AT_ONCE], axis=1))
+        steep += int(np.count_nonzero(steps > across_m))
+        known += int(np.count_nonzero(np.isfinite(steps)))
+    return steep / known if known else 0.0
 
 
 def _ground(path: Path, heights: FloatArray, metres: float) -> tuple[FloatArray, dict[str, int]]:
