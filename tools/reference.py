@@ -238,12 +238,20 @@ def _choice(values: list[str]) -> str:
 def _list(schema: dict[str, Any]) -> str:
     parts = schema.get("prefixItems")
     if parts is not None:
-        return f"{len(parts)} {_value(parts[0])}s"
+        return _several(str(len(parts)), _value(parts[0]))
     least = f", at least {schema['minItems']}" if schema.get("minItems") else ""
     items = schema["items"]
     if "prefixItems" in items:
         return f"list of [{_value(items)}]{least}"
-    return f"list of {_value(items)}{'' if 'enum' in items else 's'}{least}"
+    if "enum" in items:
+        return f"list of {_value(items)}{least}"
+    return _several("list of", _value(items)) + least
+
+
+def _several(count: str, value: str) -> str:
+    """So many of a value: its limits stay at the end."""
+    word, comma, limits = value.partition(",")
+    return f"{count} [{value}]" if word[0].isdigit() else f"{count} {word}s{comma}{limits}"
 
 
 def _limits(schema: dict[str, Any]) -> str:
