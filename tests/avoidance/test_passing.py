@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.hazards import MovingHazards
-from clearway.avoidance.passing import meetings
+from clearway.avoidance.passing import passings
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup, prepare
@@ -74,7 +74,7 @@ def test_a_side_once_chosen_is_kept(
     def look(entry: object, _progress: object) -> None:
         decision = entry.flight.decision  # type: ignore[attr-defined]
         if decision.passings:
-            met = meetings(decision.prepared.reach_set, decision.hazards.moving, ("FAST",))
+            met = passings(decision.prepared.reach_set, decision.hazards.moving, ("FAST",))
             asides.append(decision.frame.world_from_grid @ met[0].aside_m[decision.choice.node])
 
     run = replace(crossing, script=(who,)).fly(look).summary()
@@ -93,7 +93,7 @@ def test_a_way_that_ends_first_is_met_as_if_flown_straight_on() -> None:
     moving = MovingHazards(
         np.array([[late, 0.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]]), none + 0.5, none, none, none
     )
-    (met,) = meetings(reach_set, moving, ("ahead",))
+    (met,) = passings(reach_set, moving, ("ahead",))
     ends = reach_set.samples_m[:, -1]
     straight = int(np.argmax(ends[:, 0] - np.abs(ends[:, 1]) - np.abs(ends[:, 2])))
     first = reach_set.path(straight)[0]

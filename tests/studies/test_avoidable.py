@@ -27,7 +27,7 @@ def test_a_thing_that_stands_is_avoidable_outside_the_turning_circle():
     assert not avoidable([near - 0.01, 0, 0], [0, 0, 0]).avoidable
 
 
-def test_an_encounter_without_time_cannot_be_won():
+def test_an_encounter_without_time_cannot_be_avoided():
     assert not avoidable([2.4, 0, 0], [-1, 0, 0]).avoidable
     assert not avoidable([1.0, 0, 0], [1, 0, 0]).avoidable
 

@@ -86,7 +86,7 @@ def test_impossible_encounters_are_refused(setting, said):
         for n, kind in enumerate(STANDARD_KINDS[:6])
     ],
 )
-def test_encounters_that_can_be_won_are_won(kind):
+def test_encounters_that_can_be_avoided_are_avoided(kind):
     tally = fly_encounters(kind, range(MET))
     assert len(tally.outcomes) == MET
     assert tally.failures == ()

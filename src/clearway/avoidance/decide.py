@@ -27,7 +27,7 @@ from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import (
     Passing,
-    meetings,
+    passings,
     noted,
     passing_rules,
     passings_after,
@@ -242,7 +242,7 @@ def decide(
 
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()
-    met = meetings(prepared.reach_set, near.hazards.moving, names)
+    met = passings(prepared.reach_set, near.hazards.moving, names)
     afar = _afar(planner, situation, prepared, goal, commitment)
     rules = planner.rules if afar is None else (*planner.rules, *afar.rules(planner.grid.range_m))
     rules = (*rules, *passing_rules(begun, met)) if met else rules

@@ -58,7 +58,7 @@ class Meeting(NamedTuple):
     growth_mps: float
 
 
-def meetings(
+def passings(
     reach_set: ReachSet, moving: MovingHazards, names: Sequence[str]
 ) -> tuple[Meeting, ...]:
     """How each of the moving, in the grid frame, is met."""

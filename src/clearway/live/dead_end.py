@@ -17,7 +17,7 @@ from clearway.sensors.free_space import SeenSpace
 
 RENEWED = 0.25
 """Share of a full circle's time after which a way through seen space is looked for anew."""
-PATIENCE = 0.5
+WAITED = 0.5
 """Share of that time without progress after which one is looked for at all."""
 MAPPED = 0.5
 """Share of that time after which what was seen is taken in, while no way is looked for."""
@@ -48,19 +48,19 @@ def out_of_dead_end(
         return knowledge.progress
     if free is not None and detour is None:
         return _through_seen(knowledge, free.seen, state, now_s, escaped=escaped)
-    return _after_patience(knowledge, state, now_s, detour)
+    return _after_waiting(knowledge, state, now_s, detour)
 
 
-def _after_patience(
+def _after_waiting(
     knowledge: Knowledge, state: State, now_s: float, detour: Detour | None
 ) -> Progress:
-    """A way round what is known, once patience is over."""
+    """A way round what is known, once it has waited long enough."""
     planner, progress, mission = knowledge.planner, knowledge.progress, knowledge.mission
     radius = planner.automaton.turning_radius_m
     if not np.isfinite(radius):
         return progress
-    patience = knowledge.limits.patience_turns * 2.0 * np.pi * radius / planner.speed_mps
-    if not stuck(progress, now_s, patience):
+    waits_s = knowledge.limits.patience_turns * 2.0 * np.pi * radius / planner.speed_mps
+    if not stuck(progress, now_s, waits_s):
         return progress
 
     def known(position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
@@ -79,7 +79,7 @@ def _through_seen(
     since_s = now_s - progress.planned_s
     goal = knowledge.mission.goals_m[progress.goal]
     distance = float(np.linalg.norm(goal - state.position_m))
-    waited = now_s - progress.nearest_s > PATIENCE * turn_s
+    waited = now_s - progress.nearest_s > WAITED * turn_s
     if progress.stuck_m is None and not (escaped or waited):
         if since_s > MAPPED * turn_s:
             _take_in(knowledge, routes, seen, state)

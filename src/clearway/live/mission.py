@@ -229,9 +229,9 @@ def _passed(mission: Mission, goal: int, position_m: FloatArray, counts: FloatAr
 
 
 def stuck(progress: Progress, time_s: float, no_progress_s: float) -> bool:
-    """Whether the goal has not come nearer for the time that patience lasts.
+    """Whether the goal has not come nearer for too long.
 
-    Every detour doubles the patience with the next.
+    Every detour doubles the time until the next.
     """
     return time_s - progress.nearest_s > no_progress_s * 2.0 ** min(progress.detours, 6)
 

@@ -29,7 +29,7 @@ ROUNDING = 1e-14
 """What rounding may make of a coefficient, as a share of the largest term in it."""
 NARROWEST = 1e-9
 """Share of a movement's time below which intervals are not halved."""
-PATIENCE = 2000
+MOST_LOOKED_AT = 2000
 """Intervals looked at for one border, after which those that rounding hides are not halved."""
 TOUCH = 1e-12
 """A curve that comes as near as that to a border, as a share of its distance, touches it."""
@@ -209,7 +209,7 @@ def _roots(
         looked_at += 1
         single = _changes_of_sign(waiting[depth], noise) == 1
         narrow = b - a <= NARROWEST
-        if looked_at > PATIENCE and not narrow:
+        if looked_at > MOST_LOOKED_AT and not narrow:
             # It runs along the border, or leaves it slowly: rounding tells no more of this part.
             narrow = np.max(np.abs(waiting[depth])) <= noise
         if single or narrow:

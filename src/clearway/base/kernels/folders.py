@@ -16,7 +16,7 @@ SHIPPED = Path(__file__).parent / "shipped"
 """Compiled code that comes with the package; never written to by a flight."""
 KEPT_STAMPS = 4
 """Of each file of the package, of how many of its states compiled code is kept."""
-PATIENCE_S = 120.0
+LONGEST_WAIT_S = 120.0
 """How long the same work of another process is waited for."""
 
 
@@ -75,7 +75,7 @@ class Turns:
 
             if self._file < 0:
                 self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-            until = time.monotonic() + PATIENCE_S
+            until = time.monotonic() + LONGEST_WAIT_S
             while time.monotonic() < until:
                 try:
                     fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))

@@ -24,7 +24,7 @@ class Log(NamedTuple):
     """Whether parts were left out."""
 
 
-class _Patience(io.BytesIO):
+class _BoundedReads(io.BytesIO):
     """A log in memory that may be read so often."""
 
     def __init__(self, content: bytes) -> None:
@@ -48,7 +48,7 @@ def logged(source: str, content: bytes, names: list[str]) -> Log:
 
     printed = io.StringIO()  # pyulog prints its complaints
     with contextlib.redirect_stdout(printed), damage_told(source, "ULog", (ULogException,)):
-        log: Any = ULog(_Patience(content), names)
+        log: Any = ULog(_BoundedReads(content), names)
     if log.file_corruption and not log.data_list:
         raise InputError(source, "damaged or truncated ULog: nothing of it can be read")
     return Log([(one.name, one.data) for one in log.data_list], bool(log.file_corruption))

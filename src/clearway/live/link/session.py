@@ -108,7 +108,7 @@ class Session(Hearing):
     def _state_at(self, now: float, wall_s: float) -> LinkState:
         status = self.status
         if status is None or not (status.armed and status.follows):
-            # Patience with a goal that does not come nearer begins when we are followed.
+            # Time without progress towards a goal counts from when we are followed.
             self.system.progress = replace(self.system.progress, nearest_s=now)
         arrived = self.system.progress.done(self.system.mission)
         facts = self._facts(now, wall_s, arrived=arrived, refused=self.refusal is not None)
