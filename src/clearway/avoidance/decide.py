@@ -27,9 +27,9 @@ from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import (
     Passing,
-    passings,
     noted,
     passing_rules,
+    passings,
     passings_after,
 )
 from clearway.avoidance.planner import Planner
