@@ -152,8 +152,9 @@ def test_vehicles_are_drawn_as_what_they_are(browser, recordings, tmp_path, vehi
     page = tmp_path / "page.html"
     page.write_text(page_of(replace(recordings[0], mission=mission)))
     at(browser, page.as_uri(), "t=6")
-    rotors = browser.evaluate("player.scenery.craft.count")
-    assert (rotors > 1500) == (vehicle == "copter")
+    # Four rotors have twice the corners of a fuselage with wings.
+    corners = browser.evaluate("player.scenery.craft.count")
+    assert (corners > 2500) == (vehicle == "copter")
 
 
 def test_runs_of_before_are_shown_without_what_they_do_not_tell(browser, recordings, tmp_path):
