@@ -12,7 +12,17 @@ import typer
 
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_other_backend
+from clearway.cli.ros2_bus import (
+    CHECKED_S,
+    Backend,
+    Bag,
+    Check,
+    Domain,
+    Namespace,
+    Remap,
+    bus_for,
+    refuse_other_backend,
+)
 
 if TYPE_CHECKING:
     from clearway.live.link.loop import LoopReport
@@ -23,21 +33,12 @@ if TYPE_CHECKING:
 
 def ros2(
     parameters: Annotated[Path, typer.Argument(help="The node's parameters (YAML of ROS 2).")],
-    check: Annotated[
-        bool,
-        typer.Option("--check", help="Listen for 5 s, tell what comes and what is missing, end."),
-    ] = False,
-    bag: Annotated[
-        Path | None, typer.Option(help="Play a ROS 2 bag or MCAP file in place of live topics.")
-    ] = None,
-    backend: Annotated[
-        str, typer.Option(help="auto (rclpy where ROS is there, else dds), dds, or rclpy.")
-    ] = "auto",
-    domain: Annotated[
-        int | None, typer.Option(min=0, max=232, help="DDS domain; default: ROS_DOMAIN_ID, or 0.")
-    ] = None,
-    namespace: Annotated[str, typer.Option(help="Namespace of the node.")] = "",
-    remap: Annotated[list[str] | None, typer.Option(help="FROM:=TO, as often as needed.")] = None,
+    check: Check = False,
+    bag: Bag = None,
+    backend: Backend = "auto",
+    domain: Domain = None,
+    namespace: Namespace = "",
+    remap: Remap = None,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
     ] = None,

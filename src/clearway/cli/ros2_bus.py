@@ -3,12 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 if TYPE_CHECKING:
     from clearway.ros2.bus import TopicBus
 
 BACKENDS = ("auto", "dds", "rclpy")
+Check = Annotated[
+    bool,
+    typer.Option("--check", help="Listen for 5 s, tell what comes and what is missing, end."),
+]
+Bag = Annotated[
+    Path | None, typer.Option(help="Play a ROS 2 bag or MCAP file in place of live topics.")
+]
+Backend = Annotated[
+    str, typer.Option(help="auto (rclpy where ROS is there, else dds), dds, or rclpy.")
+]
+Domain = Annotated[
+    int | None, typer.Option(min=0, max=232, help="DDS domain; default: ROS_DOMAIN_ID, or 0.")
+]
+Namespace = Annotated[str, typer.Option(help="Namespace of the node.")]
+Remap = Annotated[list[str] | None, typer.Option(help="FROM:=TO, as often as needed.")]
+"""Options of all commands on topics."""
 CHECKED_S = 5.0
 """For so long --check listens."""
 
