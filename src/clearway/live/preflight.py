@@ -10,7 +10,7 @@ import hashlib
 import pickle
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class EscapePlan:
     why: str
     within: int | None = None
     """After how many movements one is there where nothing stands in the way; None if not known."""
-    start_free_m: float | None = None
+    start_free_m: float | None = field(default=None, repr=False)
     """Radius of the ball about the start that counts as free, where more is needed than a
     movement's length; None for what was asked for."""
 
