@@ -34,7 +34,7 @@ from clearway.sensors import Lidar, Scan
 from clearway.sensors.detection import Rule
 from clearway.sensors.simulate import Scanner
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import Craft, pilot_named
+from clearway.sim.baselines import REPORTED_TRAFFIC, Craft, Danger, Source, pilot_named
 from clearway.sim.faults import Faults
 from clearway.sim.kept_scans import KeepingScanner
 from clearway.sim.lying_lidar import LyingLidar
@@ -85,6 +85,8 @@ class FlightSetup:
     """What was left out or assumed while reading the mission's files."""
     place: MissionPlace = NOWHERE
     """Where on Earth and when, as far as the mission says."""
+    standing: frozenset[Danger] = frozenset()
+    """What stands there, by who tells of it."""
 
     __repr__ = brief
 
@@ -92,6 +94,14 @@ class FlightSetup:
     def lidars(self) -> tuple[Lidar, ...]:
         """The LiDARs among the sensors."""
         return tuple(one for one in self.sensors if isinstance(one, Lidar))
+
+    @property
+    def dangers(self) -> frozenset[Danger]:
+        """What can be hit, by who tells of it: what stands there, and what flies."""
+        found = {_told_by(one, seen=bool(self.sensors)) for one in self.script}
+        if self.recorded is not None:
+            found.add(REPORTED_TRAFFIC)
+        return self.standing | found
 
     @property
     def escape(self) -> EscapePlan:
@@ -254,7 +264,13 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         + world.notes
         + (() if held is None else (held,)),
         place=mission_place(file, maps, recorded),
+        standing=world.standing,
     )
+
+
+def _told_by(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
+    reported = REPORTED_TRAFFIC if intruder.transponder else frozenset()
+    return reported | ({Source.SENSORS} if seen and intruder.visible else set())
 
 
 def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
