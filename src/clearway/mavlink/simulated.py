@@ -1,7 +1,7 @@
-"""A simulated autopilot to try `clearway mavlink` on.
+"""A simulated autopilot to try `clearway mavlink` and `clearway guard` on.
 
-`python -m clearway.mavlink.simulated MISSION` flies in a mission's world by the set-points that
-come, until it has arrived.
+`python -m clearway.mavlink.simulated MISSION` flies it over a link; with `--pilot` somebody
+commands it, straight at the last goal.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from pathlib import Path
 from clearway.base.errors import ClearwayError
 from clearway.mavlink.links import FrameLink, open_link
 from clearway.mavlink.signing import read_key
-from clearway.mavlink.simulated_autopilot import TARGET_NAME, SimulatedAutopilot
+from clearway.mavlink.simulated_autopilot import SimulatedAutopilot
+from clearway.mavlink.simulated_pilot import SimulatedPilot
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 
+TARGET_NAME = "SET_POSITION_TARGET_LOCAL_NED"
 ANSWER_S, SILENT_S = 5.0, 0.05
 """In lock-step, how long a set-point is waited for; and where none has come for a while."""
 UNANSWERED = 3
@@ -34,10 +36,13 @@ def run(
     period_s: float,
     duration_s: float,
     speedup: float | None,
+    pilot: SimulatedPilot | None = None,
 ) -> None:
     """Tell, listen, fly, over and over, until it has arrived or time is up."""
     began = answered = time.monotonic()
     while autopilot.time_s < duration_s and not autopilot.has_arrived:
+        if pilot is not None:
+            pilot.command(autopilot.truth, autopilot.boot_ms)
         autopilot.tell()
         if speedup is None:
             _await_answer(autopilot, link)
@@ -75,19 +80,28 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--speedup", type=float, default=1.0, help="its clock against ours")
     parser.add_argument("--lock-step", action="store_true", help="wait for every set-point")
     parser.add_argument("--signing-key", type=Path)
+    parser.add_argument("--pilot", help="address on which a guardian hears somebody command")
+    parser.add_argument("--sticks", action="store_true", help="who commands holds sticks")
     options = parser.parse_args(arguments)
     try:
         key = None if options.signing_key is None else read_key(options.signing_key)
         file = read_mission_file(options.mission)
         setup = prepare(file)
         link = open_link(options.connect, Counter())
+        pilot = None
+        if options.pilot is not None:
+            to, speed = open_link(options.pilot, Counter(), "--pilot"), setup.planner.speed_mps
+            goal = setup.mission.goals_m[-1]
+            pilot = SimulatedPilot(to, key, goal, speed, sticks=options.sticks)
     except ClearwayError as error:
         print(error, file=sys.stderr)
         return 2
     autopilot = SimulatedAutopilot(file, setup, link, key)
     speedup = None if options.lock_step else options.speedup
-    run(autopilot, link, 1.0 / options.rate, options.duration, speedup)
+    run(autopilot, link, 1.0 / options.rate, options.duration, speedup, pilot)
     link.close()
+    if pilot is not None:
+        pilot.close()
     print(json.dumps(autopilot.summary()))
     return 0 if autopilot.has_arrived else 1
 

@@ -1,6 +1,6 @@
-"""A simulated autopilot: the vehicle, its sensors, and its side of the link.
+"""A simulated autopilot: flies in a mission's world by the set-points that come, and tells what an
+autopilot tells.
 
-It flies in a mission's world by the set-points that come, and tells what an autopilot tells:
 HEARTBEAT, ATTITUDE, LOCAL_POSITION_NED, GPS_GLOBAL_ORIGIN, OBSTACLE_DISTANCE cast into the world,
 and ADSB_VEHICLE of the mission's intruders. The mission's time begins with the first set-point.
 """
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.base.frames import enu_from_ned, geodetic_from_enu
+from clearway.base.frames import geodetic_from_enu
 from clearway.io.json_values import rounded
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
@@ -22,9 +22,9 @@ from clearway.mavlink import simulated_telemetry as telemetry
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.links import FrameLink
 from clearway.mavlink.outbox import Packer
-from clearway.mavlink.set_points import HOLD
 from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits
+from clearway.mavlink.simulated_targets import Target, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
 from clearway.mavlink.simulated_vehicle import VehicleTruth
 from clearway.mavlink.wire import frames_in
@@ -37,7 +37,7 @@ BOOT_S = 10.0
 """Time since boot at which the simulation begins."""
 SOMEWHERE = (52.0, 4.3, 10.0)
 """Origin of missions that have none."""
-TARGET, TARGET_NAME = 84, "SET_POSITION_TARGET_LOCAL_NED"
+TARGET = 84
 STATUSTEXT, SET_MESSAGE_INTERVAL = 253, 511
 HEARD = (known.HEARTBEAT, TARGET, 247, STATUSTEXT, known.COMMAND_LONG, 20)
 """Beside them COLLISION and PARAM_REQUEST_READ."""
@@ -76,7 +76,7 @@ class SimulatedAutopilot:
         self._took_off = not (self.habits.takes_off_s or self.habits.stays_on_ground)
         self._take_off_ended = False
         self._began_s: float | None = None
-        self.target: SetPoint | None = None
+        self.target: Target | None = None
         self.target_ms = -1
         self._target_s = -math.inf
         self.unanswered = 0
@@ -234,13 +234,10 @@ class SimulatedAutopilot:
             return
         if self._began_s is None:
             self._began_s = self.time_s
-        velocity = enu_from_ned([message.vx, message.vy, message.vz])
-        holds = message.type_mask == HOLD
-        place = enu_from_ned([message.x, message.y, message.z])
-        place[2] += self.habits.height_off_m
-        yaw = math.pi / 2.0 - message.yaw
-        self.target = SetPoint(place, None if holds else velocity, yaw)
-        self.target_ms, self._target_s = message.time_boot_ms, self.time_s
+        told = target_of(message, self.truth.yaw_rad, self.habits.height_off_m)
+        if told is not None:
+            self.target = told
+            self.target_ms, self._target_s = message.time_boot_ms, self.time_s
 
     @property
     def has_arrived(self) -> bool:
