@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -115,36 +116,31 @@ class FlightSetup:
 
     def system(self) -> AvoidanceSystem:
         """A fresh system on the ground."""
-        return AvoidanceSystem(
-            self.planner,
-            self.mission,
-            self.sensors,
-            self.obstacle_map,
-            limits=self.limits,
-            detection_rule=self.detection_rule,
-            ground_m=self.ground_m,
-            follow_movers=self.follow_movers,
-            tracker=self.tracker,
-            address=OWN_ADDRESS,
-            volumes=self.volumes,
-        )
+        return AvoidanceSystem(self.planner, self.mission, volumes=self.volumes, **self._known)
 
     def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
         """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
         return Guardian(
             self.planner,
             self.mission.start,
-            self.sensors,
-            self.obstacle_map,
-            limits=self.limits,
-            detection_rule=self.detection_rule,
-            ground_m=self.ground_m,
-            follow_movers=self.follow_movers,
-            tracker=self.tracker,
-            address=OWN_ADDRESS,
             hold_s=hold_s,
             acceleration_mps2=acceleration_mps2,
+            **self._known,
         )
+
+    @property
+    def _known(self) -> dict[str, Any]:
+        """What whoever decides is told, whoever that is."""
+        return {
+            "lidars": self.sensors,
+            "obstacle_map": self.obstacle_map,
+            "limits": self.limits,
+            "detection_rule": self.detection_rule,
+            "ground_m": self.ground_m,
+            "follow_movers": self.follow_movers,
+            "tracker": self.tracker,
+            "address": OWN_ADDRESS,
+        }
 
     def refuse_impossible(self) -> None:
         """Raise FlightRefusedError with the reasons if the map shows that the mission cannot be."""
