@@ -58,7 +58,7 @@ DRAWINGS = (
     Drawing("pursuit", "pursuit"),
     Drawing("faults", "faults blind-sector --flights 4"),
     Drawing("risk", "risk SAMPLES/model.txt --count 40"),
-    Drawing("encounters", "encounters --count 20 --out OUT/encounters.json"),
+    Drawing("encounters", "encounters --count 20 --out OUT/encounters.csv"),
     Drawing("campaign", "campaign SAMPLES/my.toml"),
     Drawing("reproduce", "reproduce all"),
 )

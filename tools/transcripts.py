@@ -20,7 +20,9 @@ BLOCK = re.compile(r"^```console\n\$ (clearway [^\n]*)\n.*?^```$", re.MULTILINE 
 LONGEST, LONGEST_OF_TABLES, LINES = 110, 150, 24
 COLUMNS = re.compile(r"\S {3,}\S.* {3,}\S|[│┃─━]")
 """Of a line of a table: at least three, well apart."""
-SLOW = re.compile(r"^(preparing reach sets|still working|compiling).*\n", re.MULTILINE)
+SLOW = re.compile(
+    r"^(preparing reach sets|still working|compiling|clearway compiles).*\n", re.MULTILINE
+)
 TIMES = re.compile(r"\b(\d+\.\d+)( ms\b)")
 
 
