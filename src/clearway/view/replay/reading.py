@@ -183,14 +183,15 @@ def _check_unpacked(path: Path, stream: IO[bytes]) -> None:
         if unpacked > most:
             raise InputError(
                 str(path),
-                f"its {size / 1e6:.3g} MB unpack to more than {most / 1e6:.3g} MB: no run of clearway",
+                f"its {size / 1e6:.3g} MB unpack to more than {most / 1e6:.3g} MB: no run of "
+                "clearway",
             )
     stream.seek(0)
 
 
 def _told_size(compression: str, packed: bytes, most: int) -> int:
-    """What a packed chunk is itself, up to so much, where unpacking it does not end at the size that
-    its record tells."""
+    """What a packed chunk itself unpacks to, up to so much, where that may be more than its record
+    tells."""
     if compression == "zstd":
         import zstandard
 
