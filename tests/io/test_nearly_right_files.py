@@ -197,7 +197,7 @@ def test_a_telemetry_log_that_is_cut_or_damaged_is_read_around_it(
         (("campaign",), "p.plan", '{"fileType": "Plan"}', "clearway fly"),
         (("risk",), "c.toml", "[[family]]\nfamily = 'balls'\n", "clearway campaign"),
         (("alerts",), "s.toml", "[[obstacle]]\nshape = 'ball'\n", "clearway assess"),
-        (("traffic",), "t.csv", "tiMe,icao24,lat,lon,velo\n1,2,3,4,5\n", "clearway map"),
+        (("traffic",), "t.csv", "tie,icao24,lat,lon,velocity,height\n", "clearway map"),
     ],
 )
 def test_a_file_of_another_kind_brings_the_command_that_takes_it(
