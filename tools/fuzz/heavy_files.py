@@ -130,6 +130,112 @@ HEAVY: dict[str, Heavy] = {
         filled('{"fileType":"Plan","mission":{"plannedHomePosition":[0,0,0],"items":[]},'
                 '"rallyPoints":{"points":[', "1", "]}}"),
     ),
+    "waypoints": Heavy(
+        "waypoints",
+        repeated("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 4 1\n", "1 0 3 16 0 0 0 0 47 8 20 1\n"),
+    ),
+    "obstacles": Heavy(
+        "obstacle-table", repeated("latitude,longitude,height_m\n", "50.9,6.9,9\n")
+    ),
+    "obstacles-bad": Heavy("obstacle-table", repeated("latitude,longitude,height_m\n", ",,\n")),
+    "obstacles-wide": Heavy("obstacle-table", lambda: b"latitude,longitude,height_m" + b"," * SIZE),
+    "terrain-bytes": Heavy("terrain", tif_of("uint8", 4_400)),
+    "terrain-doubles": Heavy("terrain", tif_of("float64", 4_400)),
+    "pcd-packed": Heavy("pcd", pcd_packed),
+    "pcd-bytes": Heavy("pcd", pcd_bytes),
+    "pcd-text": Heavy("pcd", pcd_text),
+    "pcd-fields": Heavy("pcd", pcd_fields),
+    "ply-text": Heavy("ply", ply_text),
+    "ply-bytes": Heavy("ply", ply_bytes),
+    "npy-bytes": Heavy(
+        "npy", lambda: npy_of(f"({(SIZE - 128) // 3}, 3)", "|i1", bytes((SIZE - 128) // 3 * 3))
+    ),
+    "npy-promised": Heavy("npy", lambda: npy_of("(400000000, 3)", "<f8", bytes(SIZE - 128))),
+    "npy-no-bytes": Heavy("npy", lambda: npy_of("(1000000000, 3)", "|V0", b"")),
+    "npy-no-records": Heavy(
+        "npy",
+        lambda: npy_of(
+            "(1000000000,)",
+            "X", b"",
+        ).replace(b"'X'", b"[('x','V0'),('y','V0'),('z','V0')]"),
+    ),
+    "kitti": Heavy("kitti", lambda: bytes(SIZE)),
+    "table": Heavy("point-table", repeated("", "1,2,3\n")),
+    "table-blank": Heavy("point-table", repeated("1,2,3\n", "\n")),
+    "table-bad": Heavy("point-table", repeated("", "a\n")),
+    "table-wide": Heavy("point-table", repeated("", "1,")),
+    "table-returns": Heavy("point-table", repeated("1 2 3\n", "\x0b")),
+    "las": Heavy("las", las_zeros),
+    "laz": Heavy("laz", laz_of(30_000_000)),
+    "mcap-zstd": Heavy("mcap", mcap_of("ZSTD", 20, 100_000_000)),
+    "mcap-lz4": Heavy("mcap", mcap_of("LZ4", 20, 100_000_000)),
+    "mcap-many": Heavy("mcap", mcap_of("ZSTD", 200_000, 1)),
+    "replay-zstd": Heavy("replay", run_page),
+    "replay-many": Heavy("replay", mcap_of("ZSTD", 200_000, 1)),
+    "poses": Heavy("poses", repeated("", "1 0 0 0 0 1 0 0 0 0 1 0\n")),
+    "poses-blank": Heavy("poses", repeated("1 0 0 0 0 1 0 0 0 0 1 0\n", "\n")),
+    "poses-bad": Heavy("poses", repeated("", "a\n")),
+    "scene-empty-tables": Heavy("scene", repeated("", "[[obstacle]]\n")),
+    "scene-lists": Heavy("scene", filled("a = [", "[]", "]\n")),
+    "scene-numbers": Heavy("scene", filled("a = [", "1e99", "]\n")),
+    "scene-keys": Heavy(
+        "scene", lambda: "".join(f"a{n}=1\n" for n in range(SIZE // 11)).encode()
+    ),
+    "mission-waypoints": Heavy("mission", filled(MISSION + "[", "[1,2,3]", "]\n")),
+    "mission-bad-waypoints": Heavy("mission", filled(MISSION + "[", "1", "]\n")),
+    "mission-obstacles": Heavy("mission", repeated(MISSION + "[[1,2,3]]\n", "[[obstacle]]\n")),
+    "campaign-families": Heavy("campaign", repeated('name = "x"\n', "[[family]]\n")),
+    "campaign-planners": Heavy("campaign", filled('name="x"\nplanners=[', '""', "]\n")),
+    "model-lines": Heavy("encounter-model", repeated("# labels_initial\n", "1 ")),
+    "model-label": Heavy("encounter-model", repeated("# labels_initial\n", '"a", ')),
+    "avr": Heavy("avr", avr_lines),
+    "beast": Heavy("beast", beast_frames),
+    "sbs": Heavy(
+        "sbs",
+        repeated("", "MSG,3,1,1,40621D,1,2025/06/01,12:00:00.000,,,,3000,,,50.9,6.95,,,0,0,0,0\n"),
+    ),
+    "sbs-nothing": Heavy("sbs", repeated("", "MSG,3,\n")),
+    "aircraft": Heavy("aircraft-json", filled('{"now":1748779200,"aircraft":[', "{}", "]}")),
+    "aircraft-lines": Heavy("aircraft-json", repeated("", "{" + TIME + "}\n")),
+    "aircraft-empty-lines": Heavy("aircraft-json", repeated("{" + TIME + "}\n", "{}\n")),
+    "aircraft-names": Heavy(
+        "aircraft-json",
+        lambda: "".join(
+            f'{{"now":{n},"hex":"{n % 2**24:06x}","lat":50.9,"lon":6.9}}\n'
+            for n in range(SIZE // 55)
+        ).encode(),
+    ),
+    "trace": Heavy("trace", filled('{"icao":"40621d","timestamp":1,"trace":[', "[]", "]}")),
+    "trace-rows": Heavy(
+        "trace",
+        filled('{"icao":"40621d","timestamp":1,"trace":[', "[1,50,6,3000]", "]}"),
+    ),
+    "states": Heavy("states", filled('{"time":1,"states":[', "[]", "]}")),
+    "trajectories": Heavy("trajectories", filled("[", "{}", "]")),
+    "trajectories-empty": Heavy(
+        "trajectories",
+        filled("[" + json.dumps({"timestamp": 1, "icao24": "40621d", "latitude": 1.0,
+                                  "longitude": 1.0}) + ",", "{}", "]"),
+    ),
+    "states-csv": Heavy(
+        "states-csv",
+        repeated("time,icao24,lat,lon,velocity,heading,vertrate,callsign,onground,baroaltitude\n",
+               ",,,,,,,,,\n"),
+    ),
+    "hex": Heavy("mode-s-hex", repeated("timestamp,frame\n", "1.0,8D40621D58C382D690C8AC2863A7\n")),
+    "hex-bad": Heavy("mode-s-hex", repeated("timestamp,frame\n", ",\n")),
+    "daa": Heavy(
+        "daa",
+        repeated("NAME lat lon alt vx vy vz time\nunitless [deg] [deg] [ft] [knot] [knot] [fpm] [s]"
+               "\n", "A 50.9 6.9 3000 9 0 0 0\n"),
+    ),
+    "daa-distinct": Heavy(
+        "daa",
+        lambda: (
+            "NAME lat lon alt vx vy vz time\nunitless [deg] [deg] [ft] [knot] [knot] [fpm] [s]\n"
+            + "".join(f"A{n % 1000} 50.9 6.9 3000 9 0 0 {n // 1000}\n" for n in range(SIZE // 34))
+        ).encode(),
+    ),
     "bluesky": Heavy("bluesky", repeated("", "00:00:00.00>CRE A B744 50 6 90 FL100 250\n")),
     "bluesky-names": Heavy(
         "bluesky",
@@ -143,4 +249,38 @@ HEAVY: dict[str, Heavy] = {
     "gzip-json": Heavy(
         "traffic-gzip", gzipped(filled('{"now":1748779200,"aircraft":[', "{}", "]}"), 1)
     ),
+    "kml-corners": Heavy(
+        "kml",
+        filled(f"{KML}<LineString><coordinates>", "6.9,50.9,9", "</coordinates></LineString>"
+               "</Placemark></Document></kml>", " "),
+    ),
+    "kml-places": Heavy(
+        "kml", filled(KML, "</Placemark><Placemark>", "</Placemark></Document></kml>", "")
+    ),
+    "kml-laughs": Heavy("kml", laughs),
+    "kmz-blanks": Heavy("kmz", zipped("doc.kml", KML.encode())),
+    "kmz-template": Heavy("kmz", zipped("wpmz/waylines.wpml", KML.encode())),
+    "kmz-many": Heavy("kmz", zipped_many),
+    "db3-zstd": Heavy("db3-zstd", zstd_frames),
+    "gpkg": Heavy("gpkg", houses_many),
+    "shp": Heavy("shp", corners_many),
+    "osm-nodes": Heavy(
+        "osm", filled(OSM, '<node id="1" version="1" lat="50.9" lon="6.9"/>', "</osm>", "")
+    ),
+    "osm-masts": Heavy(
+        "osm",
+        filled(OSM, '<node id="1" version="1" lat="50.9" lon="6.9"><tag k="man_made" v="mast"/>'
+               '<tag k="height" v="9"/></node>', "</osm>", ""),
+    ),
+    "osm-way": Heavy(
+        "osm",
+        filled(f'{OSM}<node id="1" version="1" lat="50.9" lon="6.9"/><way id="2" version="1">',
+               '<nd ref="1"/>', '<tag k="building" v="yes"/><tag k="height" v="9"/></way></osm>',
+               ""),
+    ),
+    "osm-pbf": Heavy("osm-pbf", pbf_blocks),
+    "gdl90": Heavy("gdl90", sample_many("tablet.gdl90")),
+    "ogn": Heavy("ogn", sample_many("gliders.txt")),
+    "tlog": Heavy("tlog", sample_many("flight.tlog")),
+    "dataflash": Heavy("dataflash", sample_many("copter.bin")),
 }  # fmt: skip
