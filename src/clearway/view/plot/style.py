@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from clearway.base.errors import InputError
 from clearway.base.suggest import did_you_mean
@@ -32,6 +33,11 @@ def house_style() -> Iterator[None]:
         matplotlib.style.context(str(path)),
     ):
         yield
+
+
+def halo() -> list[AbstractPathEffect]:
+    """What keeps letters legible over curves and dots."""
+    return [withStroke(linewidth=2.5, foreground="white")]
 
 
 def line_of(number: int) -> tuple[str, str]:
