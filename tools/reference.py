@@ -26,6 +26,8 @@ from clearway.reach.sets import METHODS
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
 from clearway.sensors.detection import RULES
 from clearway.sim.baselines import PLANNERS
+from clearway.sim.baselines.knowledge import EVERYTHING, in_words
+from clearway.sim.baselines.registry import KnownPlanner
 from clearway.sim.run import METRICS
 from clearway.traffic.volumes import VOLUME_SETS
 from tools.format_tables import PARTS
@@ -110,6 +112,10 @@ METRICS_HEAD = """
 
 `summary.json`, `clearway fly --json`, `Run.summary()` in Python; with its objects flattened,
 `Run.to_row()`. Null where there is nothing to tell, such as a distance in empty space.
+"""
+NOT_KNOWN = """\
+Where something can be hit that a planner cannot know, tables say n/a instead of counting it as
+a failure. All planners have the vehicle, readings and mission control in common.
 """
 REGISTRIES: tuple[Variants[Any], ...] = (
     RATINGS,
@@ -208,8 +214,27 @@ def _plural(registry: Variants[Any]) -> str:
 
 def _names(registry: Variants[Any]) -> str:
     """A table of the variants of a kind."""
+    if registry is PLANNERS:
+        return _planners()
     rows = "".join(f"| `{name}` | {registry.about(name)} |\n" for name in registry)
     return f"\n### {_plural(registry)}\n\n| name | what it is |\n| --- | --- |\n{rows}"
+
+
+def _planners() -> str:
+    """With what tables say of them: what they decide by, and what of clearway's they use."""
+    rows = "".join(
+        f"| `{name}` | {PLANNERS.about(name)} | {_decides_by(planner)} | "
+        f"{planner.shares or 'all of it'} |\n"
+        for name, planner in PLANNERS.items()
+    )
+    head = "| name | what it is | decides by | shares with clearway |\n| --- | --- | --- | --- |\n"
+    return f"\n### Planners\n\n{head}{rows}\n{NOT_KNOWN}"
+
+
+def _decides_by(planner: KnownPlanner) -> str:
+    if planner.reference:
+        return "nothing: the reference"
+    return "all that is known" if planner.knows == EVERYTHING else in_words(planner.knows)
 
 
 def _default(value: object) -> str:

@@ -121,9 +121,20 @@ def test_every_kind_of_plans_and_poses_has_a_sample() -> None:
 )
 def test_every_command_takes_its_sample(command: str, samples: Path, tmp_path: Path) -> None:
     words = shlex.split(command)[1:]
-    out = () if words[0] in ("traffic", "map") else ("--out", tmp_path / "out")
+    out = () if words[0] in ("traffic", "map", "ros2", "guard") else ("--out", tmp_path / "out")
     done = clearway(*words, *out, *(["--no-plots"] if words[0] in DRAWS else []), cwd=samples)
     # A small study shows nothing, which is no success either.
     assert done.exit_code in ((0, 1, 3) if words[0] in LONG else (0,)), done.stderr
     assert done.stdout.strip()
     assert "truncated" not in done.stderr
+
+
+def test_a_guardian_lets_the_recorded_commands_through_until_the_house_is_near(
+    samples: Path,
+) -> None:
+    done = clearway("guard", "guarded.yaml", "--bag", "commanded", "--json", cwd=samples)
+    told = json.loads(done.stdout)
+    assert told["wishes"] == 35
+    assert told["passed"] >= 20
+    assert told["replaced"] >= 3
+    assert not told["missing"]

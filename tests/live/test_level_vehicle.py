@@ -16,7 +16,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission, Progress, advanced
-from clearway.mavlink.simulated import SimulatedAutopilot
+from clearway.mavlink.simulated_autopilot import SimulatedAutopilot
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle

@@ -20,9 +20,12 @@ from clearway.live.link.floor import FloorRule
 from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.dialect import EXTENDED_SYS_STATE
+from clearway.mavlink.guard_link import GuardMavlinkLink
 from clearway.mavlink.guard_session import COMMANDS, GuardMavlinkSession
 from clearway.mavlink.inbox import Inbox, ReceivedMessage
+from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.mavlink_session import MavlinkTerms
+from clearway.mavlink.outbox import Outbox, Packer
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from guarded_flights import planner_for
@@ -38,6 +41,7 @@ from mavlink_for_tests import (
     sent,
     words,
 )
+from simulated_flight import Wire
 
 WALL = ObstacleMap([Obstacle.cuboid([3.0, 0.0, 0.0], (1.0, 9.0, 9.0))])
 """In the east, from x = 2.5 on."""
@@ -190,6 +194,18 @@ def test_a_vehicle_that_cannot_stop_takes_no_sticks() -> None:
     link.tick(1, sticks(x=500), -40.0)
     assert link.counts["wish: sticks are not for a vehicle that cannot stop"] == 1
     assert link.tick(2, set_point((1.0, 0.1, 0.0)), -40.0).guarded.velocity_mps[1] > 0.9
+
+
+def test_what_is_missing_on_either_link_is_named() -> None:
+    bench, wire = GuardedLink(), Wire()
+    over = MavlinkLink(wire, bench.inbox, bench.session, Outbox(Packer(1), wire.send))
+    link = GuardMavlinkLink(over, bench.session, wire, bench.commanded)
+    assert link.missing() == ["no heartbeat of the autopilot", "no command on wire"]
+    bench.tick(0, set_point((math.nan, 0, 0)))
+    assert "no heartbeat of the autopilot" not in link.missing()
+    assert "1 commands, none of them usable on wire" in link.missing()
+    bench.tick(1, sticks(y=-500))
+    assert not [words for words in link.missing() if "command" in words]
 
 
 def test_read_only_sends_no_set_points() -> None:

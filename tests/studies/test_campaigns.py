@@ -20,17 +20,18 @@ import pytest
 
 from campaign_for_tests import SMALL
 from clearway.base.errors import InputError
-from clearway.base.intervals import bootstrap_mean
+from clearway.base.intervals import Interval, bootstrap_mean
 from clearway.cli.campaign_replay import replay_flight
+from clearway.cli.campaign_table import as_values
 from clearway.studies import campaigns
 from clearway.studies.campaigns.engines import in_processes, on_cluster
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.campaigns.journal import open_journal
-from clearway.studies.campaigns.pages import write_pages
+from clearway.studies.campaigns.pages import full_form, mean_in_words, short_form, write_pages
 from clearway.studies.campaigns.results import read_results, write_results
 from clearway.studies.campaigns.row import FlightRow, without_timings
 from clearway.studies.campaigns.run import run_campaign
-from clearway.studies.campaigns.summary import Rate, seconds, standings
+from clearway.studies.campaigns.summary import Rate, failures, seconds, standings
 from clearway.studies.campaigns.task import fly_task, tasks_of
 from in_process import clearway
 from own_process import CLEARWAY
@@ -330,6 +331,28 @@ def test_bootstrap_of_a_normal_sample_is_the_textbook_interval() -> None:
     assert high == pytest.approx(sample.mean() + half, abs=0.15 * half)
     assert bootstrap_mean([2.0, 2.0]) == (2.0, 2.0)
     assert np.isnan(bootstrap_mean([])).all()
+    assert np.isnan(bootstrap_mean([2.0])).all(), "one value has no interval"
+    assert mean_in_words(Interval(360.2, np.nan, np.nan), 1) == "360.2 (one)"
+
+
+def test_who_cannot_know_is_neither_beaten_nor_a_failure(uninterrupted: list[FlightRow]) -> None:
+    plain = replace(
+        uninterrupted[0], planner="first", outcome="crashed", crashed=True, crashed_s=3.0
+    )
+    blind = replace(plain, planner="blind", hidden="what traffic reports")
+    rows = [plain, blind, replace(plain, planner="third", outcome="safe", crashed=False)]
+    assert [row.planner for row in failures(rows)] == ["first"]
+    assert all(set(each.others) == {"third"} for each in seconds(standings(rows)))
+    settings = {"campaign": "c", "version": "v"}
+    told = {each["planner"]: each for each in as_values(rows, settings, {})["table"]}
+    assert told["first"]["crashed"]["flights"] == 1
+    assert (told["blind"]["crashed"], told["blind"]["safe"]) == (None, None)
+    assert told["blind"]["time_s"]["mean"] == told["first"]["time_s"]["mean"]
+    page = full_form(rows, settings, {})
+    assert re.search(r"^\| blind \| n/a \| n/a \| n/a \| n/a \| ", page, re.MULTILINE)
+    assert "- n/a: blind cannot know what traffic reports" in page
+    short = short_form(rows, settings, {})
+    assert re.search(r"\| 0 / 1 \| n/a \| 1 / 0 \|$", short, re.MULTILINE)
 
 
 def test_results_come_back_from_parquet_as_they_went_in(

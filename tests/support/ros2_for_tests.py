@@ -47,7 +47,7 @@ class LocalBus:
     """Topics in one process."""
 
     def __init__(self) -> None:
-        self.name = "a local bus"
+        self.name, self.recorded = "a local bus", False
         self.kinds: dict[str, str] = {}
         self.came: list[TopicMessage] = []
         self.sent: dict[str, list[Any]] = defaultdict(list)

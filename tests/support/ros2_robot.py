@@ -16,7 +16,7 @@ import numpy as np
 from clearway.base.frames import geodetic_from_enu
 from clearway.base.state import State
 from clearway.live.link.hearing import SLOWEST  # noqa: F401  The library is loaded before time runs.
-from clearway.mavlink.simulated import SOMEWHERE
+from clearway.mavlink.simulated_autopilot import SOMEWHERE
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle_map import ObstacleMap

@@ -18,7 +18,7 @@ from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
 from clearway.mavlink.outbox import Outbox, Packer
 from clearway.mavlink.setup import sensor_of
-from clearway.mavlink.simulated import SimulatedAutopilot
+from clearway.mavlink.simulated_autopilot import SimulatedAutopilot
 from clearway.mavlink.simulated_habits import Habits
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup

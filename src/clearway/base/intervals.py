@@ -102,12 +102,12 @@ def sum_of(first: Interval, second: Interval) -> Interval:
 def bootstrap_mean(
     values: npt.ArrayLike, confidence: float = CONFIDENCE, seed: int = 0
 ) -> tuple[float, float]:
-    """Percentile bootstrap interval of the mean of values [n]; NaN without any.
+    """Percentile bootstrap interval of the mean of values [n]; NaN of fewer than two.
 
     The same values in the same order give the same interval.
     """
     sample = np.asarray(values, dtype=np.float64)
-    if not len(sample):
+    if len(sample) < 2:
         return float("nan"), float("nan")
     rng = np.random.default_rng([seed, 50])
     picked = rng.integers(len(sample), size=(RESAMPLES, len(sample)))

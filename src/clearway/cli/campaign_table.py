@@ -9,7 +9,9 @@ import numpy as np
 
 from clearway.base.intervals import Interval
 from clearway.io.json_values import finite
-from clearway.studies.campaigns.pages import mean_in_words
+from clearway.sim.baselines import NOT_APPLICABLE
+from clearway.sim.baselines.notes import shared
+from clearway.studies.campaigns.pages import mean_in_words, not_known_in
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
@@ -21,6 +23,8 @@ from clearway.studies.campaigns.summary import (
 )
 
 FAILURES_SHOWN = 20
+AVOIDING = ("safe", "crashed", "lost_margin", "nearest_min_m", "nearest_median_m")
+"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
 def as_values(
@@ -46,15 +50,17 @@ def _values(standing: FamilyStanding) -> dict[str, Any]:
     rates = ("safe", "reached", "crashed", "lost_margin")
     means = ("path_ratio", "time_s")
     plain = ("nearest_min_m", "nearest_median_m", "decision_ms")
-    return {
+    values = {
         "family": standing.label,
         "planner": standing.planner,
         "flights": standing.safe.flights,
         "not_flown": standing.not_flown,
+        "hidden": standing.hidden,
         **{name: _rate_values(getattr(standing, name)) for name in rates},
         **{name: _mean_values(getattr(standing, name)) for name in means},
         **{name: finite(getattr(standing, name)) for name in plain},
     }
+    return values | (dict.fromkeys(AVOIDING) if standing.hidden else {})
 
 
 def _rate_values(rate: Rate) -> dict[str, Any]:
@@ -92,19 +98,27 @@ def print_tables(
     Console(width=185).print(table)
     print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
     print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
+    for line in (
+        *not_known_in(everything),
+        *shared(list(dict.fromkeys(row.planner for row in rows))),
+    ):
+        print(line)
     for label, why in skipped.items():
         print(f"skipped {label}: {why}")
     _print_failures(rows)
 
 
 def _cells(standing: FamilyStanding) -> tuple[str, ...]:
-    return (
-        standing.planner,
+    avoiding = (
         _rate(standing.safe),
         _rate(standing.crashed),
         _rate(standing.lost_margin),
         _number(standing.nearest_min_m),
         _number(standing.nearest_median_m),
+    )
+    return (
+        standing.planner,
+        *([NOT_APPLICABLE] * len(avoiding) if standing.hidden else avoiding),
         mean_in_words(standing.path_ratio, 2),
         mean_in_words(standing.time_s, 1),
         _number(standing.decision_ms),

@@ -12,6 +12,9 @@ from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
+AVOIDING = ("safe", "crashed", "min_distance_m", "margin_violations", "emergencies")
+"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -57,9 +60,7 @@ def compare(
     )
     setup_of = _setups(mission)
     flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
-    standings = [
-        standing(name, [flight.run for flight in flown if flight.planner == name]) for name in names
-    ]
+    standings = [standing([each for each in flown if each.planner == name]) for name in names]
     result = _result(mission, standings, flown)
     if as_json:
         print_json(result)
@@ -139,6 +140,8 @@ def _result(
             key: rounded(value) if isinstance(value, float) else value
             for key, value in asdict(row).items()
         }
+        if row.hidden:
+            values |= dict.fromkeys(AVOIDING)
         runs = [flight.run for flight in flown if flight.planner == row.planner]
         rows.append({**values, "runs": [run.summary() for run in runs]})
     seeds = list(dict.fromkeys(flight.run.seed for flight in flown))
@@ -179,6 +182,10 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from clearway.base.own_code import shown
+    from clearway.sim.baselines import NOT_APPLICABLE
+    from clearway.sim.baselines.notes import not_known, shared
+
     table = Table(title=mission, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("planner", no_wrap=True)
     for name in ("reached", "safe", "crashed", "time s", "path m", "nearest m", "violations"):
@@ -186,18 +193,26 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     for name in ("emergencies", "p50 ms", "p99 ms"):
         table.add_column(name, justify="right")
     for row in standings:
-        table.add_row(
-            row.planner,
-            *(f"{count}/{row.flights}" for count in (row.reached, row.safe, row.crashed)),
-            _text(row.time_s, 1),
-            _text(row.path_length_m, 1),
-            _text(row.min_distance_m, 2),
-            str(row.margin_violations),
-            str(row.emergencies),
-            _text(row.decision_ms_p50, 2),
-            _text(row.decision_ms_p99, 2),
-        )
+        cells = {
+            "reached": f"{row.reached}/{row.flights}",
+            "safe": f"{row.safe}/{row.flights}",
+            "crashed": f"{row.crashed}/{row.flights}",
+            "time_s": _text(row.time_s, 1),
+            "path_length_m": _text(row.path_length_m, 1),
+            "min_distance_m": _text(row.min_distance_m, 2),
+            "margin_violations": str(row.margin_violations),
+            "emergencies": str(row.emergencies),
+            "decision_ms_p50": _text(row.decision_ms_p50, 2),
+            "decision_ms_p99": _text(row.decision_ms_p99, 2),
+        }
+        if row.hidden:
+            cells |= dict.fromkeys(AVOIDING, NOT_APPLICABLE)
+        table.add_row(shown(row.planner), *cells.values())
     Console(width=130).print(table)
+    for line in not_known((row.planner, row.hidden) for row in standings):
+        print(line)
+    for line in shared([row.planner for row in standings]):
+        print(line)
 
 
 def _text(value: float, digits: int) -> str:

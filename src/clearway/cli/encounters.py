@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.base.own_code import shown
+from clearway.base.verdict import DemandVerdict
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import (
     NOT_REACHED,
@@ -28,7 +30,11 @@ if TYPE_CHECKING:
 
 KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
 FAILURES_SHOWN = 12
-CSV_COLUMNS = ("kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner")
+CSV_COLUMNS = (
+    "kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner", "aside_m",
+)  # fmt: skip
+AVOIDING = ("kept", "share", "wilson_95", "verdict", "min_distance_m", "with_emergency", "failures")
+"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
 def encounters(
@@ -131,7 +137,11 @@ def encounters(
         _print_table(tallies)
     if out is not None:
         _write(tallies, out)
-    leave_by(tally.verdict for tally in tallies if tally.planner == planners[0])
+    leave_by(
+        DemandVerdict.NOT_SHOWN if tally.hidden else tally.verdict
+        for tally in tallies
+        if tally.planner == planners[0]
+    )
 
 
 def _planners(names: list[str] | None) -> list[str]:
@@ -160,9 +170,10 @@ def flown(
 def _summary(tally: EncounterTally) -> dict[str, Any]:
     low, high = tally.interval
     settings = tally.settings
-    return {
+    values = {
         "kind": settings.in_words,
         "planner": tally.planner,
+        "hidden": tally.hidden,
         "detected_at_m": settings.detected_at_m,
         "deviates": settings.deviates,
         "spread_deg": [math.degrees(spread) for spread in settings.spread_rad]
@@ -184,32 +195,51 @@ def _summary(tally: EncounterTally) -> dict[str, Any]:
         "distance_to_keep_m": tally.distance_to_keep_m,
         "with_emergency": sum(outcome.emergencies > 0 for outcome in tally.outcomes),
         "failures": [outcome.seed for outcome in tally.failures],
+        "mean_aside_m": tally.mean_aside_m,
+        "decision_ms": finite(tally.decision_ms),
     }
+    return values | (dict.fromkeys(AVOIDING) if tally.hidden else {})
 
 
 def _print_table(tallies: Sequence[EncounterTally]) -> None:
     from rich.table import Table
 
+    from clearway.sim.baselines import NOT_APPLICABLE
+    from clearway.sim.baselines.notes import not_known, shared
+
     console = table_console()
     table = Table()
     several = len({tally.planner for tally in tallies}) > 1
     texts = ("kind", "planner") if several else ("kind",)
-    for column in (*texts, "flown", "avoidable", "kept", "share", "Wilson 95 %", "nearest", "need"):
+    avoiding = ("kept", "share", "Wilson 95 %", "nearest", "need")
+    for column in (*texts, "flown", "avoidable", *avoiding, "aside", "a decision"):
         table.add_column(column, justify="left" if column in texts else "right")
     for tally in tallies:
         low, high = tally.interval
-        table.add_row(
-            *(tally.settings.in_words, tally.planner)[: len(texts)],
-            str(len(tally.outcomes)),
-            str(tally.avoidable),
+        kept = (
             str(tally.kept),
             f"{100.0 * tally.share:.2f} %",
             f"{100.0 * low:.2f} to {100.0 * high:.2f} %",
             f"{tally.min_distance_m:.3f} of {tally.distance_to_keep_m:g} m",
             f"{100.0 * tally.required:g} %: {tally.verdict}",
         )
+        table.add_row(
+            *(tally.settings.in_words, shown(tally.planner))[: len(texts)],
+            str(len(tally.outcomes)),
+            str(tally.avoidable),
+            *([NOT_APPLICABLE] * len(kept) if tally.hidden else kept),
+            f"{tally.mean_aside_m:.2f} m",
+            f"{tally.decision_ms:.2f} ms",
+        )
     console.print(table)
+    print("aside: farthest from straight flight, mean; a decision: median")
+    for line in not_known((tally.planner, tally.hidden) for tally in tallies):
+        print(line)
+    for line in shared(list(dict.fromkeys(tally.planner for tally in tallies))):
+        print(line)
     for tally in tallies:
+        if tally.hidden:
+            continue
         for outcome in tally.failures[:FAILURES_SHOWN]:
             print(f"{_kind(tally)}: {_in_words(outcome)}; see it with {_replay(tally)}")
         more = len(tally.failures) - FAILURES_SHOWN
@@ -309,6 +339,7 @@ def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
                         int(each.avoidable),
                         each.emergencies,
                         tally.planner,
+                        f"{each.aside_m:.6f}",
                     )
                 )
     say(f"wrote {path}")

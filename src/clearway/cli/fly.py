@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from clearway.cli import film_options as filmed
 from clearway.cli import picture_options as drawn
 from clearway.cli.progress import progress_bar
 from clearway.cli.record import record_run
@@ -61,6 +62,9 @@ def fly(
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
+    video: filmed.Video = None,
+    fps: filmed.Fps = None,
+    speed: filmed.Speed = None,
     mcap: Annotated[
         bool, typer.Option("--mcap/--no-mcap", help="Write run.mcap, for `replay` and Foxglove.")
     ] = True,
@@ -82,6 +86,7 @@ def fly(
     from clearway.sim.baselines import known_planner
 
     beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
+    film = filmed.film_asked(video, fps, speed)
     known_planner(planner, beside)
     if parquet:
         check_tables()
@@ -105,6 +110,10 @@ def fly(
         run, setup, file, folder, kept, mcap=mcap, parquet=parquet, scans=scans or ()
     )
     say(f"wrote {', '.join(written)} to {folder.path}")
+    if film is not None:
+        from clearway.view.replay.in_memory import recording_of
+
+        filmed.make_film(recording_of(run, setup), film, folder)
     if not run.safe:
         leave(NOT_REACHED)
 

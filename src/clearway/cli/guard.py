@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
-import time
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -12,7 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.guard_words import GuardWatch, guarded, in_words, told_by
 from clearway.cli.live_ends import stop_rule
+from clearway.cli.mavlink_options import (
+    Act,
+    Component,
+    Fan,
+    Heartbeat,
+    Icao,
+    LockStep,
+    Rate,
+    SigningKey,
+    System,
+    TrafficMargin,
+)
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 from clearway.cli.ros2_bus import (
     CHECKED_S,
@@ -28,11 +39,11 @@ from clearway.cli.ros2_bus import (
 
 if TYPE_CHECKING:
     from clearway.live.guard.guard_session import GuardSession
-    from clearway.live.link.loop import Loop, LoopReport
-    from clearway.live.link.outcome import TickOutcome
+    from clearway.live.link.loop import Loop
     from clearway.ros2.bus import TopicBus
 
-SAY_AGAIN_S = 1.0
+ASKED_S = 10.0
+"""For so long --check listens to an autopilot, which takes its time to tell its parameters."""
 
 
 def guard(
@@ -51,18 +62,14 @@ def guard(
     commands: Annotated[
         str, typer.Option(help="MAVLink: where wishes come from, an address likewise.")
     ] = "udpin:127.0.0.1:14560",
-    act: Annotated[
-        bool, typer.Option("--act", help="MAVLink: send set-points; else only our heartbeat.")
-    ] = False,
+    act: Act = False,
     check: Check = False,
     bag: Bag = None,
     backend: Backend = "auto",
     domain: Domain = None,
     namespace: Namespace = "",
     remap: Remap = None,
-    rate: Annotated[
-        float, typer.Option(min=1.0, max=100.0, help="MAVLink: ticks a second.")
-    ] = 20.0,
+    rate: Rate = 20.0,
     hold_s: Annotated[
         float, typer.Option(min=0.05, max=10.0, help="MAVLink: a wish is verified for so long.")
     ] = 0.5,
@@ -70,19 +77,17 @@ def guard(
         float | None,
         typer.Option(min=0.01, help="MAVLink: of the vehicle; default: changes speed at once."),
     ] = None,
-    signing_key: Annotated[
-        Path | None,
-        typer.Option(help="MAVLink: 32 bytes or 64 hex digits; frames not signed so are refused."),
-    ] = None,
-    system: Annotated[
-        int, typer.Option(min=1, max=255, help="MAVLink: the vehicle's system id.")
-    ] = 1,
-    component: Annotated[
-        int, typer.Option(min=1, max=255, help="MAVLink: the autopilot's id.")
-    ] = 1,
-    lock_step: Annotated[
-        bool, typer.Option("--lock-step", help="MAVLink: a simulated vehicle waits for us.")
-    ] = False,
+    timeout_s: Annotated[
+        float, typer.Option(min=0.05, max=10.0, help="MAVLink: a wish counts for so long.")
+    ] = 0.5,
+    signing_key: SigningKey = None,
+    system: System = 1,
+    component: Component = 1,
+    icao: Icao = None,
+    traffic_margin_m: TrafficMargin = 0.0,
+    fan_deg: Fan = 0.0,
+    heartbeat_s: Heartbeat = 3.0,
+    lock_step: LockStep = False,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
     ] = None,
@@ -91,7 +96,8 @@ def guard(
     ] = False,
 ) -> None:
     """Let commands pass while a way out is behind them, else fly the nearest that is safe."""
-    lasts = CHECKED_S if check and duration is None else duration
+    listens_s = CHECKED_S if connect is None else ASKED_S
+    lasts = listens_s if check and duration is None else duration
     if connect is None:
         refuse_other_backend(backend)
         loop, link = _on_topics(what, bag, backend, domain, namespace, remap or (), check=check)
@@ -110,22 +116,31 @@ def guard(
             signing_key=signing_key,
             system=system,
             component=component,
+            icao=icao,
+            traffic_margin_m=traffic_margin_m,
+            fan_deg=fan_deg,
+            heartbeat_s=heartbeat_s,
             speedup=None if lock_step else 1.0,
             ask=check,
         )
-        terms = GuardTerms(commands, hold_s=hold_s, acceleration_mps2=acceleration_mps2 or math.inf)
+        terms = GuardTerms(
+            commands,
+            wish_s=timeout_s,
+            hold_s=hold_s,
+            acceleration_mps2=acceleration_mps2 or math.inf,
+        )
         loop, link = _on_mavlink(what, options, terms)
     session: GuardSession = link.session if connect is None else link.session.core
     with closing(link):
         over = partial(getattr, getattr(link, "bus", None), "ended", False)
         with stop_rule(lasts, ended=over) as stop:
-            report = loop.run(stop, _GuardWatch().show)
-        result = _result(session, report) | _of_link(link)
-        missing = link.missing() if connect is None else []
+            report = loop.run(stop, GuardWatch().show)
+        result = guarded(session, report) | told_by(link)
+        missing = link.missing() if check or connect is None else []
     if as_json:
         print_json(sourced(result | {"missing": missing}))
     else:
-        print(_in_words(result))
+        print(in_words(result))
         if check:
             print("\n".join(["missing:", *missing]) if missing else "all is there")
     if missing if check else not result["wishes"]:
@@ -167,68 +182,3 @@ def _on_mavlink(what: str, options: Any, terms: Any) -> tuple[Loop, Any]:
 
     dialect()
     return set_up_guard(read_mission_file(what, say), options, terms, say)
-
-
-class _GuardWatch:
-    """Tells on standard error when the link changes, and when the guardian steps in."""
-
-    def __init__(self) -> None:
-        self._told, self._told_s = ("", ""), -math.inf
-
-    def show(self, outcome: TickOutcome) -> None:
-        at = f"{outcome.time_s:.1f} s"
-        for note in outcome.notes:
-            print(f"{at}  {note}", file=sys.stderr, flush=True)
-        guarded = outcome.guarded
-        doing = "" if guarded is None else "passed" if guarded.is_wish else "replaced"
-        present, now = (str(outcome.state), doing), time.monotonic()
-        again = present != self._told and now >= self._told_s + SAY_AGAIN_S
-        if present[0] == self._told[0] and not again:
-            return
-        self._told, self._told_s = present, now
-        why = f" ({outcome.why_state})" if outcome.why_state else ""
-        said = "" if guarded is None else f"; {guarded.why}"
-        print(f"{at}  {outcome.state}{why}{said}", file=sys.stderr, flush=True)
-
-
-def _result(session: GuardSession, report: LoopReport) -> dict[str, Any]:
-    tally = session.tally
-    return {
-        "acting": session.terms.act,
-        "state": str(session.state),
-        "wishes": tally["wishes"],
-        "passed": tally["passed"],
-        "slowed": tally["slowed"],
-        "replaced": tally["replaced"],
-        "without_a_wish": tally["without a wish"],
-        "ticks": report.ticks,
-        "late": report.late,
-        "left_out": dict(session.left_out),
-    }
-
-
-def _of_link(link: Any) -> dict[str, Any]:
-    """What came and went."""
-    if hasattr(link, "topics"):
-        heard = {topic: one.messages for topic, one in link.topics.items()}
-        return {"heard": heard, "sent": dict(link.published)}
-    received = link.autopilot.inbox.received + link.commanded.received
-    refused = link.autopilot.inbox.refused + link.commanded.refused
-    sent = dict(link.autopilot.outbox.sent)
-    return {"heard": dict(received), "refused": dict(refused), "sent": sent}
-
-
-def _in_words(result: dict[str, Any]) -> str:
-    lines = [
-        f"guardian   {'acting' if result['acting'] else 'read-only'}; the link at the end: "
-        f"{result['state']}",
-        f"wishes     {result['wishes']}; ticks: {result['passed']} passed, {result['slowed']} "
-        f"slowed, {result['replaced']} replaced, {result['without_a_wish']} without a wish",
-        f"ticks      {result['ticks']}, {result['late']} late",
-    ]
-    for title in ("heard", "refused", "left_out", "sent"):
-        counts = {name: number for name, number in result.get(title, {}).items() if number}
-        if counts:
-            told = ", ".join(f"{number} {name}" for name, number in sorted(counts.items()))
-            lines.append(f"{title.replace('_', ' '):<10} {told}")
-    return "\n".join(lines)

@@ -14,6 +14,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.live_ends import stop_rule
+from clearway.cli.mavlink_options import (
+    Act,
+    Component,
+    Fan,
+    Heartbeat,
+    Icao,
+    LockStep,
+    Rate,
+    SigningKey,
+    System,
+    TrafficMargin,
+)
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
@@ -40,13 +52,8 @@ def mavlink(
         str | None,
         typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan."),
     ] = None,
-    rate: Annotated[
-        float, typer.Option(min=1.0, max=100.0, help="Ticks a second, by the vehicle's clock.")
-    ] = 10.0,
-    act: Annotated[
-        bool,
-        typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
-    ] = False,
+    rate: Rate = 10.0,
+    act: Act = False,
     check: Annotated[
         bool,
         typer.Option("--check", help="Listen for 10 s, tell what would keep it from flying, end."),
@@ -60,25 +67,13 @@ def mavlink(
     ask: Annotated[
         bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
     ] = False,
-    signing_key: Annotated[
-        Path | None,
-        typer.Option(help="File of 32 bytes or 64 hex digits: frames not signed so are refused."),
-    ] = None,
-    system: Annotated[int, typer.Option(min=1, max=255, help="The vehicle's system id.")] = 1,
-    component: Annotated[int, typer.Option(min=1, max=255, help="The autopilot's id.")] = 1,
-    icao: Annotated[
-        str | None, typer.Option(help="Our transponder's address, six hex digits.")
-    ] = None,
-    traffic_margin_m: Annotated[
-        float, typer.Option(min=0.0, help="Kept from aircraft beyond margin and half span.")
-    ] = 0.0,
-    fan_deg: Annotated[
-        float,
-        typer.Option(min=0.0, max=60.0, help="How far up and down distances count; 0: level."),
-    ] = 0.0,
-    heartbeat_s: Annotated[
-        float, typer.Option(min=0.5, help="The link is lost after so long without a heartbeat.")
-    ] = 3.0,
+    signing_key: SigningKey = None,
+    system: System = 1,
+    component: Component = 1,
+    icao: Icao = None,
+    traffic_margin_m: TrafficMargin = 0.0,
+    fan_deg: Fan = 0.0,
+    heartbeat_s: Heartbeat = 3.0,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
     ] = None,
@@ -88,9 +83,7 @@ def mavlink(
     speedup: Annotated[
         float, typer.Option(min=0.1, help="Of a simulated vehicle's clock against ours.")
     ] = 1.0,
-    lock_step: Annotated[
-        bool, typer.Option("--lock-step", help="A simulated vehicle waits for our set-points.")
-    ] = False,
+    lock_step: LockStep = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the log of decisions and the summary.")
     ] = None,

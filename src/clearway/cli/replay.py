@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import film_options as filmed
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ def replay(
         Path | None,
         typer.Option(help="Write the page to this file instead of serving it."),
     ] = None,
+    video: filmed.Video = None,
+    fps: filmed.Fps = None,
+    speed: filmed.Speed = None,
     layout: Annotated[
         Path | None,
         typer.Option(help="Write Foxglove's layout for run.mcap to this file, and no page."),
@@ -49,6 +53,7 @@ def replay(
     from clearway.view.replay.page import page_of
     from clearway.view.replay.reading import read_run
 
+    film = filmed.film_asked(video, fps, speed)
     for option, file in (("--html", html), ("--layout", layout)):
         if file is not None:
             refuse_unwritable_file(file, option)
@@ -58,10 +63,16 @@ def replay(
     if layout is not None:
         _lay_out(layout, as_json=False)
     recording = read_run(run)
+    if film is not None:
+        filmed.make_film(recording, film)
+        if html is None:
+            if as_json:
+                print_json(_told(recording) | {"video": str(film.path)})
+            return
     other = None if beside is None else read_run(beside)
     with damage_told(recording.source if other is None else f"{run} or {beside}", "run"):
         page = page_of(recording, other)
-        result = _told(recording, len(page.encode()))
+        result = _told(recording) | {"page_bytes": len(page.encode())}
     if html is not None:
         _write(page, html)
         say(f"wrote {html}, {len(page.encode()) / 1e6:.2f} MB")
@@ -80,14 +91,13 @@ def _lay_out(path: Path, as_json: bool) -> None:
         print_json({"layout": str(path)})
 
 
-def _told(recording: Recording, size: int) -> dict[str, Any]:
+def _told(recording: Recording) -> dict[str, Any]:
     return {
         "run": recording.source,
         "mission": recording.mission["name"],
         "time_s": recording.mission["summary"]["time_s"],
         "decisions": len(recording.decisions),
         "intruders": len(recording.mission["intruder_radius_m"]),
-        "page_bytes": size,
     }
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from clearway.base.own_code import shown
 from clearway.cli.report import table_console
 
 if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
 
 CASES_SHOWN, WORST_SHOWN = 8, 3
+REAL_SCALE = ("all hear the same reports through the same tracker and fly the same vehicle",)
 VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
 
 
@@ -17,6 +19,8 @@ def print_tables(result: RiskStudy, summary: dict[str, Any]) -> None:
     """summary: of the result, as `--json` prints it."""
     from rich.table import Table
 
+    from clearway.sim.baselines import NOT_APPLICABLE
+    from clearway.sim.baselines.notes import not_known, shared
     from clearway.studies.risk.ratios import MEASURES
 
     console = table_console()
@@ -25,14 +29,25 @@ def print_tables(result: RiskStudy, summary: dict[str, Any]) -> None:
     table.add_column("planner")
     for name in MEASURES.values():
         table.add_column(name, justify="right")
-    table.add_column("aside", justify="right")
+    for name in ("aside", "a decision"):
+        table.add_column(name, justify="right")
     straight = summary["straight"]
     rates = [f"{straight[name]['rate']:.2g} each" for name in MEASURES]
-    table.add_row("straight", *rates, "")
+    table.add_row("straight", *rates, "", "")
     for planner, measures in summary["planners"].items():
-        cells = [_cell(measures[name]) for name in MEASURES]
-        table.add_row(planner, *cells, f"{measures['mean_aside_m']:.0f} m")
+        hidden, took = measures["hidden"], measures["decision_ms"]
+        cells = [NOT_APPLICABLE if hidden else _cell(measures[name]) for name in MEASURES]
+        table.add_row(
+            shown(planner),
+            *cells,
+            f"{measures['mean_aside_m']:.0f} m",
+            "-" if took is None else f"{took:.2f} ms",
+        )
     console.print(table)
+    for line in not_known((name, each["hidden"]) for name, each in summary["planners"].items()):
+        print(line)
+    for line in REAL_SCALE if result.settings.vehicle else shared(result.planners):
+        print(line)
     effective = ", ".join(
         f"{summary['effective'][name]:.0f} {MEASURES[name]}s" for name in summary["effective"]
     )
@@ -56,7 +71,7 @@ def _cell(measure: dict[str, Any]) -> str:
 
 
 def _print_cases(measures: dict[str, Any], planner: str) -> None:
-    cases = measures["near_collision"]["cases"]
+    cases = measures["near_collision"]["cases"] or []
     if cases:
         some = ", ".join(map(str, cases[:CASES_SHOWN]))
         more = f" and {len(cases) - CASES_SHOWN} more" if len(cases) > CASES_SHOWN else ""

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 BACKENDS = ("auto", "dds", "rclpy")
 Check = Annotated[
     bool,
-    typer.Option("--check", help="Listen for 5 s, tell what comes and what is missing, end."),
+    typer.Option("--check", help="Listen for a while, tell what comes and what is missing, end."),
 ]
 Bag = Annotated[
     Path | None, typer.Option(help="Play a ROS 2 bag or MCAP file in place of live topics.")

@@ -10,7 +10,7 @@ import hashlib
 import pickle
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,6 +34,10 @@ NEARLY = 0.03
 """Slope and turn (rad) that a measured movement straight on may have."""
 SETTLED = 6
 """Movements in a row that must have a way out in hand."""
+WIDER_START, START_STEPS = 3.0, 32
+"""In movements, how far about the start is declared free at most where less would leave a vehicle
+that can stop where it is for ever; and in how many steps that is tried."""
+FARTHER = "sensors see the body's whole way only from farther on"
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,18 @@ class EscapePlan:
     why: str
     within: int | None = None
     """After how many movements one is there where nothing stands in the way; None if not known."""
+    start_free_m: float | None = field(default=None, repr=False)
+    """Radius of the ball about the start that counts as free, where more is needed than a
+    movement's length; None for what was asked for."""
+
+    def flown_by(self, planner: Planner) -> Planner:
+        """A planner that flies so."""
+        settings, start_free_m = planner.settings, self.start_free_m
+        if self.flown != settings.escape:
+            settings = replace(settings, escape=self.flown)
+        if start_free_m is not None:
+            settings = replace(settings, start_free_m=start_free_m)
+        return planner if settings is planner.settings else replace(planner, settings=settings)
 
     def __str__(self) -> str:
         flown = f'"{self.flown}"'
@@ -105,12 +121,24 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
         )
     after = settles(planner, library, sensors)
     if after is not None:
+        stays = after > 0 and planner.automaton.can_stop
+        start_free_m = _wider_start_m(planner, library, sensors) if stays else None
+        more = ""
+        if stays and start_free_m is None:
+            more = f"; {FARTHER}, and it may stay where it starts"
+        elif start_free_m is not None and planner.settings.start_free_m is None:
+            more, after = f"; {FARTHER}: {start_free_m:.3g} m about the start count as free", 0
+        elif start_free_m is not None:
+            more = f"; {FARTHER}: it may stay, start_free_m = {start_free_m:.3g} would do"
+            start_free_m = None
+        first = f"from movement {after + 1} on where nothing stands in the way"
         return EscapePlan(
             asked,
             Escape.STRICT,
             f"{unmapped}every decision keeps a way out through space seen to be free, "
-            f"from movement {after + 1} on where nothing stands in the way{_over_drift(planner)}",
+            f"{first}{_over_drift(planner)}{more}",
             after,
+            start_free_m,
         )
     return EscapePlan(asked, Escape.KNOWN, unmapped + _what_lacks(planner, library, sensors))
 
@@ -129,7 +157,9 @@ def _by_map(planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatA
     outside = "elsewhere only what was seen"
     if seen.flown != Escape.STRICT:
         outside = f"elsewhere only what was seen, and {seen.why.split('; unseen space', 1)[0]}"
-    return EscapePlan(Escape.MAPPED, Escape.MAPPED, f"{why}; {outside}")
+    return EscapePlan(
+        Escape.MAPPED, Escape.MAPPED, f"{why}; {outside}", start_free_m=seen.start_free_m
+    )
 
 
 def _over_drift(planner: Planner) -> str:
@@ -150,6 +180,29 @@ def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySenso
             return None
         after = max(after, settled)
     return after
+
+
+def _wider_start_m(
+    planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]
+) -> float | None:
+    """How far about the start has to count as free for a vehicle that can stop to leave it; None
+    where it need not, or where that is farther than may be declared unasked.
+
+    Between the ball about the vehicle and where sensors see the body's whole way, farther on where
+    they are mounted ahead of its middle or above, lies what nobody can look at. A vehicle that
+    cannot stop flies through it before it has a way out; one that can has one, and would stay.
+    """
+    least_m = planner.settings.start_free_m
+    least_m = planner.automaton.step_m if least_m is None else least_m
+    most_m = max(WIDER_START * planner.automaton.step_m, least_m)
+    tried = (least_m + (most_m - least_m) * np.arange(1, START_STEPS + 1) / START_STEPS).tolist()
+
+    def leaves(start_free_m: float) -> bool:
+        settings = replace(planner.settings, start_free_m=start_free_m)
+        return settles(replace(planner, settings=settings), library, sensors) == 0
+
+    first = bisect_left(tried, True, key=leaves)
+    return float(tried[first]) if first < len(tried) else None
 
 
 def _winds(planner: Planner) -> list[FloatArray]:

@@ -90,10 +90,7 @@ class AvoidanceSystem:
     ) -> None:
         self.escape = escape_plan(planner, lidars, obstacle_map)
         """Which ways out this flight keeps in hand, and why."""
-        if self.escape.flown != planner.settings.escape:
-            settings = replace(planner.settings, escape=self.escape.flown)
-            planner = replace(planner, settings=settings)
-        self.planner = planner
+        self.planner = planner = self.escape.flown_by(planner)
         self.obstacle_map = obstacle_map
         self.limits = limits or DataLimits()
         self._known = Knowledge(

@@ -1,27 +1,27 @@
-"""`clearway mavlink --check`: is all there that a flight of a mission needs?"""
+"""`--check` over MAVLink: is all there that a flight needs?"""
 
 from __future__ import annotations
 
-from clearway.live.link.floor import FloorRule
-from clearway.live.link.session import Session
+from typing import TypeVar
+
+from clearway.live.link.hearing import Hearing
 from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.parameters import LONGEST_TIMEOUT_S, TIMEOUTS
 
+S = TypeVar("S", bound=Hearing)
 CHECKED_S = 10.0
 """How long it listens where nobody says how long."""
 
 
-def problems(link: MavlinkLink[Session], wall_s: float) -> list[str]:
+def problems(link: MavlinkLink[S], wall_s: float) -> list[str]:
     """What keeps a flight from going well, in words; none where all is well."""
     session, core = link.session, link.session.core
     if core.status is None:
         return ["no heartbeat of the autopilot", *link.inbox.strangers(), *link.inbox.warnings]
     found = session.missing(wall_s)
-    floor: FloorRule = core.terms.floor
-    mission = core.system.mission
-    refusal = floor.refusal(session.place.ground_m, mission.goals_m, mission.reach_radius_m)
+    refusal = core.refusal
     found += [] if refusal is None else [refusal]
-    found += session.parameters.findings(core.system.planner.speed_mps)
+    found += session.parameters.findings(core.speed_mps)
     if not any(name in session.parameters.values for name in TIMEOUTS):
         found.append(
             f"neither {' nor '.join(TIMEOUTS)} was told: see that set-points end after "

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import select
+import time
 from collections import Counter
 from dataclasses import dataclass, replace
 
 from clearway.live.guard.guard_session import GuardSession
 from clearway.live.link.loop import Loop
 from clearway.live.link.outcome import TickOutcome
+from clearway.mavlink.check import problems
 from clearway.mavlink.guard_session import COMMANDS, GuardMavlinkSession
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink, open_link
@@ -55,6 +57,15 @@ class GuardMavlinkLink:
         if guarded is None:
             return outcome
         return replace(outcome, why_now=guarded.why)
+
+    def missing(self) -> list[str]:
+        """What keeps it from guarding, in words: of the autopilot's link, and of commands."""
+        found = problems(self.autopilot, time.monotonic())
+        if not self.session.core.tally["wishes"]:
+            came = sum(self.commanded.received.values())
+            none = f"{came} commands, none of them usable" if came else "no command"
+            found.append(f"{none} on {self.commands.name}")
+        return found
 
     def wait(self, seconds: float) -> None:
         ends = [self.autopilot.frames, self.commands]

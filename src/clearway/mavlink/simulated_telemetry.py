@@ -15,10 +15,11 @@ from clearway.base.frames import (
     ned_from_enu,
     world_from_body,
 )
-from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.distances import BODY_FRD, UNKNOWN
+from clearway.mavlink.simulated_targets import Target, VelocityTarget
 from clearway.mavlink.simulated_vehicle import VehicleTruth
+from clearway.mavlink.wishes import NO_PLACE
 from clearway.obstacles.world import World
 from clearway.traffic import Intruder
 
@@ -69,13 +70,15 @@ def home(origin_geodetic: FloatArray, ground_m: float) -> Message:
     )
 
 
-def target(set_point: SetPoint, boot_ms: int) -> Message:
-    """POSITION_TARGET_LOCAL_NED: where it flies to."""
-    place = ned_from_enu(set_point.position_m).tolist()
-    speed = np.zeros(3) if set_point.velocity_mps is None else set_point.velocity_mps
+def target(told: Target, boot_ms: int) -> Message:
+    """POSITION_TARGET_LOCAL_NED: where it flies to, or only how fast."""
+    nowhere = isinstance(told, VelocityTarget)
+    place = np.zeros(3) if isinstance(told, VelocityTarget) else ned_from_enu(told.position_m)
+    speed = np.zeros(3) if told.velocity_mps is None else told.velocity_mps
     return dialect().MAVLink_position_target_local_ned_message(
-        boot_ms, 1, 0, *place, *ned_from_enu(speed).tolist(), 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+        boot_ms, 1, NO_PLACE if nowhere else 0,
+        *place.tolist(), *ned_from_enu(speed).tolist(), 0.0, 0.0, 0.0, 0.0, 0.0,
+    )  # fmt: skip
 
 
 def attitude(truth: VehicleTruth, boot_ms: int) -> Message:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.frames import FloatArray, wrap_angle
-from clearway.live.link.set_point import SetPoint
+from clearway.mavlink.simulated_targets import Target, VelocityTarget
 
 GAIN_PER_S = 1.0
 """Speed towards the set-point's place for every metre away from it."""
@@ -31,13 +31,17 @@ class VehicleTruth:
     def after(
         self,
         step_s: float,
-        target: SetPoint,
+        target: Target,
         cruise_mps: float,
         acceleration_mps2: float = np.inf,
     ) -> VehicleTruth:
-        """The vehicle a short step later, on its way to a set-point."""
+        """The vehicle a short step later, as it is told to fly."""
         asked = np.zeros(3) if target.velocity_mps is None else target.velocity_mps
-        asked = asked + GAIN_PER_S * (target.position_m - self.position_m)
+        if isinstance(target, VelocityTarget):
+            turn = step_s * target.yaw_rate_rps
+        else:
+            asked = asked + GAIN_PER_S * (target.position_m - self.position_m)
+            turn = float(wrap_angle(target.yaw_rad - self.yaw_rad))
         speed = float(np.linalg.norm(asked))
         asked = asked * min(1.0, FASTEST * cruise_mps / max(speed, 1e-9))
         share = 1.0 - np.exp(-step_s / LAG_S)
@@ -45,7 +49,6 @@ class VehicleTruth:
         hardest = acceleration_mps2 * step_s
         change = change * min(1.0, hardest / max(float(np.linalg.norm(change)), 1e-9))
         velocity = self.velocity_mps + change
-        turn = float(wrap_angle(target.yaw_rad - self.yaw_rad))
         turn = float(np.clip(turn, -YAW_RATE_RPS * step_s, YAW_RATE_RPS * step_s))
         middle = 0.5 * (velocity + self.velocity_mps)
         return VehicleTruth(

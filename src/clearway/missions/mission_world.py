@@ -13,6 +13,7 @@ from clearway.missions.place_sections import PointCloudSection
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.point_world import PointWorld
 from clearway.obstacles.world import CombinedWorld, World
+from clearway.sim.baselines import Danger, Source
 
 
 class MissionWorld(NamedTuple):
@@ -24,6 +25,8 @@ class MissionWorld(NamedTuple):
     """What the vehicle is told."""
     notes: tuple[str, ...]
     """What was left out of the survey."""
+    standing: frozenset[Danger] = frozenset()
+    """What stands there, by who tells of it."""
 
 
 def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
@@ -35,10 +38,25 @@ def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
     charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
     solid = ObstacleMap([*there, *maps.there])
     told = ObstacleMap([*charted, *maps.charted], complete_m=_complete_m(file))
+    standing = _standing(file, maps)
     if file.point_cloud is None:
-        return MissionWorld(solid, told, ())
+        return MissionWorld(solid, told, (), standing)
     cloud, notes = _surveyed(file.point_cloud)
-    return MissionWorld(CombinedWorld([solid, cloud]), told, notes)
+    return MissionWorld(CombinedWorld([solid, cloud]), told, notes, standing)
+
+
+def _standing(file: MissionFile, maps: MissionMaps) -> frozenset[Danger]:
+    """Who tells of what stands there: sensors, if there are any, and maps."""
+    seen: Danger = frozenset({Source.SENSORS} if file.lidar or file.sensor else ())
+    charted = seen | {Source.MAP}
+    found = {
+        seen if part.known == "world" else charted for part in file.obstacle if part.known != "map"
+    }
+    if maps.there:
+        found.add(charted if file.map is not None and file.map.known == "both" else seen)
+    if file.point_cloud is not None:
+        found.add(seen)
+    return frozenset(found)
 
 
 def _complete_m(file: MissionFile) -> FloatArray | None:

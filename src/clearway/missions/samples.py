@@ -106,6 +106,42 @@ position_m = [16, 4, 0]
 velocity_mps = [-1, -0.5, 0]
 spread_deg = 5
 """
+ROBOT = """\
+# What a node on ROS 2 topics is told of the vehicle: a multirotor with a VLP-16.
+[mission]
+name = "robot"
+waypoints_m = [[30, 0, 0]]
+
+[vehicle]
+kind = "multirotor"
+position_m = [10, 0, 0]
+speed_mps = 1.0
+body_radius_m = 0.1
+
+[grid]
+elevation_deg = 15
+rows = 3
+
+[[lidar]]
+name = "front"
+pattern = "vlp16"
+max_range_m = 15
+"""
+NODE = """\
+# Which topics are what.
+/**:
+  ros__parameters:
+    mission: robot-mission.toml
+    map_frame: odom
+    ground_m: -1.8
+    clouds:
+      front: {topic: front/points}
+"""
+GUARDED = f"""{NODE}\
+    guard: {{topic: cmd_vel_in, type: Twist, hold_s: 0.5}}
+    set_points:
+      - {{topic: cmd_vel, type: Twist}}
+"""
 VOLUMES = """\
 [[volume]]
 name = "well clear"
@@ -142,6 +178,24 @@ def write_scene(path: Path, rng: np.random.Generator) -> None:
     """One moment: a scan, a map and an intruder."""
     del rng
     path.write_text(SCENE)
+
+
+def write_robot_mission(path: Path, rng: np.random.Generator) -> None:
+    """A mission for a node."""
+    del rng
+    path.write_text(ROBOT)
+
+
+def write_node(path: Path, rng: np.random.Generator) -> None:
+    """Parameters of a node."""
+    del rng
+    path.write_text(NODE)
+
+
+def write_guarded(path: Path, rng: np.random.Generator) -> None:
+    """Parameters of a guardian."""
+    del rng
+    path.write_text(GUARDED)
 
 
 def write_volumes(path: Path, rng: np.random.Generator) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from clearway.sensors import Lidar, Scan
 from clearway.sensors.detection import Rule
 from clearway.sensors.simulate import Scanner
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
-from clearway.sim.baselines import Craft, pilot_named
+from clearway.sim.baselines import REPORTED_TRAFFIC, Craft, Danger, Source, pilot_named
 from clearway.sim.faults import Faults
 from clearway.sim.kept_scans import KeepingScanner
 from clearway.sim.lying_lidar import LyingLidar
@@ -84,6 +85,8 @@ class FlightSetup:
     """What was left out or assumed while reading the mission's files."""
     place: MissionPlace = NOWHERE
     """Where on Earth and when, as far as the mission says."""
+    standing: frozenset[Danger] = frozenset()
+    """What stands there, by who tells of it."""
 
     __repr__ = brief
 
@@ -91,6 +94,14 @@ class FlightSetup:
     def lidars(self) -> tuple[Lidar, ...]:
         """The LiDARs among the sensors."""
         return tuple(one for one in self.sensors if isinstance(one, Lidar))
+
+    @property
+    def dangers(self) -> frozenset[Danger]:
+        """What can be hit, by who tells of it: what stands there, and what flies."""
+        found = {_told_by(one, seen=bool(self.sensors)) for one in self.script}
+        if self.recorded is not None:
+            found.add(REPORTED_TRAFFIC)
+        return self.standing | found
 
     @property
     def escape(self) -> EscapePlan:
@@ -105,36 +116,31 @@ class FlightSetup:
 
     def system(self) -> AvoidanceSystem:
         """A fresh system on the ground."""
-        return AvoidanceSystem(
-            self.planner,
-            self.mission,
-            self.sensors,
-            self.obstacle_map,
-            limits=self.limits,
-            detection_rule=self.detection_rule,
-            ground_m=self.ground_m,
-            follow_movers=self.follow_movers,
-            tracker=self.tracker,
-            address=OWN_ADDRESS,
-            volumes=self.volumes,
-        )
+        return AvoidanceSystem(self.planner, self.mission, volumes=self.volumes, **self._known)
 
     def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
         """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
         return Guardian(
             self.planner,
             self.mission.start,
-            self.sensors,
-            self.obstacle_map,
-            limits=self.limits,
-            detection_rule=self.detection_rule,
-            ground_m=self.ground_m,
-            follow_movers=self.follow_movers,
-            tracker=self.tracker,
-            address=OWN_ADDRESS,
             hold_s=hold_s,
             acceleration_mps2=acceleration_mps2,
+            **self._known,
         )
+
+    @property
+    def _known(self) -> dict[str, Any]:
+        """What whoever decides is told, whoever that is."""
+        return {
+            "lidars": self.sensors,
+            "obstacle_map": self.obstacle_map,
+            "limits": self.limits,
+            "detection_rule": self.detection_rule,
+            "ground_m": self.ground_m,
+            "follow_movers": self.follow_movers,
+            "tracker": self.tracker,
+            "address": OWN_ADDRESS,
+        }
 
     def refuse_impossible(self) -> None:
         """Raise FlightRefusedError with the reasons if the map shows that the mission cannot be."""
@@ -258,7 +264,13 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         + world.notes
         + (() if held is None else (held,)),
         place=mission_place(file, maps, recorded),
+        standing=world.standing,
     )
+
+
+def _told_by(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
+    reported = REPORTED_TRAFFIC if intruder.transponder else frozenset()
+    return reported | ({Source.SENSORS} if seen and intruder.visible else set())
 
 
 def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:

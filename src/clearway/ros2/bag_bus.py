@@ -23,7 +23,7 @@ class BagBus:
     """
 
     def __init__(self, path: Path) -> None:
-        self.name, self.ended = f"the recording {path}", False
+        self.name, self.recorded, self.ended = f"the recording {path}", True, False
         self.sent: dict[str, list[bytes]] = {}
         """What would have been published, by topic."""
         self._kinds: dict[str, str] = {}

@@ -36,6 +36,8 @@ class TopicBus(Protocol):
 
     name: str
     """For people."""
+    recorded: bool
+    """Whether it plays what was recorded: time is that of the recording, clock or not."""
 
     def subscribe(self, topic: str, kind: str, quality: Quality) -> None:
         """Hear a topic, by its full name; kind: "package/msg/Name"."""

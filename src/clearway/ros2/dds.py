@@ -74,7 +74,7 @@ class DdsBus:
             self._participant: Any = DomainParticipant(domain)
         except DDSException as refused:
             raise InputError(f"DDS domain {domain}", f"cannot be opened: {refused}") from refused
-        self.name = f"DDS domain {domain}"
+        self.name, self.recorded = f"DDS domain {domain}", False
         self._topics: dict[str, Any] = {}
         self._readers: dict[str, tuple[str, Any]] = {}
         self._writers: dict[str, Any] = {}

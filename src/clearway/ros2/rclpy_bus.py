@@ -26,6 +26,7 @@ class RclpyBus:
         self._rclpy.init(args=list(ros_args))
         self._node = self._rclpy.create_node(node, namespace=namespace or None)
         self.name = f"rclpy, node {self._node.get_fully_qualified_name()}"
+        self.recorded = False
         self._came: list[TopicMessage] = []
         self._writers: dict[str, Any] = {}
 

@@ -111,7 +111,8 @@ class TopicLink(Generic[S]):
         ]  # fmt: skip
         found += self.more_heard()
         if given.use_sim_time:
-            found.append(Heard("/clock", "rosgraph_msgs/msg/Clock", SENSOR, self._take_clock, True))
+            kind, needed = "rosgraph_msgs/msg/Clock", not self.bus.recorded
+            found.append(Heard("/clock", kind, SENSOR, self._take_clock, needed))
         for name, cloud in given.clouds.items():
             kind = f"sensor_msgs/msg/{cloud.type}"
             take = self._cloud_taker(name, cloud)

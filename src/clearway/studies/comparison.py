@@ -10,6 +10,7 @@ import numpy as np
 
 from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
+from clearway.sim.baselines import PLANNERS
 from clearway.sim.pilot import Steering
 
 SetupOf = Callable[[int], FlightSetup]
@@ -22,6 +23,8 @@ class ComparedFlight:
 
     planner: str
     run: Run[Steering]
+    hidden: str = ""
+    """What of it the planner cannot know, in words; empty for nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,8 @@ class PlannerStanding:
     """What one planner did, over all its flights."""
 
     planner: str
+    hidden: str
+    """What of some flight it cannot know, in words: what it keeps off then says nothing of it."""
     flights: int
     reached: int
     """Flights that came to the last waypoint."""
@@ -57,16 +62,19 @@ def fly_all(
     for seed in seeds:
         setup = setup_of(seed)
         for planner in planners:
-            yield ComparedFlight(planner, setup.fly_with(planner, folder=folder))
+            hidden = PLANNERS.named(planner, folder).hidden(setup.dangers)
+            yield ComparedFlight(planner, setup.fly_with(planner, folder=folder), hidden)
 
 
-def standing(planner: str, runs: Sequence[Run[Steering]]) -> PlannerStanding:
+def standing(flights: Sequence[ComparedFlight]) -> PlannerStanding:
     """Sums and averages of one planner's flights, at least one."""
+    runs = [flight.run for flight in flights]
     arrived = [run for run in runs if run.reached]
     elapsed = [entry.elapsed_s for run in runs for entry in run.decisions]
     decisions_ms = 1e3 * np.array(elapsed) if elapsed else np.full(1, np.nan)
     return PlannerStanding(
-        planner,
+        flights[0].planner,
+        hidden=next((flight.hidden for flight in flights if flight.hidden), ""),
         flights=len(runs),
         reached=len(arrived),
         safe=sum(run.safe for run in runs),

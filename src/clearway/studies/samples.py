@@ -41,6 +41,7 @@ PACKAGES = {
     "mavlink": ("pymavlink",),
     "ouster": ("ouster",),
     "parquet": ("pyarrow",),
+    "ros2": ("cyclonedds", "rosbags"),
     "ulog": ("pyulog",),
 }
 """Of an extra: modules without which neither writer nor reader works."""
@@ -170,6 +171,14 @@ SAMPLES = (
            "clearway assess --scan livox.bag --airframe-radius 0.5", "lidar"),
     Sample("livox", "recording", "ROS 2 bag of Livox's CustomMsg", recordings.write_livox2,
            "clearway assess --scan livox --airframe-radius 0.5", "lidar"),
+    Sample("robot-mission.toml", "mission", "vehicle and sensor of a robot on ROS 2 topics",
+           own.write_robot_mission, ""),
+    Sample("commanded", "recording", "ROS 2 bag of a robot that somebody flies at a house",
+           recordings.write_commanded, "", "ros2"),
+    Sample("robot.yaml", "parameters", "of a node on ROS 2 topics",
+           own.write_node, "clearway ros2 robot.yaml --bag commanded", "ros2"),
+    Sample("guarded.yaml", "parameters", "the same, to hold those commands against the scans",
+           own.write_guarded, "clearway guard guarded.yaml --bag commanded", "ros2"),
     Sample("os1.json", "recording", "metadata of the packets", packets.write_metadata, "",
            "ouster"),
     Sample("os1.pcap", "recording", "packets of an Ouster LiDAR", packets.write_packets,
@@ -265,7 +274,7 @@ def _readme(written: Sequence[Sample], left_out: Sequence[Sample], seed: int) ->
     lines = [
         "# Samples of everything that clearway reads\n",
         f"Written by `clearway sample`, seed {seed}: all of it is made up. Go into this folder and",
-        "try the commands; each writes its results below `clearway-out/`.\n",
+        "try the commands; most write results below `clearway-out/`.\n",
         "| file | what it is | command |",
         "| --- | --- | --- |",
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,10 @@ import numpy as np
 from clearway.io.samples.made_world import SPEED_MPS, place_at, sweep
 
 POINTS, ODOMETRY = "/front/points", "/odom"
+COMMANDS, MOUNTING = "/cmd_vel_in", "/tf_static"
+COMMANDED_FROM_M, COMMANDED_S, COMMAND_S = 10.0, 3.5, 0.1
+"""Of the recording in which somebody commands: where it begins, ahead of the house, how long it is,
+and how often a command comes."""
 SCANS, PERIOD_S = 6, 0.5
 BEGIN_S = 1_767_225_600
 """2026-01-01T00:00:00Z."""
@@ -78,9 +82,44 @@ class Robot:
             of["geometry_msgs/msg/TwistWithCovariance"](twist, unknown),
         )
 
+    def mounted(self, time_s: float) -> Any:
+        """tf2_msgs/TFMessage: the LiDAR in the middle of the body."""
+        of = self.store.types
+        transform = of["geometry_msgs/msg/Transform"](
+            of["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0),
+            of["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+        )
+        stamped = of["geometry_msgs/msg/TransformStamped"]
+        return of["tf2_msgs/msg/TFMessage"](
+            [stamped(self._header(time_s, "base_link"), "lidar", transform)]
+        )
+
+    def command(self) -> Any:
+        """geometry_msgs/Twist: straight ahead."""
+        vector = self.store.types["geometry_msgs/msg/Vector3"]
+        ahead, still = vector(SPEED_MPS, 0.0, 0.0), vector(0.0, 0.0, 0.0)
+        return self.store.types["geometry_msgs/msg/Twist"](ahead, still)
+
+    def commanded(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
+        """As `flight`: own places, commands and scans of one who is flown straight at the house."""
+        yield self._written(MOUNTING, BEGIN_S, self.mounted(BEGIN_S))
+        every = round(PERIOD_S / COMMAND_S)
+        for index in range(round(COMMANDED_S / COMMAND_S)):
+            after_s = COMMAND_S * index
+            time_s = BEGIN_S + after_s
+            place = place_at(COMMANDED_FROM_M / SPEED_MPS + after_s)
+            if index % every == 0:
+                yield self._written(POINTS, time_s, self.cloud(time_s, sweep(rng, place)))
+            yield self._written(ODOMETRY, time_s, self.odometry(time_s, place))
+            yield self._written(COMMANDS, time_s, self.command())
+
+    def _written(self, topic: str, time_s: float, value: Any) -> tuple[str, int, str, bytes]:
+        write = self.store.serialize_cdr if self.ros2 else self.store.serialize_ros1
+        kind = value.__msgtype__
+        return topic, round(time_s * 1e9), kind, bytes(write(value, kind))
+
     def flight(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
         """(topic, nanoseconds, type, serialised) in the order of time; the legs are seen too."""
-        write = self.store.serialize_cdr if self.ros2 else self.store.serialize_ros1
         scan = self.livox if self._livox else self.cloud
         for index in range(SCANS):
             after_s = PERIOD_S * index
@@ -89,8 +128,7 @@ class Robot:
                 (ODOMETRY, self.odometry(time_s, place)),
                 (POINTS, scan(time_s, sweep(rng, place, legs=True))),
             ):
-                kind = value.__msgtype__
-                yield topic, round(time_s * 1e9), kind, bytes(write(value, kind))
+                yield self._written(topic, time_s, value)
 
 
 def write_bag(path: Path, rng: np.random.Generator) -> None:
@@ -144,9 +182,22 @@ def write_livox2(path: Path, rng: np.random.Generator) -> None:
         _write(writer, Robot(ros2=True, livox=True), rng)
 
 
+def write_commanded(path: Path, rng: np.random.Generator) -> None:
+    """A ROS 2 bag of a vehicle that somebody flies at the house."""
+    from rosbags.rosbag2 import Writer
+
+    robot = Robot(ros2=True)
+    with Writer(path) as writer:
+        _write_all(writer, robot, robot.commanded(rng))
+
+
 def _write(writer: Any, robot: Robot, rng: np.random.Generator) -> None:
+    _write_all(writer, robot, robot.flight(rng))
+
+
+def _write_all(writer: Any, robot: Robot, messages: Iterable[tuple[str, int, str, bytes]]) -> None:
     known: dict[str, Any] = {}
-    for topic, time_ns, kind, data in robot.flight(rng):
+    for topic, time_ns, kind, data in messages:
         if topic not in known:
             known[topic] = writer.add_connection(topic, kind, typestore=robot.store)
         writer.write(known[topic], time_ns, data)

@@ -102,8 +102,7 @@ class Guardian:
         self.escape = escape_plan(planner, lidars)
         """Which ways out are kept in hand, and why."""
         self._nearness = NearnessToWish()
-        settings = replace(planner.settings, escape=self.escape.flown)
-        self.planner = planner_towards(replace(planner, settings=settings), self._nearness)
+        self.planner = planner_towards(self.escape.flown_by(planner), self._nearness)
         escapes = self.planner.escapes
         if escapes is None:
             raise ClearwayError(f"guardian: needs ways out; {self.escape.why}")

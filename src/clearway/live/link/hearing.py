@@ -117,6 +117,11 @@ class Hearing(ABC):
     def hear_goal(self, place_m: FloatArray, wall_s: float) -> str | None:
         """A goal [3], or several [n, 3]; why it is refused, or None."""
 
+    @property
+    @abstractmethod
+    def refusal(self) -> str | None:
+        """Why the vehicle may not be led; None if it may."""
+
     @abstractmethod
     def tick(self, wall_s: float) -> TickOutcome:
         """Decide if it is due and allowed, and say what is to be flown."""

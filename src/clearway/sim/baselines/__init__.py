@@ -1,5 +1,6 @@
 """The planners that clearway is compared with, by name; all fly by `BaselinePilot`."""
 
+from clearway.sim.baselines.knowledge import NOT_APPLICABLE, REPORTED_TRAFFIC, Danger, Source
 from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
 from clearway.sim.baselines.pilot import BaselineDecision, BaselinePilot
 from clearway.sim.baselines.registry import PLANNERS, known_planner, pilot_named
@@ -7,13 +8,17 @@ from clearway.sim.pilot import CLEARWAY
 
 __all__ = [
     "CLEARWAY",
+    "NOT_APPLICABLE",
     "PLANNERS",
+    "REPORTED_TRAFFIC",
     "BaselineDecision",
     "BaselinePilot",
     "Craft",
+    "Danger",
     "MakeRule",
     "Manoeuvre",
     "Rule",
+    "Source",
     "known_planner",
     "pilot_named",
 ]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
 from functools import lru_cache, wraps
+from inspect import getdoc
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from clearway.base.own_code import callable_own, guarded
 from clearway.base.variants import Variants
 from clearway.live import AvoidanceSystem
 from clearway.sim.baselines.deterministic import first_hit, full, reduced
+from clearway.sim.baselines.knowledge import EVERYTHING, NOTHING, Danger, Source, hidden_from
 from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
 from clearway.sim.baselines.margins import adaptive, turn_back
 from clearway.sim.baselines.mvp import modified_voltage_potential
@@ -25,6 +28,31 @@ from clearway.sim.pilot import CLEARWAY, Pilot, Steering
 
 MakePilot = Callable[[AvoidanceSystem, Craft], Pilot[Steering]]
 """(a system that has not flown, the vehicle) -> who flies; rivals use the system as knowledge."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownPlanner:
+    """A planner that may fly, and what tables must say of it."""
+
+    make: MakePilot
+    knows: frozenset[Source] = EVERYTHING
+    """What it decides by."""
+    shares: str = ""
+    """What of clearway's decisions it uses; empty for nothing, and for clearway."""
+    reference: bool = False
+    """Whether it avoids nothing on purpose: what others are held against."""
+
+    def __call__(self, system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
+        return self.make(system, craft)
+
+    @property
+    def about(self) -> str:
+        """What it is, in a line."""
+        return (getdoc(self.make) or "").partition("\n")[0]
+
+    def hidden(self, dangers: Iterable[Danger]) -> str:
+        """What of a flight it cannot know, in words; empty for nothing, and for a reference."""
+        return "" if self.reference else hidden_from(self.knows, dangers)
 
 
 def _clearway(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
@@ -44,14 +72,27 @@ def _ruled(make: MakeRule) -> MakePilot:
     return pilot
 
 
-def _own(label: str, found: Any) -> MakePilot:
-    """A user's `make(craft) -> rule`: called for every flight, so that rules may remember."""
+def _own(label: str, found: Any) -> KnownPlanner:
+    """A user's `make(craft) -> rule`: called for every flight, so that rules may remember.
+
+    It may say what its rules know: `make.knows = ("sensors",)`.
+    """
     make = guarded(label, callable_own(label, found, ("craft",)))
 
     def pilot(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
         return BaselinePilot(system, _checked(label, make(craft), craft))
 
-    return pilot
+    return KnownPlanner(pilot, _declared(label, getattr(found, "knows", tuple(Source))))
+
+
+def _declared(label: str, knows: Any) -> frozenset[Source]:
+    """The sources that a user's planner says it knows."""
+    named = (knows,) if isinstance(knows, str) else knows
+    valid_names = [str(source) for source in Source]
+    if not isinstance(named, Collection) or not all(name in valid_names for name in named):
+        valid = ", ".join(map(repr, valid_names))
+        raise OwnCodeError(label, f"has knows = {knows!r}; valid: a tuple of {valid}")
+    return frozenset(Source(name) for name in named)
 
 
 def _checked(label: str, found: Any, craft: Craft) -> Rule:
@@ -76,20 +117,26 @@ def _checked(label: str, found: Any, craft: Craft) -> Rule:
     return rule
 
 
-PLANNERS: Variants[MakePilot] = Variants(
+COSTS = "reach sets and costs"
+GUIDANCE = "memory of returns; the cheapest way of its reach sets, to aim along"
+VERIFICATION = "reach sets, costs, memory of returns and verification; only margins differ"
+HITS = frozenset({Source.SENSORS})
+PLANNERS: Variants[KnownPlanner] = Variants(
     "planner",
     {
-        CLEARWAY: _clearway,
-        "straight": _ruled(straight),
-        "deterministic": _ruled(full),
-        "deterministic-reduced": _ruled(reduced),
-        "deterministic-first-hit": _ruled(first_hit),
-        "potential-field": _ruled(potential_field),
-        "turn-back": _ruled(turn_back),
-        "adaptive": _ruled(adaptive),
-        "vfh": _ruled(vector_field_histogram),
-        "velocity-obstacle": _ruled(velocity_obstacle),
-        "mvp": _ruled(modified_voltage_potential),
+        CLEARWAY: KnownPlanner(_clearway),
+        "straight": KnownPlanner(_ruled(straight), NOTHING, COSTS, reference=True),
+        "deterministic": KnownPlanner(_ruled(full), HITS, "costs, and hits in its cells"),
+        "deterministic-reduced": KnownPlanner(_ruled(reduced), HITS, f"{COSTS}, hits in its cells"),
+        "deterministic-first-hit": KnownPlanner(
+            _ruled(first_hit), HITS, f"{COSTS}, hits in its cells"
+        ),
+        "potential-field": KnownPlanner(_ruled(potential_field), shares=GUIDANCE),
+        "turn-back": KnownPlanner(_ruled(turn_back), shares=VERIFICATION),
+        "adaptive": KnownPlanner(_ruled(adaptive), shares=VERIFICATION),
+        "vfh": KnownPlanner(_ruled(vector_field_histogram), shares=GUIDANCE),
+        "velocity-obstacle": KnownPlanner(_ruled(velocity_obstacle), shares=GUIDANCE),
+        "mvp": KnownPlanner(_ruled(modified_voltage_potential), shares=GUIDANCE),
     },
     _own,
 )

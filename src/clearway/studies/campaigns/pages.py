@@ -9,6 +9,8 @@ import numpy as np
 
 from clearway.base.errors import InputError, naming
 from clearway.base.intervals import Interval
+from clearway.sim.baselines import NOT_APPLICABLE
+from clearway.sim.baselines.notes import not_known, shared
 from clearway.studies.campaigns.families import FAMILIES
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
@@ -67,12 +69,21 @@ def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dic
         there = [cells.get((label, planner)) for planner in planners]
         flights = max(each.safe.flights for each in there if each is not None)
         lines.append((label, str(flights), *(_short(each) for each in there)))
-    return _markdown(lines) + _below(rows, settings, skipped)
+    said = [*not_known_in(table), *shared(planners)]
+    beside = f"\n{_listed(said)}" if said else ""
+    return f"{_markdown(lines)}{beside}{_below(rows, settings, skipped)}"
+
+
+def not_known_in(table: Sequence[FamilyStanding]) -> list[str]:
+    """Why planners have n/a in a table of families."""
+    return not_known((each.planner, each.hidden) for each in table)
 
 
 def _short(standing: FamilyStanding | None) -> str:
     if standing is None:
         return ""
+    if standing.hidden:
+        return NOT_APPLICABLE
     return f"{standing.safe.number} / {standing.crashed.number}"
 
 
@@ -84,6 +95,10 @@ def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict
         own = [standing for standing in table if standing.label == label]
         parts.append(f"### {label}\n\n{FAMILIES[own[0].family].about}\n")
         parts.append(_markdown([COLUMNS, *(_full(standing) for standing in own)]))
+    planners = list(dict.fromkeys(standing.planner for standing in table))
+    said = [*not_known_in(table), *shared(planners)]
+    if said:
+        parts.append(f"### What planners share, and what some cannot know\n\n{_listed(said)}")
     first = rows[0].planner
     parts.append(f"### Where {first} is not first\n\n{_listed(_behind(table))}")
     lost = [row for row in rows if row.planner == first and not row.safe]
@@ -106,12 +121,10 @@ def _listed(lines: Sequence[str]) -> str:
 
 def _full(standing: FamilyStanding) -> tuple[str, ...]:
     nearest = f"{_number(standing.nearest_min_m, 2)}, {_number(standing.nearest_median_m, 2)}"
+    avoiding = (_rate(standing.safe), _rate(standing.crashed), _rate(standing.lost_margin), nearest)
     return (
         standing.planner,
-        _rate(standing.safe),
-        _rate(standing.crashed),
-        _rate(standing.lost_margin),
-        nearest,
+        *([NOT_APPLICABLE] * len(avoiding) if standing.hidden else avoiding),
         mean_in_words(standing.path_ratio, 2),
         mean_in_words(standing.time_s, 1),
         _number(standing.decision_ms, 2),
@@ -124,9 +137,11 @@ def _rate(rate: Rate) -> str:
 
 
 def mean_in_words(mean: Interval, digits: int) -> str:
-    """A mean with its interval."""
+    """A mean with its interval, which one value alone does not have."""
     if not np.isfinite(mean.value):
         return "-"
+    if not np.isfinite(mean.low):
+        return f"{mean.value:.{digits}f} (one)"
     return f"{mean.value:.{digits}f} ({mean.low:.{digits}f}-{mean.high:.{digits}f})"
 
 

@@ -13,6 +13,9 @@ from clearway.base.version import SCHEMA_VERSION
 from clearway.studies.campaigns.row import COLUMNS, FlightRow
 
 META = "clearway_"
+ADDED = ("hidden",)
+"""Columns that results of 0.1.0 do not have."""
+NEEDED = tuple(name for name in COLUMNS if name not in ADDED)
 
 
 def need_parquet() -> None:
@@ -59,7 +62,7 @@ def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
             table = pq.read_table(path)
     except pa.ArrowException as cause:
         raise InputError(str(path), f"no Parquet file: {cause}") from cause
-    missing = [name for name in COLUMNS if name not in table.column_names]
+    missing = [name for name in NEEDED if name not in table.column_names]
     if missing:
         raise InputError(str(path), f"no results of a campaign: without {', '.join(missing)}")
     metadata: dict[bytes, bytes] = table.schema.metadata or {}
@@ -68,7 +71,7 @@ def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
         for key, value in metadata.items()
         if key.decode().startswith(META)
     }
-    rows = table.select(list(COLUMNS)).to_pylist()
+    rows = table.select([name for name in COLUMNS if name in table.column_names]).to_pylist()
     return [FlightRow(**row) for row in rows], settings
 
 

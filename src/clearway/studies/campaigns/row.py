@@ -53,6 +53,8 @@ class FlightRow:
     outcome: Outcome
     why: str
     """Of a refusal or failure."""
+    hidden: str = ""
+    """What of the flight the planner cannot know, in words: how it avoids says nothing then."""
     reached: bool = measured(lambda run: run.reached, default=False)
     crashed: bool = measured(lambda run: run.crashed_s is not None, default=False)
     margin_kept: bool = measured(lambda run: run.metrics.margin_violations == 0, default=False)

@@ -33,6 +33,8 @@ class FamilyStanding:
     label: str
     family: str
     planner: str
+    hidden: str
+    """What of some flight it cannot know, in words: rates and distances say nothing of it then."""
     safe: Rate
     """Reached, and never nearer than the margin."""
     reached: Rate
@@ -89,6 +91,7 @@ def _standing(rows: Sequence[FlightRow]) -> FamilyStanding:
         label=rows[0].label,
         family=rows[0].family,
         planner=rows[0].planner,
+        hidden=next((row.hidden for row in rows if row.hidden), ""),
         safe=Rate(sum(row.safe for row in rows), flights),
         reached=Rate(len(arrived), flights),
         crashed=Rate(sum(row.crashed for row in rows), flights),
@@ -115,7 +118,9 @@ def seconds(table: Sequence[FamilyStanding]) -> list[Second]:
             ahead = {
                 other.planner: abs(int(better(other)[0]))
                 for other in others
-                if better(other) > better(first) and other.safe.flights == first.safe.flights
+                if better(other) > better(first)
+                and other.safe.flights == first.safe.flights
+                and not (other.hidden or first.hidden)
             }
             if ahead:
                 own = abs(int(better(first)[0]))
@@ -124,8 +129,8 @@ def seconds(table: Sequence[FamilyStanding]) -> list[Second]:
 
 
 def failures(rows: Sequence[FlightRow]) -> list[FlightRow]:
-    """Flights that were not safe."""
-    return [row for row in rows if not row.safe]
+    """Flights that were not safe, of planners that could know what there was to avoid."""
+    return [row for row in rows if not row.safe and not row.hidden]
 
 
 def in_words(row: FlightRow) -> str:

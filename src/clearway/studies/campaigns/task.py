@@ -154,4 +154,5 @@ def _known(task: Task) -> dict[str, Any]:
         "settings_id": task.settings_id,
         "version": __version__,
         "replay": task.replay,
+        "hidden": PLANNERS.named(task.flown_by).hidden(case_of(task).setup.dangers),
     }

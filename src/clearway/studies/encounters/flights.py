@@ -7,7 +7,7 @@ alone, so that results do not depend on how many processes share the work.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 
 import numpy as np
@@ -23,7 +23,7 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sim import Run, SimulationSettings, simulate
-from clearway.sim.baselines import CLEARWAY, PLANNERS, Craft, pilot_named
+from clearway.sim.baselines import CLEARWAY, PLANNERS, REPORTED_TRAFFIC, Craft, pilot_named
 from clearway.sim.pilot import Steering
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
 from clearway.studies.encounters.avoidable import Opponent, search
@@ -55,6 +55,10 @@ class EncounterOutcome:
     """Whether any sequence of movements keeps that distance from straight flight."""
     emergencies: int
     """Decisions in which nothing kept the margin."""
+    aside_m: float = 0.0
+    """Farthest from straight flight: what avoiding cost."""
+    decision_ms: float = field(default=float("nan"), compare=False)
+    """Median of its decisions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,21 @@ class EncounterTally:
     """Ascending by seed."""
     planner: str = CLEARWAY
     """Who flew, as asked for."""
+
+    @property
+    def hidden(self) -> str:
+        """What of an encounter the planner cannot know, in words; empty for nothing."""
+        return PLANNERS.named(self.planner).hidden([REPORTED_TRAFFIC])
+
+    @property
+    def mean_aside_m(self) -> float:
+        """Farthest from straight flight, mean over all encounters."""
+        return float(np.mean([outcome.aside_m for outcome in self.outcomes]))
+
+    @property
+    def decision_ms(self) -> float:
+        """Median over encounters of their median."""
+        return float(np.median([outcome.decision_ms for outcome in self.outcomes]))
 
     @property
     def avoidable(self) -> int:
@@ -198,6 +217,8 @@ def outcome_of(
         traffic.violations == 0,
         is_avoidable(encounter, settings.scale),
         run.emergencies,
+        float(np.hypot(run.states[:, 1], run.states[:, 2]).max()),
+        1e3 * float(np.median([entry.elapsed_s for entry in run.decisions])),
     )
 
 

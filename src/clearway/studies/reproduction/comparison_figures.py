@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY
+from clearway.sim.baselines.notes import not_known
 from clearway.sim.pilot import Steering
-from clearway.studies.comparison import PlannerStanding, fly_all, standing
+from clearway.studies.comparison import ComparedFlight, PlannerStanding, fly_all, standing
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 
@@ -40,11 +41,17 @@ def comparison() -> tuple[Exhibit, ...]:
 
 def _compared(mission: str, title: str) -> Exhibit:
     flight = flight_of(mission)
-    runs: dict[str, Run[Steering]] = {CLEARWAY: flight.run}
-    for flown in fly_all(lambda _seed: flight.setup, RIVALS, (flight.run.seed,)):
-        runs[flown.planner] = flown.run
-    places = {name: standing(name, (run,)) for name, run in runs.items()}
-    safe = [name for name, place in places.items() if place.safe]
+    flights = [
+        ComparedFlight(CLEARWAY, flight.run),
+        *fly_all(lambda _seed: flight.setup, RIVALS, (flight.run.seed,)),
+    ]
+    runs = {flown.planner: flown.run for flown in flights}
+    places = {flown.planner: standing([flown]) for flown in flights}
+    judged = {name: place for name, place in places.items() if not place.hidden}
+    safe = [name for name, place in judged.items() if place.safe]
+    blind = "".join(
+        f" {line}." for line in not_known((name, place.hidden) for name, place in places.items())
+    )
     return Exhibit(
         f"Comparison {mission}",
         f"planners side by side, {title}",
@@ -53,7 +60,7 @@ def _compared(mission: str, title: str) -> Exhibit:
             "adaptive methods need to, and so outperforms them; the deterministic one is its "
             "predecessor.",
             ours=f"Safe, that is at the last waypoint and never inside a margin: {_list(safe)}. "
-            f"Not safe: {_list([_fate(places[n]) for n in places if n not in safe])}.",
+            f"Not safe: {_list([_fate(judged[n]) for n in judged if n not in safe])}.{blind}",
             difference="The paper compares margins, not flights; these fly the same mission with "
             "the same sensors, noise and movements. One flight each tells how, not how often: "
             "`clearway campaign` tells that.",
@@ -78,8 +85,10 @@ def _fate(place: PlannerStanding) -> str:
 def _measures(places: Mapping[str, PlannerStanding]) -> list[Measure]:
     measures: list[Measure] = []
     for name, place in places.items():
-        measures.append(Measure(f"{name}: smallest distance to a surface, m", place.min_distance_m))
-        measures.append(Measure(f"{name}: margin violations", place.margin_violations))
+        if not place.hidden:
+            nearest_m = place.min_distance_m
+            measures.append(Measure(f"{name}: smallest distance to a surface, m", nearest_m))
+            measures.append(Measure(f"{name}: margin violations", place.margin_violations))
         if place.reached:
             measures.append(Measure(f"{name}: time of flight, s", place.time_s))
     return measures

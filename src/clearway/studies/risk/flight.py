@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -151,10 +153,19 @@ def true_path_m(run: Run[Steering], settings: RiskSettings) -> FloatArray:
     return path
 
 
+class DecisionEffort(NamedTuple):
+    """Of the decisions of one flight."""
+
+    emergencies: int = 0
+    """In which nothing kept the margin."""
+    median_ms: float | None = None
+    """What one took to compute; None without any."""
+
+
 def separation_of(
     encounter: ModelEncounter, planner: str, settings: RiskSettings
-) -> tuple[Separation, int]:
-    """How near it came with a planner, and its decisions in which nothing kept the margin."""
+) -> tuple[Separation, DecisionEffort]:
+    """How near it came with a planner, and what its decisions were like."""
     if settings.vehicle and planner != STRAIGHT:
         flown = fly_long(encounter, planner, settings)
         came = separation(flown.own_m, flown.other_m, settings)
@@ -162,15 +173,21 @@ def separation_of(
             came,
             side_reversals=flown.side_reversals,
             sense_reversals=flown.sense_reversals,
-        ), 0
+        ), DecisionEffort(0, _median_ms(flown.decision_s))
     if planner == STRAIGHT:
         time_s = np.arange(0.0, encounter.lasts_s + 0.5 * STEP_S, STEP_S)
         own = np.zeros((len(time_s), 3))
         own[:, 0] = settings.own_mps * time_s
-        return separation(own, encounter.at_all(time_s), settings), 0
+        return separation(own, encounter.at_all(time_s), settings), DecisionEffort()
     run = fly(encounter, planner, settings)
     own = true_path_m(run, settings)
-    return separation(own, encounter.at_all(run.time_s), settings), run.emergencies
+    took_ms = _median_ms([entry.elapsed_s for entry in run.decisions])
+    effort = DecisionEffort(run.emergencies, took_ms)
+    return separation(own, encounter.at_all(run.time_s), settings), effort
+
+
+def _median_ms(elapsed_s: Sequence[float]) -> float | None:
+    return 1e3 * float(np.median(elapsed_s)) if elapsed_s else None
 
 
 def separation(own_m: FloatArray, other_m: FloatArray, settings: RiskSettings) -> Separation:

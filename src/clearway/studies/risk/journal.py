@@ -87,4 +87,5 @@ def _outcome(values: dict[str, Any]) -> RiskOutcome:
         straight=Separation(**values["straight"]),
         flown={name: Separation(**came) for name, came in values["flown"].items()},
         emergencies={name: int(count) for name, count in values["emergencies"].items()},
+        decision_ms={name: float(took) for name, took in values.get("decision_ms", {}).items()},
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from time import perf_counter
 
 import numpy as np
 
@@ -41,6 +42,8 @@ class LongFlight:
     """What was commanded when, each second."""
     heard: int
     """Reports."""
+    decision_s: tuple[float, ...] = ()
+    """What each decision took to compute."""
 
     @property
     def side_reversals(self) -> int:
@@ -94,6 +97,7 @@ def fly_long(
     )  # fmt: skip
     track: SmoothTrack | None = None
     steered: list[tuple[float, Steer]] = []
+    took: list[float] = []
     heard = 0
     flown = Steer(0.0, able.speed_mps, 0.0, 0, 0)
     for k in range(count):
@@ -105,7 +109,10 @@ def fly_long(
                 track = followed(track, report)
             view.motion = _motion(state)
             view.others = _others(track, time_s)
+            began = perf_counter()
             steer = steers(view) if view.others else flown_home(view)
+            if view.others:
+                took.append(perf_counter() - began)
             view.before = steer
             steered.append((time_s, steer))
         due = time_s - able.reaction_s
@@ -114,7 +121,7 @@ def fly_long(
                  able.acceleration_mps2, able.turn_onset_s, able.climb_onset_s, 1.0 / STEPS_PER_S,
                  view.floor_m, view.ceiling_m)  # fmt: skip
     time = np.arange(count) / STEPS_PER_S
-    return LongFlight(time, own, encounter.at_all(time), tuple(steered), heard)
+    return LongFlight(time, own, encounter.at_all(time), tuple(steered), heard, tuple(took))
 
 
 def flown_home(view: LongView) -> Steer:

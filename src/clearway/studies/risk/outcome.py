@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from clearway.studies.risk.flight import STRAIGHT, Separation
 
@@ -21,6 +21,8 @@ class RiskOutcome:
     """By planner."""
     emergencies: Mapping[str, int]
     """Decisions in which nothing kept the margin, by planner."""
+    decision_ms: Mapping[str, float] = field(default_factory=dict, compare=False)
+    """Median of the decisions, by planner; without those that took none."""
 
     def of(self, planner: str) -> Separation:
         """Of a planner, or of straight flight."""

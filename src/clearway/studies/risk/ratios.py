@@ -107,6 +107,12 @@ def mean_aside_m(study: RiskStudy, planner: str) -> float:
     return float(weights_of(study) @ aside / len(aside))
 
 
+def decision_ms(study: RiskStudy, planner: str) -> float:
+    """Median over encounters of the median of a planner's decisions; NaN where it took none."""
+    took = [each.decision_ms[planner] for each in study.outcomes if planner in each.decision_ms]
+    return float(np.median(took)) if took else float("nan")
+
+
 def _flags(study: RiskStudy, planner: str, measure: str) -> BoolArray:
     return np.array([bool(getattr(outcome.of(planner), measure)) for outcome in study.outcomes])
 

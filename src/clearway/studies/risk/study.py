@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clearway.base.errors import ClearwayError
-from clearway.sim.baselines import PLANNERS
+from clearway.sim.baselines import PLANNERS, REPORTED_TRAFFIC
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.processes import in_processes
 from clearway.studies.risk.encounter import draw_encounter
@@ -30,6 +30,15 @@ class RiskStudy:
     seed: int
     outcomes: tuple[RiskOutcome, ...]
     """Ascending by number."""
+
+    def hidden_from(self, planner: str) -> str:
+        """What of an encounter a planner cannot know, in words; empty for nothing.
+
+        At real scale all planners hear the same reports.
+        """
+        if self.settings.vehicle or planner == STRAIGHT:
+            return ""
+        return PLANNERS.named(planner).hidden([REPORTED_TRAFFIC])
 
 
 def study(
@@ -91,10 +100,15 @@ class _Job:
     def _outcome(self, number: int) -> RiskOutcome:
         encounter = draw_encounter(self.model, number, self.settings, self.seed)
         straight, _ = separation_of(encounter, STRAIGHT, self.settings)
-        flown, emergencies = {}, {}
+        flown, emergencies, decision_ms = {}, {}, {}
         for planner, where in self.flown_by.items():
-            flown[planner], emergencies[planner] = separation_of(encounter, where, self.settings)
-        return RiskOutcome(number, encounter.weight, encounter.layer, straight, flown, emergencies)
+            flown[planner], effort = separation_of(encounter, where, self.settings)
+            emergencies[planner] = effort.emergencies
+            if effort.median_ms is not None:
+                decision_ms[planner] = effort.median_ms
+        return RiskOutcome(
+            number, encounter.weight, encounter.layer, straight, flown, emergencies, decision_ms
+        )
 
 
 _jobs: list[_Job] = []

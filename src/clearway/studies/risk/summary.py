@@ -19,6 +19,7 @@ from clearway.studies.risk.ratios import (
     MEASURES,
     RiskLimits,
     by_layer,
+    decision_ms,
     effective_number,
     mean_aside_m,
     mean_reversals,
@@ -27,6 +28,14 @@ from clearway.studies.risk.ratios import (
 )
 from clearway.studies.risk.settings import RiskSettings
 from clearway.studies.risk.study import RiskStudy
+
+NOTHING_TOLD: dict[str, Any] = {
+    **dict.fromkeys(("rate", "ratio", "unresolved", "induced")),
+    **{f"{key}_95": [None, None] for key in ("rate", "ratio", "unresolved", "induced")},
+    "cases": None,
+    "induced_cases": None,
+}
+"""Of a planner that cannot know what there is to avoid."""
 
 
 def summary(
@@ -49,7 +58,11 @@ def summary(
         "straight": _measures(result, STRAIGHT, limits),
         "planners": {
             name: _measures(result, name, limits)
-            | {"with_emergency": emergencies[name]}
+            | {
+                "hidden": result.hidden_from(name),
+                "with_emergency": emergencies[name],
+                "decision_ms": finite(decision_ms(result, name)),
+            }
             | _manners(result, name, model)
             for name in result.planners
         },
@@ -104,12 +117,13 @@ def _stretched(settings: RiskSettings) -> tuple[tuple[str, object, object], ...]
 def _manners(result: RiskStudy, planner: str, model: EncounterModel) -> dict[str, Any]:
     """Changes of mind, and the worst encounters with the commands that fly them again."""
     sides, senses = mean_reversals(result, planner)
+    worst = [] if result.hidden_from(planner) else worst_cases(result, planner)
     return {
         "side_reversals": finite(sides),
         "sense_reversals": finite(senses),
         "worst": [
             {"number": number, "replay": replay_command(result, model, planner, number)}
-            for number in worst_cases(result, planner)
+            for number in worst
         ],
     }
 
@@ -124,6 +138,9 @@ def _layers(result: RiskStudy) -> list[dict[str, Any]]:
             "encounters": len(part.outcomes),
         }
         for planner in result.planners:
+            if result.hidden_from(planner):
+                row[planner] = {name: {"ratio": None, "ratio_95": [None, None]} for name in LIMITS}
+                continue
             ratios = {name: risk(part, planner, name).ratio for name in LIMITS}
             row[planner] = {
                 name: {"ratio": finite(ratio.value), "ratio_95": _interval(ratio)}
@@ -137,6 +154,9 @@ def _measures(result: RiskStudy, planner: str, limits: RiskLimits) -> dict[str, 
     """Every measure of one planner, with its interval and its cases."""
     measures: dict[str, Any] = {}
     for name in MEASURES:
+        if result.hidden_from(planner):
+            measures[name] = dict(NOTHING_TOLD)
+            continue
         found = risk(result, planner, name)
         measures[name] = {
             "rate": finite(found.rate.value),

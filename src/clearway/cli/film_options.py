@@ -1,0 +1,72 @@
+"""The options of commands that make films, and what they do with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from clearway.cli.progress import progress_bar
+from clearway.cli.report import say
+
+if TYPE_CHECKING:
+    from clearway.io.results_folder import ResultsFolder
+    from clearway.view.film.writing import FilmAsked
+    from clearway.view.replay.reading import Recording
+
+PANEL = "Film"
+Video = Annotated[
+    Path | None,
+    typer.Option(help="Film of the flight, .mp4 (by ffmpeg) or .gif.", rich_help_panel=PANEL),
+]
+Fps = Annotated[
+    int | None,
+    typer.Option(help="Frames a second; default: 20, of a GIF 10.", rich_help_panel=PANEL),
+]
+Speed = Annotated[
+    float | None,
+    typer.Option(
+        help="Seconds of flight in a second of film; default: what makes it last 20 s, and no "
+        "slower than flown.",
+        rich_help_panel=PANEL,
+    ),
+]
+
+
+def film_asked(video: Path | None, fps: int | None, speed: float | None) -> FilmAsked | None:
+    """The film that is wanted, looked at before any work; raises ClearwayError."""
+    from clearway.base.errors import InputError
+    from clearway.io.results_folder import refuse_unwritable_file
+    from clearway.view.film.writing import FilmAsked
+
+    if video is None:
+        if fps is not None or speed is not None:
+            raise InputError("--fps" if fps is not None else "--speed", "is for --video FILE")
+        return None
+    refuse_unwritable_file(video, "--video")
+    return FilmAsked.checked(video, fps, speed)
+
+
+def make_film(recording: Recording, asked: FilmAsked, results: ResultsFolder | None = None) -> None:
+    """Draw it with a progress bar, and say where it is.
+
+    results: the folder of the run, whose list has the film where it lies there too.
+    """
+    from clearway.io.results_folder import ResultsFolder
+    from clearway.io.staging import staged
+    from clearway.view.film.writing import write_film
+
+    parent = asked.path.absolute().parent
+    if results is not None and results.path.absolute() == parent:
+        now = ResultsFolder.checked(results.path, results.command, results.of, adds=True)
+        into = now.written()
+    else:
+        into = staged(parent)
+    with into as scratch, progress_bar(asked.path.name, beside=("count", "remaining")) as bar:
+        speed = write_film(recording, asked, scratch, bar.show)
+    if asked.speed is not None and speed > asked.speed:
+        say(f"{asked.path}: {speed:.3g} times as fast as flown, more than asked for: its frames "
+            f"would have been over {asked.kind.most}")  # fmt: skip
+    size = asked.path.stat().st_size / 1e6
+    say(f"wrote {asked.path}, {size:.1f} MB, {speed:.3g} times as fast as flown")

@@ -1,0 +1,36 @@
+"""Options of all commands on a MAVLink link."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Act = Annotated[
+    bool,
+    typer.Option("--act", help="Send set-points and reasons; else only our heartbeat is sent."),
+]
+Rate = Annotated[
+    float, typer.Option(min=1.0, max=100.0, help="Ticks a second, by the vehicle's clock.")
+]
+SigningKey = Annotated[
+    Path | None,
+    typer.Option(help="File of 32 bytes or 64 hex digits: frames not signed so are refused."),
+]
+System = Annotated[int, typer.Option(min=1, max=255, help="The vehicle's system id.")]
+Component = Annotated[int, typer.Option(min=1, max=255, help="The autopilot's id.")]
+Icao = Annotated[str | None, typer.Option(help="Our transponder's address, six hex digits.")]
+TrafficMargin = Annotated[
+    float, typer.Option(min=0.0, help="Kept from aircraft beyond margin and half span.")
+]
+Fan = Annotated[
+    float,
+    typer.Option(min=0.0, max=60.0, help="How far up and down distances count; 0: level."),
+]
+Heartbeat = Annotated[
+    float, typer.Option(min=0.5, help="The link is lost after so long without a heartbeat.")
+]
+LockStep = Annotated[
+    bool, typer.Option("--lock-step", help="A simulated vehicle waits for our set-points.")
+]

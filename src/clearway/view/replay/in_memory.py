@@ -1,0 +1,43 @@
+"""A run that has just been flown, as it would be read back from its file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.live import FlightDecision
+from clearway.missions.setup import FlightSetup
+from clearway.sim import Run
+from clearway.sim.pilot import Steering
+from clearway.view.replay.about import mission_message, surveyed_points
+from clearway.view.replay.messages import (
+    decision_message,
+    intruders_message,
+    seen_points,
+    state_message,
+)
+from clearway.view.replay.reading import Recording
+from clearway.view.replay.writing import INTRUDER_STEP_S
+
+
+def recording_of(run: Run[Steering], setup: FlightSetup) -> Recording:
+    """States, decisions, seen points and intruders of a run; without cells and reach sets."""
+    mission = mission_message(run, setup, 0.0)
+    begins, ends = float(run.time_s[0]), float(run.time_s[-1])
+    flights = [entry.flight for entry in run.decisions]
+    clearways = [flight for flight in flights if isinstance(flight, FlightDecision)]
+    return Recording(
+        source=run.mission.name,
+        mission=mission,
+        states=tuple(state_message(run, at) for at in range(len(run.time_s))),
+        decisions=tuple(decision_message(entry) for entry in run.decisions),
+        cells=(),
+        reach=(),
+        points_m=tuple(seen_points(flight.decision, mission["voxel_m"]) for flight in clearways),
+        reach_sets=(),
+        intruders=tuple(
+            intruders_message(run, time_s)
+            for time_s in np.arange(begins, ends + INTRUDER_STEP_S, INTRUDER_STEP_S)
+            if run.intruder_tracks
+        ),
+        surveyed_m=surveyed_points(setup.world),
+    )
