@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from clearway.base.errors import InputError
 from clearway.base.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FORMATS = ("png", "svg", "pdf")
 FEWEST_DPI, MOST_DPI = 30, 1200
