@@ -5,6 +5,9 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 
+# Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test lint types imports unit nightly docs pictures fuzz bench bench-peers wheel format clean
 
 demo: $(VENV)/.core

@@ -42,6 +42,7 @@ DRAWINGS = (
     Drawing("fly-rules", f"fly {MISSIONS / 'rules.toml'} --no-mcap"),
     Drawing("fly-map", "fly SAMPLES/map-mission.toml --no-mcap"),
     Drawing("fly-survey", "fly SAMPLES/survey-mission.toml --no-mcap"),
+    Drawing("film", "fly mixed --no-plots --no-mcap --out OUT/run --video OUT/flight.gif"),
     Drawing("compare", "compare mixed --planners clearway,straight,vfh,velocity-obstacle,mvp"),
     Drawing("assess-scene", f"assess {REPOSITORY / 'examples' / 'scenes' / 'street.toml'}"),
     Drawing("assess-scan", "assess --scan SAMPLES/sweep.pcd --range 20"),
@@ -57,7 +58,7 @@ DRAWINGS = (
     Drawing("pursuit", "pursuit"),
     Drawing("faults", "faults blind-sector --flights 4"),
     Drawing("risk", "risk SAMPLES/model.txt --count 40"),
-    Drawing("encounters", "encounters --count 20 --out OUT/encounters.json"),
+    Drawing("encounters", "encounters --count 20 --out OUT/encounters.csv"),
     Drawing("campaign", "campaign SAMPLES/my.toml"),
     Drawing("reproduce", "reproduce all"),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,11 +10,14 @@ from tempfile import TemporaryDirectory
 
 from PIL import Image
 
+from clearway.studies.figures.faults import Curve, Panel, draw_faults
+from clearway.view.plot.style import house_style
 from tools.browser import Browser
 from tools.pipeline_picture import draw_pipeline
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 IMAGES = REPOSITORY / "docs" / "images"
+FAULTS = REPOSITORY / "docs" / "faults.md"
 STREET = REPOSITORY / "examples" / "scenes" / "street.toml"
 RULES = REPOSITORY / "examples" / "missions" / "rules.toml"
 PICTURES = {
@@ -62,8 +66,33 @@ def show_page(mission: str, moment: str, target: Path) -> None:
         keep(picture, target)
 
 
+def faults_of(page: str) -> list[Panel]:
+    """What the table of the page of faults says, as panels."""
+    flown = int(re.findall(r"Of (\d+) flights at each level", page)[0])
+    row = re.compile(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \| (-?[\d.]+: [^|]+) \|$", re.MULTILINE)
+    level = re.compile(r"(-?[\d.]+): (\d+)(?:, (\d+) crashed)?")
+    panels: dict[str, Panel] = {}
+    for title, unit, label, told in row.findall(page):
+        levels, kept, crashed = zip(*level.findall(told), strict=True)
+        curve = Curve(
+            label, [int(n) for n in kept], [int(n or 0) for n in crashed], [flown] * len(kept)
+        )
+        before = panels.get(title, Panel(title, unit, [float(one) for one in levels], ()))
+        panels[title] = before._replace(curves=(*before.curves, curve))
+    return list(panels.values())
+
+
+def draw_told_faults(target: Path) -> None:
+    """The picture of faults, from the table below it: to measure them anew takes hours."""
+    with TemporaryDirectory() as folder, house_style():
+        drawn = Path(folder) / "faults.png"
+        draw_faults(faults_of(FAULTS.read_text(encoding="utf-8"))).savefig(drawn, dpi=100)
+        keep(drawn, target)
+
+
 def main() -> None:
     IMAGES.mkdir(exist_ok=True)
+    draw_told_faults(IMAGES / "faults.png")
     draw_pipeline(IMAGES / "pipeline.svg")
     for name, (command, drawn) in PICTURES.items():
         draw(command, drawn, IMAGES / name)

@@ -11,13 +11,18 @@ import re
 import shlex
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 PAGES = Path(__file__).resolve().parent.parent / "docs" / "tutorials"
 BLOCK = re.compile(r"^```console\n\$ (clearway [^\n]*)\n.*?^```$", re.MULTILINE | re.DOTALL)
-LONGEST, LINES = 118, 18
-SLOW = re.compile(r"^(preparing reach sets|still working|compiling).*\n", re.MULTILINE)
+LONGEST, LONGEST_OF_TABLES, LINES = 110, 150, 24
+COLUMNS = re.compile(r"\S {3,}\S.* {3,}\S|[│┃─━]")
+"""Of a line of a table: at least three, well apart."""
+SLOW = re.compile(
+    r"^(preparing reach sets|still working|compiling|clearway compiles).*\n", re.MULTILINE
+)
 TIMES = re.compile(r"\b(\d+\.\d+)( ms\b)")
 
 
@@ -34,10 +39,18 @@ def transcript(command: str, folder: Path) -> str:
     )
     said = SLOW.sub("", done.stderr.replace(f"{folder}{os.sep}", ""))
     text = TIMES.sub(r"...\2", said + done.stdout)
-    lines = [line.rstrip()[:LONGEST] for line in text.strip().splitlines()]
+    lines = [part for line in text.strip().splitlines() for part in _fitted(line.rstrip())]
     if len(lines) > LINES:
         lines = [*lines[: LINES - 1], f"({len(lines) - LINES + 1} more lines)"]
     return "\n".join(lines)
+
+
+def _fitted(line: str) -> list[str]:
+    """Sentences are broken between words, as a terminal would; tables stay as they are."""
+    if len(line) <= LONGEST or COLUMNS.search(line.strip()):
+        return [line[:LONGEST_OF_TABLES]]
+    begins = " " * (len(line) - len(line.lstrip()))
+    return textwrap.wrap(line, LONGEST, subsequent_indent=f"{begins}    ", break_on_hyphens=False)
 
 
 def filled(page: str, folder: Path) -> str:

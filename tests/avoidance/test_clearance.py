@@ -58,7 +58,7 @@ def test_a_movement_is_as_far_from_shapes_as_all_cuts_of_all_chords_say(seed):
     each = np.array([nearest_by_all_cuts(corners, shapes, s) for s in range(12)])
     span = span_of(corners, 0.0, 1.0)
     for enough in (0.3, 2.0, 10.0):
-        found, cause, index = shapes_clearance(span, shapes, enough)
+        found, cause, index = shapes_clearance(span, shapes, enough, -np.inf)
         if each.min() < enough:
             assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-12), 2, each.argmin())
         else:

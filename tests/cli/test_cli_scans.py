@@ -277,3 +277,15 @@ def test_an_absent_package_is_told_by_its_extra_through_the_real_entry_point(
     assert done.stderr == (
         "reading a.bag needs an optional package: pip install 'clearway[lidar]'\n"
     ).replace("a.bag", str(tmp_path / "a.bag"))
+
+
+def test_a_map_with_its_corner_at_the_origin_is_told_from_a_scan(tmp_path: Path) -> None:
+    cells = np.stack(np.meshgrid(*[np.arange(1.0, 13.0)] * 3), axis=-1).reshape(-1, 3)
+    np.save(tmp_path / "map.npy", cells)
+    np.save(tmp_path / "scan.npy", cells - [0.0, 6.5, 3.0])
+    said = {
+        name: clearway("assess", "--scan", name, "--no-plots", cwd=tmp_path).stderr
+        for name in ("map.npy", "scan.npy")
+    }
+    assert "a map with its corner at the origin" in said["map.npy"]
+    assert "corner" not in said["scan.npy"]

@@ -17,6 +17,7 @@ from clearway.io.scans.scan_formats import read_points
 from clearway.io.traffic.traffic import read_traffic
 from clearway.io.what_file import what_content
 from clearway.missions.world_file import read_mission
+from in_process import clearway
 
 TLOG_CUTS = (0.3, 0.5, 0.77, 0.999)
 RNG = np.random.default_rng(0)
@@ -177,3 +178,59 @@ def test_a_telemetry_log_that_is_cut_or_damaged_is_read_around_it(
     damaged = read_traffic(tmp_path / "a.tlog")
     assert len(damaged.reports) >= 360 or kept > 0.99
     assert damaged.left_out.get("damaged", 0) + damaged.left_out.get("cut off", 0) >= 1
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "content", "taken"),
+    [
+        (("fly",), "a.csv", "id,lat,lon,h\n1,47,8,30\n", "clearway map"),
+        (
+            ("assess",),
+            "s.pcd",
+            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\n",
+            "clearway assess --scan",
+        ),
+        (("traffic",), "a.csv", "name,lat,lon,height\nx,47,8,30\n", "clearway map"),
+        (("map",), "a.csv", "1753827785.8,8dada5265851e6616376c2eb4463\n", "clearway traffic"),
+        (("replay",), "m.toml", "[mission]\nname = 'm'\n", "clearway fly"),
+        (("campaign",), "p.plan", '{"fileType": "Plan"}', "clearway fly"),
+        (("risk",), "c.toml", "[[family]]\nfamily = 'balls'\n", "clearway campaign"),
+        (("alerts",), "s.toml", "[[obstacle]]\nshape = 'ball'\n", "clearway assess"),
+    ],
+)
+def test_a_file_of_another_kind_brings_the_command_that_takes_it(
+    tmp_path: Path, command: tuple[str, ...], name: str, content: str, taken: str
+) -> None:
+    (tmp_path / name).write_text(content)
+    done = clearway(*command, name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert f"{name}: it looks like" in done.stderr
+    assert f"`{taken}` takes" in done.stderr
+
+
+def test_what_a_command_takes_is_not_sent_to_itself(tmp_path: Path) -> None:
+    (tmp_path / "s.pcd").write_text("# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\n")
+    (tmp_path / "m.toml").write_text("[mission]\nnmae = 'm'\n")
+    for command in (("assess", "--scan", "s.pcd"), ("fly", "m.toml"), ("compare", "m.toml")):
+        done = clearway(*command, cwd=tmp_path)
+        assert done.returncode == 2
+        assert "looks like" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("assess", "--scan"),
+        ("map",),
+        ("traffic",),
+        ("replay",),
+        ("campaign", "--summary"),
+        ("fly",),
+    ],
+)
+def test_what_is_not_there_is_not_called_damaged(tmp_path: Path, command: tuple[str, ...]) -> None:
+    (tmp_path / "flight.mcap").touch()
+    done = clearway(*command, "flihgt.mcap", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "No such file" in done.stderr or "no such" in done.stderr
+    assert "flight.mcap" in done.stderr

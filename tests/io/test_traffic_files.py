@@ -148,7 +148,10 @@ def test_real_daidalus(data_dir: Path) -> None:
 
 
 @pytest.mark.parametrize("name", REAL)
-@pytest.mark.parametrize("kept", [0, 7, 0.31, 0.6, -4])
+@pytest.mark.parametrize(
+    "kept",
+    [0, 0.6, *(pytest.param(kept, marks=pytest.mark.nightly) for kept in (7, 0.31, -4))],
+)
 def test_truncated_real_files_are_read_up_to_the_cut_or_refused(
     data_dir: Path, tmp_path: Path, name: str, kept: float
 ) -> None:

@@ -2,40 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from clearway.io.toml import parse_model
 from clearway.live.link.following import SetPointsFollowed
 from clearway.live.link.link_state import LinkState
 from clearway.mavlink.set_points import HOLD
 from clearway.mavlink.simulated_habits import Habits
 from clearway.missions.mission_file import MissionFile
-from clearway.missions.setup import FlightSetup, prepare
+from clearway.missions.setup import FlightSetup
 from clearway.sim.scripted import ScriptedIntruder
+from companion_missions import mission
 from mavlink_for_tests import SET_POINT, Bench, attitude, heartbeat, in_the_air, position, sent
 from simulated_flight import SimulatedFlight
-
-CALM: dict[str, Any] = {
-    "mission": {"name": "companion", "waypoints_m": [[40, 0, 7]], "reach_radius_m": 2},
-    "vehicle": {"position_m": [0, 0, 7], "speed_mps": 3.0},
-    "grid": {"range_m": 40, "layers": 10, "azimuth_deg": 45, "columns": 7, "elevation_deg": 30,
-             "rows": 5},
-    "safety": {"margin_m": 5.0},
-    "lidar": [],
-}  # fmt: skip
-
-
-def mission(**changes: dict[str, Any]) -> tuple[MissionFile, FlightSetup]:
-    tables = {key: changes.get(key, table) for key, table in CALM.items()}
-    file = parse_model("companion", tables, MissionFile)
-    return file, prepare(file)
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +48,13 @@ def test_a_vehicle_that_stays_on_the_ground_is_left_alone(calm: Any) -> None:
     flight.run(3.0)
     assert not set_points(flight)
     assert flight.states[-1] == "on the ground"
+
+
+def test_what_is_not_armed_is_on_the_ground_whatever_else_is_said() -> None:
+    bench = Bench(sensor=False)
+    outcome = bench.tick(1.0, heartbeat(8), attitude(1.0), position(1.0))
+    assert outcome.state is LinkState.ON_GROUND
+    assert not sent(outcome, SET_POINT)
 
 
 def test_where_nothing_says_that_it_flies_nothing_is_sent_and_that_is_said() -> None:
@@ -130,6 +120,30 @@ def test_without_a_home_it_may_not_pitch() -> None:
     flying = bench.tick(1.1, origin, home, position(1.1))
     assert flying.state is LinkState.FLYING
     assert bench.session.core.floor_m == pytest.approx(-11.0)
+
+
+def test_in_free_space_the_height_is_held(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(acceleration_mps2=3.0))
+    heights_m = []
+    while not flight.autopilot.has_arrived and flight.autopilot.time_s < 30.0:
+        flight.step()
+        heights_m.append(float(flight.autopilot.truth.position_m[2]))
+    assert flight.autopilot.has_arrived
+    assert max(abs(height - 7.0) for height in heights_m) <= 0.3
+
+
+def test_streams_that_come_only_when_asked_for_are_asked_for(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(asks_first=True))
+    flight.run(30.0)
+    assert flight.autopilot.has_arrived
+    assert flight.states[0] == "waiting"
+
+
+def test_little_is_said_on_a_calm_flight(calm: Any) -> None:
+    flight = SimulatedFlight(*calm, Habits(acceleration_mps2=3.0, pauses_s=(6.0, 8.0)))
+    flight.run(20.0)
+    # Each change of the link's state once, in two pieces at most.
+    assert len(flight.autopilot.texts) <= 2 * len(flight.states) + 2
 
 
 # --- it ends ------------------------------------------------------------------------------------
@@ -228,56 +242,3 @@ def test_another_target_is_noticed() -> None:
     following.hear_target(np.array([80.0, 0.0, 0.0]))
     following.hear_target(np.array([80.0, 0.0, 0.0]))
     assert following.flaw == "the autopilot flies to another target"
-
-
-# --- traffic ------------------------------------------------------------------------------------
-
-
-def crossing(calm: Any, habits: Habits, seed: int = 0) -> SimulatedFlight:
-    """One aircraft at 20 m/s, 13 s before it would hit."""
-    file, setup = calm
-    r = np.random.default_rng(seed)
-    angle = r.uniform(-2.2, -0.9) * r.choice([-1.0, 1.0])
-    velocity = 20.0 * np.array([math.cos(angle), math.sin(angle), 0.0])
-    meets = np.array([3.0 * 14.0 + r.uniform(-3.0, 3.0), 0.0, 40.0])
-    who = ScriptedIntruder("FAST", 1.0, meets - 13.0 * velocity, velocity, radius_m=6.0,
-                           spawn="world")  # fmt: skip
-    flight = SimulatedFlight(file, replace(setup, script=(who,)), habits)
-    flight.run(30.0)
-    return flight
-
-
-@pytest.fixture(scope="module")
-def high() -> tuple[MissionFile, FlightSetup]:
-    return mission(
-        mission={"name": "high", "waypoints_m": [[120, 0, 40]], "reach_radius_m": 4},
-        vehicle={"position_m": [0, 0, 40], "speed_mps": 3.0},
-    )
-
-
-def changes_of_side(flight: SimulatedFlight) -> int:
-    sides = [o.flight.decision.passings[0].aside for o in flight.outcomes
-             if o.flight is not None and o.flight.decision.passings]  # fmt: skip
-    return sum(float(one @ next_) < 0.999 for one, next_ in pairwise(sides))
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_an_aircraft_whose_age_jitters_is_passed_on_one_side(high: Any, seed: int) -> None:
-    flight = crossing(high, Habits(traffic_late_s=1.0, acceleration_mps2=3.0, seed=seed), seed)
-    assert flight.autopilot.nearest_intruder_m >= 5.0
-    assert changes_of_side(flight) <= 1
-
-
-@pytest.mark.nightly
-def test_a_hundred_aircraft_whose_ages_jitter(high: Any) -> None:
-    for seed in range(100):
-        flight = crossing(high, Habits(traffic_late_s=1.0, acceleration_mps2=3.0, seed=seed), seed)
-        assert flight.autopilot.nearest_intruder_m >= 5.0, seed
-        assert changes_of_side(flight) <= 1, seed
-
-
-def test_old_positions_told_again_keep_their_time(high: Any) -> None:
-    habits = Habits(traffic_every_s=3.0, acceleration_mps2=3.0)
-    flight = crossing(high, habits, 1)
-    assert flight.counts["traffic: an old position again"] >= 4
-    assert flight.autopilot.nearest_intruder_m >= 5.0

@@ -56,6 +56,8 @@ TRICKY = {
     ],
 }
 
+QUICK = ("same ball three times", "boxes side by side", "stack of sheets")
+
 
 def random_obstacles(seed: int, count: int) -> list[Obstacle]:
     rng = np.random.default_rng(seed)
@@ -110,7 +112,10 @@ def test_reference_against_sampling() -> None:
     assert shares[cell] == pytest.approx(inside, abs=0.015)
 
 
-@pytest.mark.parametrize("case", TRICKY)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=() if case in QUICK else pytest.mark.nightly) for case in TRICKY],
+)
 def test_fast_is_within_its_tolerance_of_the_reference_where_surfaces_meet(case: str) -> None:
     shapes = shapes_of(TRICKY[case])
     error = np.abs(base_probability(shapes, GRID) - base_probability(shapes, GRID, "reference"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import cache
 
 import numpy as np
 import pytest
@@ -73,9 +74,14 @@ def buffers(reach_set):
     return {reach_set.movements_to(int(node)) for node in reach_set.trajectories}
 
 
+@cache
+def built(automaton, grid, method, pitch):
+    return build_reach_set(automaton, grid, method, pitch)
+
+
 @pytest.mark.parametrize(("automaton", "grid", "method", "pitch"), CASES)
 def test_laws_of_every_tree(automaton, grid, method, pitch):
-    tree = build_reach_set(automaton, grid, method, pitch)
+    tree = built(automaton, grid, method, pitch)
     nodes = np.arange(tree.nodes)
     assert np.all(tree.parent < nodes)
     has_child = np.isin(nodes, tree.parent)
@@ -94,7 +100,7 @@ def test_laws_of_every_tree(automaton, grid, method, pitch):
 
 @pytest.mark.parametrize(("automaton", "grid", "method", "pitch"), CASES)
 def test_nodes_lie_where_the_automaton_predicts(automaton, grid, method, pitch):
-    tree = build_reach_set(automaton, grid, method, pitch)
+    tree = built(automaton, grid, method, pitch)
     to_grid = world_from_body([0.0, pitch, 0.0]).T
     start = np.array([0.0, 0.0, 0.0, 0.0, pitch, 0.0])
     for node in np.linspace(0, tree.nodes - 1, 25).astype(int):
@@ -129,7 +135,7 @@ def _from_chords(point, corners):
 
 @pytest.mark.parametrize(("automaton", "grid", "method", "pitch"), CASES)
 def test_no_cell_twice_on_a_way(automaton, grid, method, pitch):
-    tree = build_reach_set(automaton, grid, method, pitch)
+    tree = built(automaton, grid, method, pitch)
     for leaf in tree.trajectories[::7]:
         cells = np.concatenate(
             [tree.cell_index[tree.cell_start[n] : tree.cell_start[n + 1]] for n in tree.path(leaf)]
@@ -140,7 +146,7 @@ def test_no_cell_twice_on_a_way(automaton, grid, method, pitch):
 
 @pytest.mark.parametrize(("automaton", "grid", "method", "pitch"), CASES)
 def test_mirror_symmetric_and_deterministic(automaton, grid, method, pitch):
-    tree = build_reach_set(automaton, grid, method, pitch)
+    tree = built(automaton, grid, method, pitch)
     names = dict(zip(automaton.names, (automaton.names[i] for i in automaton.mirror), strict=True))
     ways = buffers(tree)
     assert {tuple(names[name] for name in way) for way in ways} == ways

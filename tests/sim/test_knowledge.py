@@ -74,7 +74,7 @@ def test_the_reference_knows_nothing_and_is_judged_all_the_same() -> None:
 
 @pytest.mark.parametrize(
     ("name", "blind"),
-    [("static-obstacles", set()), ("intruders", HITS_ALONE), ("mixed", set())],
+    [("static-obstacles", set()), ("intruders", HITS_ALONE), ("mixed", HITS_ALONE)],
 )
 def test_missions_of_clearway_hide_traffic_from_who_knows_hits_alone(
     name: str, blind: set[str]

@@ -25,9 +25,11 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.flown import flown_from, turns_of
 from clearway.reach.store import ReachLibrary
+from clearway.sim.plants import PLANTS
 from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings, measure, round_of_pairs
 from clearway.sim.plants.plant import PlantKind, own_plant
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.measured import with_exact_rounds
 from in_process import clearway
 
 SETTINGS = MeasureSettings(flights=2, held_out=1, seed=3)
@@ -198,3 +200,33 @@ def test_a_file_that_does_not_fit_is_refused(
     file.write_text(text.replace(was, becomes, 1))
     with pytest.raises(InputError, match=wrong):
         read_automaton(file)
+
+
+def test_a_turn_that_is_asked_to_climb_is_not_made_level_however_much_it_spreads():
+    shares = np.arange(1, 9)[:, None] / 8.0
+    climbing = {("Up-Left", "Up-Left"): shares * np.array([200.0, 30.0, 10.0, 0.26])}
+    spread_m = {("Up-Left", "Up-Left"): 10.0}
+    kept = with_exact_rounds(climbing, spread_m, level=["Left"])["Up-Left", "Up-Left"]
+    assert kept[-1].tolist() == [200.0, 30.0, 10.0, 0.26]
+    made = with_exact_rounds(climbing, spread_m, level=["Up-Left"])["Up-Left", "Up-Left"]
+    assert np.all(made[:, 2] == 0.0)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("name", "gusts_mps", "movements", "most_m"),
+    [("quadrotor", 0.0, 1, 0.1), ("c172x", 0.0, 5, 20.0), ("c172x", 2.5, 5, 35.0)],
+)
+def test_flights_held_out_are_predicted_as_well_as_asked_for(
+    name: str, gusts_mps: float, movements: int, most_m: float
+):
+    if name != "quadrotor":
+        pytest.importorskip("jsbsim")
+    kind = PLANTS.named(name)
+    assert kind.movements is not None
+    found = measure(kind, kind.movements(), MeasureSettings(4, 2, gusts_mps=gusts_mps))
+    assert np.quantile(found.error_m[movements - 1], 0.95) <= most_m
+    table = found.automaton.pairs
+    assert table is not None
+    inside = found.error_m[movements - 1] <= table.tube_m[movements - 1]
+    assert inside.mean() >= 0.99

@@ -14,12 +14,14 @@ from clearway.avoidance.verify import path_clearance
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.toml import parse_model
-from clearway.missions.mission_file import MissionFile, read_mission_file
+from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
+from clearway.missions.world_file import read_mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.scripted import ScriptedIntruder, Traffic
+from clearway.sim.worlds import FAMILIES
 from worlds_for_tests import LIDAR, mission
 
 MARGIN_M, RADIUS_M = 0.6, 0.6
@@ -210,3 +212,9 @@ def test_silent_traffic_reports_nothing_and_is_seen_where_it_was() -> None:
         np.testing.assert_allclose(body.position_m, [6.0, across, 0.0], atol=1e-9)
         scan = simulate_scan(LIDAR, ObstacleMap([body]), State(np.zeros(3)))
         assert abs(scan.points_m[:, 1].mean() - across) < 0.1
+
+
+def test_no_made_up_world_takes_the_name_of_a_mission() -> None:
+    assert not set(FAMILIES) & set(built_in_missions())
+    for name in built_in_missions():
+        assert read_mission(name).effective() == read_mission_file(name).effective()

@@ -126,6 +126,7 @@ def test_a_moment_shows_what_was_flown_planned_and_met_until_then(recorded: Path
     assert np.arctan2(nose[1], nose[0]) == pytest.approx(np.arctan2(np.sin(yaw), np.cos(yaw)))
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("ffmpeg")
 def test_an_mp4_is_written_by_ffmpeg(recorded: Path, tmp_path: Path) -> None:
     options = ("--fps", 1, "--speed", 10, "--json")

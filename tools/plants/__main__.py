@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from clearway.io.marked_page import put_between_marks
-from tools.plants import missions, page, study
+from tools.plants import missions, page, picture, study
 from tools.plants.worlds import AUTOMATA, FAMILIES, REPOSITORY, SCALES
 
 PAGE = REPOSITORY / "docs" / "plants.md"
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--minutes", type=float, default=1e9, help="after which none is begun")
     parser.add_argument("--journal", type=Path, default=REPOSITORY / "build" / "plants.jsonl")
-    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--write", action="store_true", help="tables and picture, into the page")
     given = parser.parse_args(arguments)
     shown = missions.fly_all(given.journal.with_name("plant-missions.jsonl"))
     plants, families = given.plants.split(","), given.families.split(",")
@@ -43,6 +43,7 @@ def main(arguments: Sequence[str]) -> None:
     made = "\n\n".join("\n".join(part) for part in parts if part)
     if given.write:
         put_between_marks(PAGE, "plants", made)
+        picture.draw(shown)
     else:
         print(made)
 

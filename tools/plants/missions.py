@@ -6,14 +6,17 @@ import json
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from clearway.base.frames import FloatArray
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission
 from tools.plants.study import STRAYED
 from tools.plants.worlds import REPOSITORY
 
+PLACES = 300
+"""That are kept of a track."""
 MISSIONS = REPOSITORY / "examples" / "missions" / "plants"
 
 
@@ -32,6 +35,10 @@ class Shown:
     looks: int
     strayed: int
     ended: str
+    track_m: list[list[float]] = field(default_factory=list)
+    """[n, 3] what was flown, thinned out."""
+    others_m: list[list[list[float]]] = field(default_factory=list)
+    """The same of each intruder."""
 
 
 def fly(file: Path) -> Shown:
@@ -53,7 +60,16 @@ def fly(file: Path) -> Shown:
         len(run.movements),
         run.counts.get(STRAYED, 0),
         "" if run.reached else f"{last.mode}: {last.why}",
+        _thinned(run.states[:, :3]),
+        [_thinned(track[:, 1:]) for track in run.intruder_tracks.values()],
     )
+
+
+def _thinned(places_m: FloatArray) -> list[list[float]]:
+    """Some of them, in decimetres: as many as a picture shows."""
+    every = max(1, len(places_m) // PLACES)
+    kept: list[list[float]] = places_m[::every].round(1).tolist()
+    return kept
 
 
 def fly_all(journal: Path) -> Sequence[Shown]:

@@ -1,7 +1,8 @@
 """Distances from movements, and from circles, to hazards: the inner loops of verification.
 
 Each result is (distance, cause, index). It is exact where it is below `enough`; beyond, only that
-it is not below counts, which lets most hazards be passed over.
+it is not below counts, which lets most hazards be passed over. Below `stop`, only that it is below
+counts: who asks whether a distance is kept stops at the first thing that is nearer.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def chord_distance(
 
 
 @borrowing
-def points_clearance(span: Span, bins: PointBins, enough: float) -> Found:
+def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) -> Found:
     """Clearance of a movement from points."""
     best, index = enough, -1
     cx, cy, cz = span.middle_m[0], span.middle_m[1], span.middle_m[2]
@@ -105,6 +106,8 @@ def points_clearance(span: Span, bins: PointBins, enough: float) -> Found:
                     )
                     if gap - bins.radius_m[m] < best:
                         best, index = gap - bins.radius_m[m], bins.source[m]
+                        if best < stop:
+                            return best, 1, index
     return best, 1 if index >= 0 else 0, index
 
 
@@ -161,7 +164,7 @@ def _is_beyond(place: FloatArray, reach: float, shapes: Shapes, s: int, best: fl
 
 
 @borrowing
-def shapes_clearance(span: Span, shapes: Shapes, enough: float) -> Found:
+def shapes_clearance(span: Span, shapes: Shapes, enough: float, stop: float) -> Found:
     """Clearance of a movement from map shapes."""
     best, index = enough, -1
     corners, middle = span.corners_m, span.middle_m
@@ -174,6 +177,8 @@ def shapes_clearance(span: Span, shapes: Shapes, enough: float) -> Found:
             distance = _shape_chord_distance(corners[q], corners[q + 1], shapes, s, best)
             if distance < best:
                 best, index = distance, s
+                if best < stop:
+                    return best, 2, index
     return best, 2 if index >= 0 else 0, index
 
 
@@ -240,13 +245,22 @@ def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
 
 @borrowing
 def span_clearance(
-    span: Span, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
+    span: Span,
+    bins: PointBins,
+    shapes: Shapes,
+    moving: MovingHazards,
+    enough: float,
+    stop: float,
 ) -> Found:
     """Clearance of a movement from everything."""
-    found = points_clearance(span, bins, enough)
-    by_shape = shapes_clearance(span, shapes, found[0])
+    found = points_clearance(span, bins, enough, stop)
+    if found[0] < stop:
+        return found
+    by_shape = shapes_clearance(span, shapes, found[0], stop)
     if by_shape[2] >= 0:
         found = by_shape
+    if found[0] < stop:
+        return found
     by_moving = moving_clearance(span, moving, found[0])
     if by_moving[2] >= 0:
         found = by_moving

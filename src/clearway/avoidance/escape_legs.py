@@ -175,8 +175,9 @@ def keeps_margin(
             turned[s, axis] = g[axis, 0] * x + g[axis, 1] * y + g[axis, 2] * z
     needed = terms.margin_m + sagitta + terms.slope * np.sqrt(farthest2)
     span = span_of(turned, start_s, end_s)
-    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed)
-    return bool(found[0] >= needed - 1e-9 * terms.margin_m)
+    least = needed - 1e-9 * terms.margin_m
+    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed, least)
+    return bool(found[0] >= least)
 
 
 @borrowing

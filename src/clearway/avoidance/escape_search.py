@@ -32,20 +32,22 @@ Known = npt.NDArray[np.int8]
 
 @compiled
 def loop_places(ways: Ways, legs: Legs) -> FloatArray:
-    """[...,  3] where each movement of each loop ends, from the loop's start at yaw 0; of each loop
-    those half way round first, since most that lead where nobody has looked do so there."""
-    places = np.empty((len(ways.loop_movement), 3))
+    """[..., 4] where and when each movement of each loop ends, from the loop's start at yaw 0; of
+    each loop those half way round first, since most that lead where nobody has looked do so
+    there."""
+    places = np.empty((len(ways.loop_movement), 4))
     poses = np.empty((2, 4))
     for loop in range(len(ways.loop_attitude)):
         at = ways.loop_attitude[loop]
         first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
         count = last - first
-        in_order = np.empty((count, 3))
+        in_order, when_s = np.empty((count, 4)), 0.0
         poses[0] = 0.0
         for n in range(count):
             m = ways.loop_movement[first + n]
             step_on(poses, 0, legs.path[at, m])
-            in_order[n] = poses[1, :3]
+            when_s += legs.duration_s[m]
+            in_order[n, :3], in_order[n, 3] = poses[1, :3], when_s
             poses[0], at = poses[1], legs.following[at, m]
         stride, filled = max(1, count // 4), first
         for begins in range(stride):
@@ -61,33 +63,48 @@ def _places_were_seen(
     first: int,
     last: int,
     placed: FloatArray,
+    wind: FloatArray,
     radius: float,
     free: Voxels,
     window: FloatArray,
 ) -> bool:
-    """Whether places first to last of a loop were seen.
+    """Whether places first to last of a loop were seen, in one round of it.
 
-    placed: where the loop begins, by `_placed_at`. The places alone are looked up, with a radius:
-    quick to tell that a loop leads where nobody has looked, which most do.
+    placed: where the loop begins, by `_placed_at`. wind: [3] in the world. The places alone are
+    looked up, with a radius: quick to tell that a loop leads where nobody has looked, which most
+    do.
     """
     x0, y0, z0, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
     for n in range(first, last):
-        x = x0 + cosine * places[n, 0] - sine * places[n, 1]
-        y = y0 + sine * places[n, 0] + cosine * places[n, 1]
-        if not is_free(free, window, x, y, z0 + places[n, 2], radius):
+        ahead, left, when = places[n, 0], places[n, 1], places[n, 3]
+        x = x0 + cosine * ahead - sine * left + wind[0] * when
+        y = y0 + sine * ahead + cosine * left + wind[1] * when
+        if not is_free(free, window, x, y, z0 + places[n, 2] + wind[2] * when, radius):
             return False
     return True
 
 
 @compiled
-def _placed_at(pose: FloatArray, terms: EscapeTerms) -> FloatArray:
-    """[6] world place of a pose, cosine and sine of its yaw, and 1 for a place that counts as met
-    since the vehicle is there."""
+def _wind_of(terms: EscapeTerms) -> FloatArray:
+    """[3] in the world; the terms have it in the level frame."""
+    cosine, sine = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
+    level, wind = terms.wind_mps, np.empty(3)
+    wind[0] = cosine * level[0] - sine * level[1]
+    wind[1] = sine * level[0] + cosine * level[1]
+    wind[2] = level[2]
+    return wind
+
+
+@compiled
+def _placed_at(pose: FloatArray, start_s: float, terms: EscapeTerms) -> FloatArray:
+    """[6] world place of a pose at a time, cosine and sine of its yaw, and 1 for a place that
+    counts as met since the vehicle is there."""
     yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(6)
     cosine, sine = np.cos(yaw), np.sin(yaw)
     placed[0] = origin[0] + cosine * pose[0] - sine * pose[1]
     placed[1] = origin[1] + sine * pose[0] + cosine * pose[1]
     placed[2] = origin[2] + pose[2]
+    placed[:3] += start_s * _wind_of(terms)
     placed[3], placed[4] = np.cos(yaw + pose[3]), np.sin(yaw + pose[3])
     placed[5] = 1.0
     return placed
@@ -135,7 +152,8 @@ def first_escape(
     count, escapes = len(ways.parent), len(ways.begins)
     poses, times = np.empty((count, 4)), np.empty(count)
     placed = np.empty((count, 6))
-    poses[0], times[0], placed[0] = pose, start_s, _placed_at(pose, terms)
+    poses[0], times[0], placed[0] = pose, start_s, _placed_at(pose, start_s, terms)
+    wind = _wind_of(terms)
     known, looked_at = 1, 0
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
@@ -160,6 +178,7 @@ def first_escape(
                     times,
                     placed,
                     looped,
+                    wind,
                     terms,
                 )
             escape = _first_left(
@@ -168,6 +187,7 @@ def first_escape(
                 ways,
                 places,
                 placed,
+                wind,
                 looped,
                 cleared,
                 clear,
@@ -217,6 +237,7 @@ def _first_left(
     ways: Ways,
     places: FloatArray,
     placed: FloatArray,
+    wind: FloatArray,
     looped: Known,
     cleared: Known,
     clear: Known,
@@ -235,6 +256,7 @@ def _first_left(
             ways.loop_at[loop],
             ways.loop_at[loop + 1],
             placed[begin],
+            wind,
             NEARLY * unseen,
             terms.free,
             terms.window,
@@ -257,18 +279,19 @@ def _look_at(
     times: FloatArray,
     placed: FloatArray,
     looped: Known,
+    wind: FloatArray,
     terms: EscapeTerms,
 ) -> int:
     """A first look at escapes up to the last: where beginnings lead, and whether the places of
     loops were seen at all; returns how many beginnings are known now.
 
     A beginning whose end, or that of one before it, lies where nobody has looked fails by its last
-    corner: so do all its loops. Where wind carries places, they are looked up with the rest.
+    corner: so do all its loops.
     """
     free, window = terms.free, terms.window
     ox, oy, oz = terms.origin_m[0], terms.origin_m[1], terms.origin_m[2]
     cos_yaw, sin_yaw = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
-    in_calm, end = terms.must_see and terms.least_s == 0.0, legs.path.shape[2] - 1
+    end = legs.path.shape[2] - 1
     for e in range(escape, last):
         begin, loop = ways.begins[e], ways.loop[e]
         while known <= begin:  # Parents come first.
@@ -283,18 +306,19 @@ def _look_at(
             yaw = yaw + legs.path[at, m, end, 3]
             poses[known, 0], poses[known, 1], poses[known, 2], poses[known, 3] = x, y, z, yaw
             times[known] = times[parent] + legs.duration_s[m]
-            there = ox + cos_yaw * x - sin_yaw * y
-            placed[known, 0], placed[known, 1] = there, oy + sin_yaw * x + cos_yaw * y
-            placed[known, 2] = oz + z
+            when = times[known]
+            placed[known, 0] = ox + cos_yaw * x - sin_yaw * y + wind[0] * when
+            placed[known, 1] = oy + sin_yaw * x + cos_yaw * y + wind[1] * when
+            placed[known, 2] = oz + z + wind[2] * when
             placed[known, 3] = np.cos(terms.yaw_rad + yaw)
             placed[known, 4] = np.sin(terms.yaw_rad + yaw)
-            if in_calm:
+            if terms.must_see:
                 met = placed[parent, 5] > 0.0 and is_place_free(
-                    free, window, there, placed[known, 1], placed[known, 2]
+                    free, window, placed[known, 0], placed[known, 1], placed[known, 2]
                 )
                 placed[known, 5] = 1.0 if met else 0.0
             known += 1
-        if not in_calm:
+        if not terms.must_see:
             continue
         looped[e] = FAILS
         if placed[begin, 5] > 0.0:
@@ -303,8 +327,10 @@ def _look_at(
             looped[e] = KEEPS
             for n in range(ways.loop_at[loop], ways.loop_at[loop + 1]):
                 ahead, left, up = places[n, 0], places[n, 1], places[n, 2]
-                east, north = x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
-                if not is_place_free(free, window, east, north, z + up):
+                later = places[n, 3]
+                east = x + cosine * ahead - sine * left + wind[0] * later
+                north = y + sine * ahead + cosine * left + wind[1] * later
+                if not is_place_free(free, window, east, north, z + up + wind[2] * later):
                     looped[e] = FAILS
                     break
     return known

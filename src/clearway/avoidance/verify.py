@@ -182,7 +182,8 @@ def _node_clearance(
 ) -> Found:
     """Clearance of one movement, exact where it is below `enough`."""
     sagitta = paths.sagitta_m[n]
-    distance, cause, index = span_clearance(_span(paths, n), bins, shapes, moving, enough + sagitta)
+    span, cap = _span(paths, n), enough + sagitta
+    distance, cause, index = span_clearance(span, bins, shapes, moving, cap, -np.inf)
     return distance - sagitta, cause, index
 
 

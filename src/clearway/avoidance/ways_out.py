@@ -28,7 +28,6 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 STANDING = np.zeros(4)
 """The pose of a decision in its own level frame."""
-NOWHERE = np.zeros((0, 3))
 IN_WIND_TURNS = 2.0
 """Full circles' worth of time for which a way out is verified where wind carries it."""
 STANDING_TURN = 12.0
@@ -112,7 +111,7 @@ class WaysOut:
             0.0,
         )
         self._lasts_s = in_wind_s(planner.automaton)
-        self._loops: dict[int, FloatArray] = {}
+        self._loops: dict[int, tuple[Ways, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
 
     @property
@@ -313,13 +312,14 @@ class WaysOut:
             x, y, z = self._terms.wind_mps.tolist()
             cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
             turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
-            return ways_in_wind(self.library, start, turned, self._speed_mps), NOWHERE
-        ways = self.library.ways[start]
+            ways = ways_in_wind(self.library, start, turned, self._speed_mps)
+        else:
+            ways = self.library.ways[start]
         if legs is not self._legs:
             return ways, loop_places(ways, legs)
-        if start not in self._loops:
-            self._loops[start] = loop_places(ways, legs)
-        return ways, self._loops[start]
+        if id(ways) not in self._loops:
+            self._loops[id(ways)] = ways, loop_places(ways, legs)
+        return self._loops[id(ways)]
 
     def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
         """For so long as is to be verified: one round where that leads back, else some time."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.scene import SceneAssessment
+from clearway.missions.recorded_scan import beams_in_words
 
 
 def in_words(assessment: SceneAssessment) -> str:
@@ -52,7 +53,7 @@ def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:
     lines = []
     for sighting, detection in zip(assessment.scene.sightings, assessment.detections, strict=True):
         pattern, source = sighting.lidar.pattern.name, sighting.pattern_from
-        beams = pattern if pattern.startswith(source) else f"{source}: {pattern}"
+        beams = beams_in_words(source, pattern)
         counts = ", ".join(f"{n} {reason}" for reason, n in detection.counts.items() if n)
         lines += [
             ("scan", f"{len(sighting.scan.points_m)} points: {counts or 'none'}"),

@@ -89,13 +89,15 @@ def _setups(mission: str) -> SetupOf:
     from clearway.missions.world_file import read_mission
     from clearway.sim.worlds import FAMILIES
 
+    made = mission in FAMILIES
+    file = read_mission(f"{mission}:0" if made else mission)
     say("preparing reach sets and sensors")
 
     @cache
     def setup(seed: int) -> FlightSetup:
-        if mission in FAMILIES:
+        if made:
             return prepare(read_mission(f"{mission}:{seed}"), say)
-        return prepare(read_mission(mission).changed("simulation", seed=seed), say)
+        return prepare(file.changed("simulation", seed=seed), say)
 
     return setup
 

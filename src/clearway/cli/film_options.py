@@ -22,7 +22,7 @@ Video = Annotated[
 ]
 Fps = Annotated[
     int | None,
-    typer.Option(help="Frames a second; default: 20, of a GIF 10.", rich_help_panel=PANEL),
+    typer.Option(help="Frames a second; default: 15, of a GIF 10.", rich_help_panel=PANEL),
 ]
 Speed = Annotated[
     float | None,

@@ -179,9 +179,11 @@ def _in_words(one: MapFile, when: datetime | None) -> str:
     if one.floor:
         rows.append(("floor", f"{len(one.floor)} blocks"))
     if heights is not None:
-        rows.append(("heights", f"{heights['min']:.1f} to {heights['max']:.1f} m from foot to top"))
+        rows.append(
+            ("heights", f"{heights['min']:z.1f} to {heights['max']:z.1f} m from foot to top")
+        )
     if extent is not None:
-        spans = (f"{axis} {low:.1f} to {high:.1f}" for axis, (low, high) in extent.items())
+        spans = (f"{axis} {low:z.1f} to {high:z.1f}" for axis, (low, high) in extent.items())
         rows.append(("extent", ", ".join(spans) + " m"))
     for zone in one.keep_out:
         force = "" if zone.in_force(when) else ", NOT in force then"

@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
@@ -28,6 +28,8 @@ BROKEN = 70
 NOT_SHOWN = 3
 """Neither shown nor missed, or something that was asked for was skipped."""
 INTERRUPTED = 130
+COMMANDS = {"show_map": "map", "mavlink": "fly", "compare": "fly", "alerts": "traffic"}
+"""By the name of their function: what their files are taken by too."""
 
 
 def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
@@ -44,8 +46,14 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
                 _check_name(name)
             return command(*args, **options)
         except ClearwayError as error:
-            for one in error.errors if isinstance(error, SeveralErrors) else (error,):
-                say(some_lines(_with_file(str(one), given), LONGEST))
+            told = [
+                some_lines(_with_file(str(one), given), LONGEST)
+                for one in (error.errors if isinstance(error, SeveralErrors) else (error,))
+            ]
+            for message in told:
+                say(message)
+            for hint in _other_kinds(told, options, command.__name__):
+                say(hint)
             leave(BAD_INPUT)
         except (MemoryError, RecursionError) as error:
             what = "memory" if isinstance(error, MemoryError) else "depth"
@@ -105,6 +113,21 @@ def _with_file(message: str, given: Iterable[object]) -> str:
     if any(message.startswith(f"{name}: ") for name in names):  # of one that is not there
         return message
     return f"{plain(files[0], '')}: {message}"
+
+
+def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -> Iterator[str]:
+    """What files look like that a command could not read, where another one takes them."""
+    from clearway.io.what_file import LOOKS_LIKE, what_file
+
+    command = COMMANDS.get(command, command)
+    for option, name in ((key, str(name)) for key in options for name in _names([options[key]])):
+        about = [message for message in told if message.startswith((f"{name}:", f"{name} "))]
+        if not about or any(f"; {LOOKS_LIKE} " in message for message in about):
+            continue
+        hint = what_file(name, likely=True).removeprefix("; ")
+        taken = (f"`clearway {command}`", f"`clearway {command} --{option}`")
+        if hint and not any(one in hint for one in taken):
+            yield f"{plain(name, '')}: {hint}"
 
 
 def _check_name(name: str | Path) -> None:

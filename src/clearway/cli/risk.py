@@ -134,7 +134,7 @@ def risk(
     from clearway.studies.risk.summary import summary
 
     if curves:
-        _draw_curves(curves, out)
+        _draw_curves(curves, out, drawn.pictures_of(form, dpi))
         return
     position_std, velocity_std = number_pair("--noise", noise, "15,1")
     asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40"))
@@ -180,17 +180,18 @@ def risk(
     )
 
 
-def _draw_curves(files: Sequence[Path], out: Path | None) -> None:
+def _draw_curves(files: Sequence[Path], out: Path | None, pictures: Pictures) -> None:
     from clearway.base.errors import InputError
     from clearway.io.staging import staged
     from clearway.studies.figures.risk_curves import draw_risk_curves, read_study
+    from clearway.view.plot.style import house_style
 
     if out is None:
-        raise InputError("--curves", "needs --out, a folder for risk-curves.png")
-    figure = draw_risk_curves([read_study(file) for file in files])
-    with staged(out) as scratch:
-        figure.savefig(scratch / "risk-curves.png", dpi=90)
-    say(f"wrote risk-curves.png to {out}")
+        raise InputError("--curves", "needs --out, a folder for the picture")
+    studies = [read_study(file) for file in files]
+    with staged(out) as scratch, house_style():
+        name = pictures.save(draw_risk_curves(studies), scratch, "risk-curves")
+    say(f"wrote {name} to {out}")
 
 
 def _folder(out: Path | None, model: Path | None, only: int | None) -> ResultsFolder | None:

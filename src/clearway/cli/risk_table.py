@@ -10,6 +10,7 @@ from clearway.cli.report import table_console
 if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
 
+PLURALS = {"near_collision": "near mid-air collisions", "lost_well_clear": "losses of well clear"}
 CASES_SHOWN, WORST_SHOWN = 8, 3
 REAL_SCALE = ("all hear the same reports through the same tracker and fly the same vehicle",)
 VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
@@ -49,9 +50,9 @@ def print_tables(result: RiskStudy, summary: dict[str, Any]) -> None:
     for line in REAL_SCALE if result.settings.vehicle else shared(result.planners):
         print(line)
     effective = ", ".join(
-        f"{summary['effective'][name]:.0f} {MEASURES[name]}s" for name in summary["effective"]
+        f"{PLURALS[name]} {summary['effective'][name]:.0f}" for name in summary["effective"]
     )
-    print(f"without avoidance, worth as many equal ones as {effective}")
+    print(f"without avoidance, worth as many equal ones: {effective}")
     if len(summary["layers"]) > 1:
         _print_layers(summary, result.planners[0])
     for planner in result.planners:

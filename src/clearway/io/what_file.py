@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from clearway.base.errors import InputError
+from clearway.base.errors import InputError, naming
 
 HEAD = 4096
+LOOKS_LIKE = "it looks like"
 KNOWN = (
     (rb"# labels_initial\b", "an encounter model (Bayesian network of aircraft tracks): no map, "
      "no recording and no scan; `clearway risk` samples encounters from it"),
@@ -54,16 +55,40 @@ KNOWN = (
      "its folder"),
 )  # fmt: skip
 
+PLACED = r"(?=[^\n]*\blat)(?=[^\n]*\blon)"
+LIKELY = (
+    (rb"(?m)\A[^\0]*?^\[mission\]", "a mission of clearway: `clearway fly` takes it"),
+    (rb"(?m)\A[^\0]*?^\[\[family\]\]", "a campaign of clearway: `clearway campaign` takes it"),
+    (rb"(?m)\A[^\0]*?^\[(scan|grid|rating|reach_set|vehicle)\]|^\[\[(obstacle|intruder)\]\]",
+     "a scene of clearway: `clearway assess` takes it"),
+    (rb"\A\d+(\.\d+)?,[0-9a-fA-F]{14}([0-9a-fA-F]{14})?\r?\n", "Mode S messages: "
+     "`clearway traffic` takes them"),
+    ((rf"(?i)\A{PLACED}(?=[^\n]*\btime)[^\n]*[,;\t]").encode(), "a table of aircraft: "
+     "`clearway traffic` takes it"),
+    ((rf"(?i)\A{PLACED}(?=[^\n]*\b(h|height|agl|amsl|top)\b)[^\n]*[,;\t]").encode(),
+     "a table of obstacles: `clearway map` takes it"),
+)  # fmt: skip
+"""What a file is told to look like where a command could not read it, but never refused for."""
 
-def what_file(path: str | Path) -> str:
-    """The end of a message, "; it looks like a map: ...", or nothing where the file is unknown."""
+
+def what_file(path: str | Path, *, likely: bool = False) -> str:
+    """The end of a message, "; it looks like a map: ...", or nothing where the file is unknown.
+
+    likely: guesses count too that say nothing against a file which can be read.
+    """
     try:
         if not Path(path).is_file():
             return ""
         with Path(path).open("rb") as file:
-            return what_content(file.read(HEAD))
+            return what_content(file.read(HEAD), likely=likely)
     except (OSError, ValueError):
         return ""
+
+
+def require_file(path: Path) -> None:
+    """Raise InputError, with what is named alike, where nothing has that name."""
+    with naming(path, "read"):
+        path.stat()
 
 
 Reader = TypeVar("Reader")
@@ -73,6 +98,7 @@ def reader_of(path: Path, readers: Mapping[str, Reader], kind: str) -> Reader:
     """What reads files with the path's suffix; raises InputError for one that is none of a kind."""
     reader = readers.get(path.suffix.lower())
     if reader is None:
+        require_file(path)
         raise InputError(
             str(path),
             f"suffix {path.suffix or '(none)'!r} is no known {kind} format; "
@@ -81,12 +107,12 @@ def reader_of(path: Path, readers: Mapping[str, Reader], kind: str) -> Reader:
     return reader
 
 
-def what_content(head: bytes) -> str:
+def what_content(head: bytes, *, likely: bool = False) -> str:
     """As `what_file`, of the beginning of the content."""
     head = head[:HEAD].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    for sign, meaning in KNOWN:
+    for sign, meaning in KNOWN + LIKELY * likely:
         if re.search(sign, head):
-            return f"; it looks like {meaning}"
+            return f"; {LOOKS_LIKE} {meaning}"
     return ""
 
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from clearway.base.frames import geodetic_from_enu
-from clearway.base.state import State
 from clearway.io.json_values import rounded
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
@@ -26,13 +25,13 @@ from clearway.mavlink.outbox import Packer
 from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits
 from clearway.mavlink.simulated_targets import Target, target_of
+from clearway.mavlink.simulated_traffic import SimulatedTraffic
 from clearway.mavlink.simulated_vehicle import VehicleTruth
 from clearway.mavlink.wire import frames_in
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld
-from clearway.sim.scripted import Traffic
 
 BOOT_S = 10.0
 """Time since boot at which the simulation begins."""
@@ -81,15 +80,11 @@ class SimulatedAutopilot:
         self.target_ms = -1
         self._target_s = -math.inf
         self.unanswered = 0
-        speed, seed = setup.planner.speed_mps, setup.simulation.seed
-        self._traffic = Traffic(setup.script, setup.mission, speed, setup.traffic, seed)
-        self._names = sorted(intruder.name for intruder in setup.script)
-        self._last_told: dict[str, tuple[float, Message]] = {}
+        self._traffic = SimulatedTraffic(setup, self.habits, self._origin)
         told = file.lidar[0].max_range_m if file.lidar else None
         self._range_m = told or setup.planner.grid.range_m
         self._asked: set[int] = set()
         self.nearest_obstacle_m = math.inf
-        self.nearest_intruder_m = math.inf
         self.lowest_m = math.inf
         self.fastest_mps = 0.0
         self.path_m = 0.0
@@ -107,6 +102,11 @@ class SimulatedAutopilot:
         at_s, for_s = self.habits.stall_s
         stood_s = min(max(0.0, self.time_s - at_s), for_s)
         return round(1000.0 * (BOOT_S + self.time_s - stood_s))
+
+    @property
+    def nearest_intruder_m(self) -> float:
+        """That it came to the edge of one."""
+        return self._traffic.nearest_m
 
     @property
     def stalls(self) -> bool:
@@ -160,13 +160,8 @@ class SimulatedAutopilot:
         place = self.truth.position_m
         gap = float(self._setup.world.distance_m(place[None])[0])
         self.nearest_obstacle_m = min(self.nearest_obstacle_m, gap)
-        if self.mission_s is None:
-            return
-        attitude = np.array([0.0, 0.0, self.truth.yaw_rad])
-        self._traffic.step(State(place, attitude, time_s=self.mission_s))
-        for name, track in self._traffic.tracks.items():
-            apart = float(np.linalg.norm(track[-1][1] - place)) - self._traffic.radii_m()[name]
-            self.nearest_intruder_m = min(self.nearest_intruder_m, apart)
+        if self.mission_s is not None:
+            self._traffic.move(place, self.truth.yaw_rad, self.mission_s)
 
     # --- out ------------------------------------------------------------------------------
 
@@ -193,13 +188,13 @@ class SimulatedAutopilot:
                 telemetry.local_origin(origin),
                 telemetry.home(self._origin, self.ground_m),
             ]
-        messages += self._aircraft()
+        messages += self._traffic.told(self.mission_s, self.time_s)
         if self.target is not None and not self.habits.deaf:
             messages.append(telemetry.target(self.target, boot_ms))
         messages.append(telemetry.attitude(truth, boot_ms))
         if self.time_s < self.habits.sensor_dies_s:
-            bodies = [] if self.mission_s is None else self._traffic.bodies(self.mission_s)
-            world = CombinedWorld([self._setup.world, ObstacleMap(bodies)])
+            bodies = ObstacleMap(self._traffic.bodies(self.mission_s))
+            world = CombinedWorld([self._setup.world, bodies])
             far = telemetry.nearest(truth, world, self._range_m)
             if self.habits.sectors:
                 messages += telemetry.eighths(far, boot_ms, self._range_m)
@@ -207,29 +202,6 @@ class SimulatedAutopilot:
                 messages.append(telemetry.circle(far, boot_ms, self._range_m))
         there = replace(truth, position_m=truth.position_m - local)
         return [*messages, telemetry.position(there, boot_ms)]
-
-    def _aircraft(self) -> list[Message]:
-        """ADSB_VEHICLE: news, or what was told before, again."""
-        if self.mission_s is None:
-            return []
-        habits, said = self.habits, []
-        for report in self._traffic.reports(self.mission_s):
-            told_s, _ = self._last_told.get(report.name, (-math.inf, None))
-            silent = self.time_s >= habits.lost_from_s
-            if self.time_s - told_s < habits.traffic_every_s - 1e-6 or silent:
-                continue
-            late_s = habits.late_s(report.name, self.time_s)
-            light = report.radius_m > 2.0
-            kind = telemetry.LIGHT if light else telemetry.UNMANNED
-            news = telemetry.adsb(
-                report.at(report.time_s - late_s), self._names, self._origin, kind
-            )
-            self._last_told[report.name] = (self.time_s, news)
-            said.append(news)
-        repeats = habits.traffic_every_s > 0.0 or habits.lost_from_s < math.inf
-        if repeats and round(self.time_s * 1000) % 1000 < 1:
-            said += [news for told_s, news in self._last_told.values() if told_s < self.time_s]
-        return said
 
     # --- in -------------------------------------------------------------------------------
 

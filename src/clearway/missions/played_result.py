@@ -11,6 +11,7 @@ from clearway.base.brief import runs
 from clearway.io.json_values import finite
 from clearway.live.playback import PlayedScan
 from clearway.missions.played_scene import Playback
+from clearway.missions.recorded_scan import beams_in_words
 
 
 def played_result(name: str, playback: Playback, scans: list[dict[str, Any]]) -> dict[str, Any]:
@@ -54,7 +55,7 @@ def scan_result(index: int, played: PlayedScan) -> dict[str, Any]:
 
 def in_words(result: Mapping[str, Any]) -> str:
     """A line a scan under what is the same for all."""
-    beams = f"{result['pattern_from']}: {result['pattern']}"
+    beams = beams_in_words(result["pattern_from"], result["pattern"])
     poses = "recorded" if result["poses"] else "none: hovering, goal straight ahead, no memory"
     left_out = ", ".join(f"{count} {reason}" for reason, count in result["left_out"].items())
     head = [

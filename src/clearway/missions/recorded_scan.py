@@ -157,3 +157,8 @@ def _recorded(
         left_out=cloud.counts,
         notes=(*sequence.notes, *cloud.notes),
     )
+
+
+def beams_in_words(source: str, pattern: str) -> str:
+    """What the beams are, after where that is from; estimated patterns say it themselves."""
+    return pattern if pattern.startswith(source) else f"{source}: {pattern}"

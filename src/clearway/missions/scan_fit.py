@@ -20,6 +20,8 @@ LEVEL_RAD = np.radians(1.0)
 THINNEST_DEG = 5.0
 """A field of view less high than this is that of a level scanner: the grid stays as it is."""
 SCANS_LOOKED_AT = 5
+MANY = 500
+"""Points, of which a sensor sees some on either side."""
 
 
 def fitted_to(
@@ -68,3 +70,13 @@ def airframe_notes(sequence: ScanSequence, lidar: Lidar, points_m: FloatArray) -
     scans = [cloud.points_m for cloud in clouds if cloud.complete]
     found = own_airframe(scans, lidar.mounting, lidar.airframe_radius_m)
     return () if found is None else (f"{sequence.source}: {found.in_words()}",)
+
+
+def corner_notes(source: str, points_m: FloatArray) -> tuple[str, ...]:
+    """A note where all points lie forward, left and up: a map in its own frame, most likely."""
+    if len(points_m) < MANY or float(points_m.min()) < 0.0:
+        return ()
+    return (
+        f"{source}: x, y and z of all {len(points_m)} points are above 0: a map with its corner at "
+        "the origin, rather than a scan, which has the sensor amid its points",
+    )

@@ -25,7 +25,7 @@ from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud, with_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
 from clearway.io.toml import parse_model, read_toml
-from clearway.missions.scan_fit import airframe_notes, fitted_to
+from clearway.missions.scan_fit import airframe_notes, corner_notes, fitted_to
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import (
@@ -91,6 +91,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
         points_m = measured.cloud.points_m
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
+        notes += corner_notes(measured.sequence.source, points_m)
     grid = file.grid.to_grid()
     scene = Scene(
         name=name,

@@ -109,7 +109,7 @@ def _azimuths(azimuth: FloatArray, step: float) -> tuple[FloatArray, str]:
         return np.asarray(azimuths, dtype=np.float64), "full turn assumed"
     azimuths = start + np.arange(round(span / step) + 1) * step
     low, high = np.degrees([start, start + span])
-    return np.asarray(azimuths, dtype=np.float64), f"azimuth {low:.0f} to {high:.0f} deg"
+    return np.asarray(azimuths, dtype=np.float64), f"azimuth {low:z.0f} to {high:z.0f} deg"
 
 
 def _sector(azimuth: FloatArray) -> tuple[float, float]:
@@ -143,7 +143,7 @@ def _raster(azimuth: FloatArray, elevation: FloatArray, farthest: float) -> Beam
     elevations = np.linspace(low, high, max(1, round((high - low) / step) + 1))
     name = (
         f"estimated: no rings found, raster of {np.degrees(step):.3g} deg, {sector}, "
-        f"elevation {np.degrees(low):.0f} to {np.degrees(high):.0f} deg"
+        f"elevation {np.degrees(low):z.0f} to {np.degrees(high):z.0f} deg"
     )
     return BeamPattern.from_angles(
         azimuths, elevations, name=name, max_range_m=farthest, spacing_rad=step

@@ -21,7 +21,7 @@ def mixed(seed: int, shapes: tuple[int, int] = MIXED_COUNTS) -> MadeWorld:
     """Balls, bars, plates and boxes in any pose, in a box, and a leg right through it."""
     rng = np.random.default_rng([seed, 50])
     length, width, height = MIXED_BOX_M
-    mission = leg(f"mixed-{seed}", (-5.0, 0.0, 0.0), (length + 5.0, 0.0, 0.0))
+    mission = leg(f"clutter-{seed}", (-5.0, 0.0, 0.0), (length + 5.0, 0.0, 0.0))
     low, high = np.array([0.0, -0.5 * width, -0.5 * height]), 0.5 * np.array(MIXED_BOX_M)
     high[0] = length
     things: list[Obstacle] = []

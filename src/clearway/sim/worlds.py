@@ -238,11 +238,11 @@ FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
         "closed-tube": closed_tube,
         "u-shape": u_shape,
         "room": room,
-        "mixed": mixed,
+        "clutter": mixed,
         "nets": nets,
     }
 )
-"""Worlds by family name."""
+"""Worlds by family name; `mixed` is a mission."""
 
 
 def made_world(family: str, seed: int) -> MadeWorld:

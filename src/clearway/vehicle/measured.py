@@ -9,7 +9,7 @@ vehicle's own business, and lead nowhere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -145,16 +145,19 @@ class PairTable:
 
 
 def with_exact_rounds(
-    paths: Mapping[tuple[str, str], FloatArray], spread_m: Mapping[tuple[str, str], float]
+    paths: Mapping[tuple[str, str], FloatArray],
+    spread_m: Mapping[tuple[str, str], float],
+    level: Collection[str],
 ) -> dict[tuple[str, str], FloatArray]:
     """The same ways, those of a movement repeated made exact where they nearly stand or circle.
 
     What stays within its spread stands; a level turn over and over is one circle. So they can be
-    flown for ever: what the measurement missed by is in the spread.
+    flown for ever: what the measurement missed by is in the spread. level: names of the movements
+    that are asked to keep their height; no other is made to, however much its climb spreads.
     """
     exact = dict(paths)
     for (previous, name), path in paths.items():
-        if previous != name:
+        if previous != name or name not in level:
             continue
         end, near = path[-1], 3.0 * spread_m.get((previous, name), 0.0)
         shares = np.arange(1, len(path) + 1)[:, None] / len(path)

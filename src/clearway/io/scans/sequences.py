@@ -13,7 +13,7 @@ from clearway.io.scans.bag_scans import bag_scans
 from clearway.io.scans.scan_folder import SCAN_SUFFIXES, folder_scans
 from clearway.io.scans.scan_formats import BY_SUFFIX, check_start, format_of, read_points
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
-from clearway.io.what_file import refuse_others, what_file
+from clearway.io.what_file import refuse_others, require_file, what_file
 
 
 def open_scans(
@@ -54,6 +54,7 @@ def _opened(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> S
     if path.is_dir():
         return bag_scans(path, topic, poses) if is_bag else folder_scans(path)
     if path.suffix.lower() not in BY_SUFFIX:
+        require_file(path)
         raise InputError(
             str(path),
             f"suffix {path.suffix or '(none)'!r} is no known scan; valid suffixes: "

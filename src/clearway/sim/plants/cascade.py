@@ -24,18 +24,19 @@ from clearway.sim.plants.quadrotor import GRAVITY_MPS2, Airframe, rotation_of, s
 class Gains(NamedTuple):
     """Of the loops, all per second or per second squared."""
 
-    velocity: float = 4.0
-    velocity_sum: float = 0.4
+    velocity: float = 7.0
+    velocity_sum: float = 2.5
+    """As the position's error asks for it: what led ahead of the vehicle is caught up with."""
     drag_per_s: float = 0.45
     """Deceleration by drag per speed, as known of the airframe: leant into before it is felt."""
     attitude: float = 300.0
     rates: float = 32.0
-    turn: float = 30.0
+    turn: float = 60.0
     """Of attitude about the vertical, which rotors turn weakly."""
-    turn_rate: float = 11.0
-    most_mps2: float = 4.0
+    turn_rate: float = 16.0
+    most_mps2: float = 5.0
     most_sum_mps2: float = 4.0
-    most_tilt_rad: float = 0.61
+    most_tilt_rad: float = 0.7
 
 
 class Led(NamedTuple):
@@ -112,10 +113,11 @@ def rotor_speeds(
     """[4] rotor speeds that turn the body's z along the thrust wanted, and give it."""
     norm = np.sqrt(thrust[0] ** 2 + thrust[1] ** 2 + thrust[2] ** 2)
     z = thrust / norm
-    c = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    y = np.array([z[1] * c[2] - z[2] * c[1], z[2] * c[0] - z[0] * c[2], z[0] * c[1] - z[1] * c[0]])
-    y /= np.sqrt(y[0] ** 2 + y[1] ** 2 + y[2] ** 2)
-    x = np.array([y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]])
+    # The nose, seen from above, points where the heading does, however the body is tilted.
+    x = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    x[2] = -(x[0] * z[0] + x[1] * z[1]) / z[2]
+    x /= np.sqrt(1.0 + x[2] ** 2)
+    y = np.array([z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]])
     off = np.zeros((3, 3))  # Wanted from actual, less its transpose: twice the error, as a matrix.
     for i in range(3):
         for j in range(3):

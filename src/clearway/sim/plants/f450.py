@@ -20,8 +20,8 @@ from clearway.vehicle.automaton import Movement
 RATE_HZ = 120
 FULL_RPS = 0.75
 """Rate that the model's controller takes a full command for."""
-GAINS = Gains(velocity=1.8, velocity_sum=0.1, drag_per_s=0.1, most_mps2=2.0, most_tilt_rad=0.4)
-TILT_PER_S = 4.0
+GAINS = Gains(velocity=3.0, velocity_sum=1.0, drag_per_s=0.1, most_mps2=2.0, most_tilt_rad=0.4)
+TILT_PER_S = 9.0
 SETTLE_S = 6.0
 
 

@@ -135,7 +135,8 @@ def table_of(
         off = {pair: end - paths[pair][-1, :3] for pair, end in ends.items()}
         return {pair: float(np.sqrt((each**2).sum(axis=1).mean())) for pair, each in off.items()}
 
-    paths = with_exact_rounds(paths, spread())
+    level = [m.name for m in automaton.movements if not m.climb_mps and not m.pitch_rate_rps]
+    paths = with_exact_rounds(paths, spread(), level)
     first = automaton.hold.name if automaton.hold is not None else _straight(automaton)
     return PairTable(automaton.names, paths, first, spread())
 

@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.version import SCHEMA_VERSION
+from clearway.io.what_file import require_file
 from clearway.studies.campaigns.row import COLUMNS, FlightRow
 
 META = "clearway_"
@@ -53,6 +54,7 @@ def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
 
     Raises InputError where it is none, MissingExtraError without pyarrow.
     """
+    require_file(path)
     need_parquet()
     import pyarrow as pa
     import pyarrow.parquet as pq

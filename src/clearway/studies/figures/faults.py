@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,12 @@ from clearway.base.intervals import wilson
 
 COLOURS = ("#1f5fbf", "#2ca02c", "#e08a00")
 COLUMNS = 3
+NARROWEST_IN = 6.4
+"""Of a figure: the legend takes so much."""
+NEAREST_NAMES = 0.06
+"""Between names of levels, as a share of the axis."""
+LETTERS = 56
+"""In a line of a title."""
 CROWDED = 12.0
 """Times the lowest level, from which on a linear axis would crowd the low ones."""
 
@@ -40,7 +47,8 @@ def draw_faults(faults: Sequence[Panel]) -> Figure:
     """One panel a fault: kept in full lines with 95 % intervals, crashed in dashed ones."""
     across = min(COLUMNS, len(faults))
     rows = -(-len(faults) // across)
-    figure = Figure(figsize=(4.4 * across, 3.1 * rows + 0.3), layout="constrained")
+    width, height = max(NARROWEST_IN, 4.4 * across), 3.1 * rows + 0.3 + (across < COLUMNS)
+    figure = Figure(figsize=(width, height), layout="constrained")
     panels = figure.subplots(rows, across, squeeze=False).ravel()
     labels = list(dict.fromkeys(curve.label for fault in faults for curve in fault.curves))
     for axes, fault in zip(panels, faults, strict=False):
@@ -54,7 +62,7 @@ def draw_faults(faults: Sequence[Panel]) -> Figure:
         for axes in panels[: len(faults)]
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    columns = min(3 * across, len(named))
+    columns = min(2 if across < COLUMNS else 4, len(named))
     figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=columns)
     return figure
 
@@ -72,7 +80,7 @@ def _draw_fault(axes: Axes, fault: Panel, labels: Sequence[str]) -> None:
         axes.plot(places, crashed, "x--", color=color, markersize=5, linewidth=1.0, label=label)
     _scale_levels(axes, places)
     axes.set_xlabel(fault.unit)
-    axes.set_title(fault.title, fontsize=9)
+    axes.set_title(fill(fault.title, LETTERS), fontsize=9)
     axes.set_ylim(-4, 104)
     axes.grid(alpha=0.25)
 
@@ -82,5 +90,15 @@ def _scale_levels(axes: Axes, levels: FloatArray) -> None:
     above = levels[levels > 0.0]
     if len(above) > 1 and above.max() > CROWDED * above.min():
         axes.set_xscale("symlog", linthresh=float(above.min()))
-    axes.set_xticks(levels, [f"{level:g}" for level in levels.tolist()])
+    axes.set_xticks(levels, _apart(axes.xaxis.get_transform().transform(levels), levels))
     axes.minorticks_off()
+
+
+def _apart(places: FloatArray, levels: FloatArray) -> list[str]:
+    """Names of the levels, without those that the next larger one would print over."""
+    names = [""] * len(levels)
+    last, span = np.inf, float(np.ptp(places)) or 1.0
+    for at in np.argsort(places)[::-1].tolist():
+        if last - places[at] >= NEAREST_NAMES * span:
+            names[at], last = f"{levels[at]:g}", float(places[at])
+    return names

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 from clearway.base.frames import FloatArray
 from clearway.view.film.scenes import Scenes
 from clearway.view.plot.flight import DASHES, EXECUTED, PLANNED, SEEN, WAY_OUT, WAYPOINT
-from clearway.view.plot.ground_plan import draw_ground_plan
+from clearway.view.plot.ground_plan import PIXELS, draw_ground_plan
 from clearway.view.plot.playback import MODES
 from clearway.view.plot.style import OWN
 
@@ -24,6 +24,12 @@ WHOLE = 8.0
 """A flight of up to so many ranges is shown whole; the view follows the vehicle of a longer one."""
 BESIDE = 1.6
 """Ranges shown on either side of a vehicle that is followed."""
+SPARE = 0.06
+"""About a flight that is shown whole, of its longer side."""
+SHAPE = 1.35
+"""Width of the view from above by its height."""
+SHARPEST = 900
+"""Pixels of the map of obstacles, at most."""
 VEHICLE = 0.022
 """Half of its length, as a share of the view."""
 INTRUDER = "#d55e00"
@@ -48,7 +54,7 @@ class Stage:
         )
         self.mode = words.plot([0.008], [0.62], "s", markersize=9, transform=words.transAxes)[0]
         self.figure.suptitle(scenes.title, fontsize=11, fontweight="bold")
-        self._follows, self._half_m = _view(scenes)
+        self._follows, self._centre_m, self._half_m = _view(scenes)
         self._set_above()
         self._set_curves()
         handles, labels = self.above.get_legend_handles_labels()
@@ -64,7 +70,7 @@ class Stage:
 
     def _set_above(self) -> None:
         scenes, axes = self.scenes, self.above
-        draw_ground_plan(axes, scenes.place_m, scenes.world, scenes.margin_m)
+        draw_ground_plan(axes, self._stage_m(), scenes.world, scenes.margin_m, self._pixels())
         self.dots = axes.plot([], [], ".", color=SEEN, markersize=1.6, alpha=0.5, label="seen")[0]
         self.flown = axes.plot([], [], color=EXECUTED, linewidth=1.8, label="flown")[0]
         self.plan = axes.plot([], [], color=PLANNED, linewidth=1.6, label="planned")[0]
@@ -90,12 +96,21 @@ class Stage:
         axes.set_xlabel("x (m)")
         axes.set_ylabel("y (m)")
         axes.set_aspect("equal", adjustable="box")
-        if not self._follows:
-            places = np.concatenate([scenes.place_m, scenes.waypoints_m])[:, :2]
-            low, high = places.min(axis=0), places.max(axis=0)
-            spare = 0.06 * float((high - low).max()) + 1.0
-            axes.set_xlim(low[0] - spare, high[0] + spare)
-            axes.set_ylim(low[1] - spare, high[1] + spare)
+        _look(axes, self._centre_m, self._half_m)
+
+    def _stage_m(self) -> FloatArray:
+        """[n, 3] places flown, and the corners of all that is ever shown."""
+        flown = self.scenes.place_m
+        middles = flown[:, :2] if self._follows else self._centre_m[None]
+        half = np.array([self._half_m, self._half_m / SHAPE])
+        low, high = middles.min(axis=0) - half, middles.max(axis=0) + half
+        corners = np.column_stack([np.stack([low, high]), np.full(2, flown[0, 2])])
+        return np.concatenate([flown, corners])
+
+    def _pixels(self) -> int:
+        """As sharp where the vehicle is followed as where all is shown."""
+        width = float(np.ptp(self._stage_m()[:, :2], axis=0).max())
+        return int(min(PIXELS * max(1.0, 0.5 * width / self._half_m), SHARPEST))
 
     def _set_curves(self) -> None:
         scenes = self.scenes
@@ -147,7 +162,7 @@ class Stage:
             if len(trail):
                 self.bodies[name].set_center((float(trail[-1, 0]), float(trail[-1, 1])))
         if self._follows:
-            _centre(self.above, place, self._half_m)
+            _look(self.above, place[:2], self._half_m)
         for cursor in self.cursors:
             cursor.set_xdata([time_s, time_s])
         self._say(time_s, decision)
@@ -161,18 +176,21 @@ class Stage:
         self.mode.set_color(MODES.get(mode, "#bbbbbb"))
 
 
-def _view(scenes: Scenes) -> tuple[bool, float]:
-    """Whether the vehicle is followed, and half of what is seen of the longer side."""
+def _view(scenes: Scenes) -> tuple[bool, FloatArray, float]:
+    """Whether the vehicle is followed, the middle [2] of the first view and half of its width."""
     places = np.concatenate([scenes.place_m, scenes.waypoints_m])[:, :2]
-    longest = float((places.max(axis=0) - places.min(axis=0)).max())
-    if longest > WHOLE * scenes.range_m:
-        return True, BESIDE * scenes.range_m
-    return False, max(0.5 * longest, 1.0)
+    low, high = places.min(axis=0), places.max(axis=0)
+    width, height = (float(side) for side in high - low)
+    if max(width, height) > WHOLE * scenes.range_m:
+        return True, scenes.place_m[0, :2], BESIDE * scenes.range_m
+    spare = SPARE * max(width, height) + 1.0
+    half = max(0.5 * width + spare, SHAPE * (0.5 * height + spare))
+    return False, 0.5 * (low + high), half
 
 
-def _centre(axes: Axes, place: FloatArray, half_m: float) -> None:
+def _look(axes: Axes, place: FloatArray, half_m: float) -> None:
     axes.set_xlim(place[0] - half_m, place[0] + half_m)
-    axes.set_ylim(place[1] - half_m, place[1] + half_m)
+    axes.set_ylim(place[1] - half_m / SHAPE, place[1] + half_m / SHAPE)
 
 
 def _set_path(line: Line2D, path: Sequence[Sequence[float]] | None) -> None:

@@ -48,7 +48,7 @@ class FilmKind:
 
 
 KINDS = {
-    ".mp4": FilmKind(20, 133, 3_000, "ffmpeg (apt install ffmpeg, brew install ffmpeg)"),
+    ".mp4": FilmKind(15, 133, 3_000, "ffmpeg (apt install ffmpeg, brew install ffmpeg)"),
     ".gif": FilmKind(10, 83, 300, "pillow (pip install pillow)"),
 }
 """By suffix; 1276 x 718 and 796 x 448 pixels."""

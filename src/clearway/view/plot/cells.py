@@ -249,7 +249,7 @@ def _row_title(grid: AvoidanceGrid, row: int) -> str:
     places |= {0: " (bottom)", grid.rows - 1: " (top)"}
     if grid.rows == 1:
         places = {}
-    return f"Row {grid.rows - row}{places.get(row, '')}: {low:.0f}° to {high:.0f}°"
+    return f"Row {grid.rows - row}{places.get(row, '')}: {low:z.0f}° to {high:z.0f}°"
 
 
 def _label(panels: Sequence[Axes], rows: int, across: int, view: CellView) -> None:

@@ -28,6 +28,7 @@ from clearway.view.plot.space import (
     stacked_views,
     within,
 )
+from clearway.view.plot.style import halo
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#7d6b55", "#2e9e4f"
 WAY_OUT = "#088c82"
@@ -195,7 +196,7 @@ def _draw_space(
     for place, label in _labels(run.mission.waypoints_m).items():
         if not within(np.array([place]), limits)[0]:
             continue
-        axes.text(*place, f"  {label}", color=WAYPOINT)
+        axes.text(*place, f"  {label}", color=WAYPOINT, path_effects=halo())
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     name_height(axes, "z (m)")
@@ -245,6 +246,7 @@ def _draw_plane(
             textcoords="offset points",
             color=WAYPOINT,
             annotation_clip=True,
+            path_effects=halo(),
         )
 
 

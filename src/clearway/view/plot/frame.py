@@ -53,11 +53,11 @@ def _box(
             corner, WIDTH, HEIGHT, boxstyle="round,pad=0.04", facecolor=color, edgecolor=ARROW
         )
     )
-    axes.text(center[0], center[1] + 0.12, name, ha="center", va="center", weight="bold", color=INK)
+    axes.text(center[0], center[1] + 0.17, name, ha="center", va="center", weight="bold", color=INK)
     axes.text(
         center[0],
-        center[1] - 0.14,
-        ", ".join(rooms),
+        center[1] - 0.12,
+        "\n".join(rooms),
         ha="center",
         va="center",
         fontsize=8,

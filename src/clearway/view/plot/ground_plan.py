@@ -15,9 +15,11 @@ SLICES = 9
 SOLID, MARGIN, KEPT_OUT = "#9a9a9a", "#e6e2da", "#f3c96b"
 
 
-def draw_ground_plan(axes: Axes, tracks_m: FloatArray, world: World, margin_m: float) -> None:
+def draw_ground_plan(
+    axes: Axes, tracks_m: FloatArray, world: World, margin_m: float, pixels: int = PIXELS
+) -> None:
     """Obstacles grey, with the margin around them light. tracks_m: [n, 3] places flown."""
-    x, y, nearest = _nearest(tracks_m, world)
+    x, y, nearest = _nearest(tracks_m, world, pixels)
     if nearest.min() < margin_m:
         axes.contourf(x, y, nearest, levels=[-1e6, 0.0, margin_m], colors=[SOLID, MARGIN])
 
@@ -32,11 +34,13 @@ def draw_kept_out(axes: Axes, tracks_m: FloatArray, volumes: World) -> None:
         axes.fill([], [], color=KEPT_OUT, alpha=0.5, label="kept out of")
 
 
-def _nearest(tracks_m: FloatArray, world: World) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _nearest(
+    tracks_m: FloatArray, world: World, pixels: int = PIXELS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Axes x, y and the smallest distance [y, x] over the heights flown."""
     low, high = tracks_m.min(axis=0), tracks_m.max(axis=0)
     spare = 0.08 * float((high - low)[:2].max()) + 1.0
-    pixel = float((high - low)[:2].max() + 2.0 * spare) / PIXELS
+    pixel = float((high - low)[:2].max() + 2.0 * spare) / pixels
     x = np.arange(low[0] - spare, high[0] + spare + pixel, pixel)
     y = np.arange(low[1] - spare, high[1] + spare + pixel, pixel)
     nearest = np.full((len(y), len(x)), np.inf)

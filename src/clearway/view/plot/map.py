@@ -98,7 +98,7 @@ def _named(name: str, volumes: Sequence[Obstacle]) -> str:
     """The name of a zone over the heights that it spans."""
     top = max(_top_m(one) for one in volumes)
     foot = min(2.0 * float(one.position_m[2]) - _top_m(one) for one in volumes)
-    return f"{name}\n{foot:.0f} to {top:.0f} m"
+    return f"{name}\n{foot:z.0f} to {top:z.0f} m"
 
 
 def _coloured(corners: list[FloatArray], tops: FloatArray, scale: Normalize) -> PolyCollection:

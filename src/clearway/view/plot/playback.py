@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from clearway.base.frames import FloatArray
+from clearway.missions.recorded_scan import beams_in_words
 
 TITLE_WIDTH = 110
 """Letters in a line."""
@@ -41,7 +42,7 @@ def draw_playback(result: Mapping[str, Any]) -> Figure:
     left_out = sum(result["left_out"].values())
     figure.suptitle(
         f"{result['name']}: {len(scans)} scans decided, {left_out} left out\n"
-        + fill(f"beams {result['pattern_from']}: {result['pattern']}", TITLE_WIDTH)
+        + fill(f"beams {beams_in_words(result['pattern_from'], result['pattern'])}", TITLE_WIDTH)
     )
     distances, ratings, returns = figure.subplots(3, 1, sharex=True)
     times = _column(scans, "time_s")

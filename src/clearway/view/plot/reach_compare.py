@@ -22,7 +22,7 @@ TICKS = (100, 200, 500, 1000, 2000, 5000, 10000)
 
 def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint, ...]]) -> Figure:
     """Share of reachable cells, and distinct footprints, over nodes; lines join the spreads."""
-    figure = Figure(figsize=(13.0, 5.4), dpi=130)
+    figure = Figure(figsize=(13.0, 5.8), dpi=130, layout="constrained")
     left, right = figure.subplots(1, 2)
     reachable = comparison.reachable.number
     for (method, points), color in zip(spreads.items(), cycle(LINES), strict=False):
@@ -47,7 +47,10 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.grid(alpha=0.25)
         axes.spines[["top", "right"]].set_visible(False)
-    left.legend(frameon=False, loc="lower right", title="number: nodes of a cell that go on")
+    figure.legend(
+        *left.get_legend_handles_labels(), loc="outside lower center", ncols=7, frameon=False,
+        title="numbers beside curves: nodes of a cell that go on",
+    )  # fmt: skip
     layers, columns, rows = comparison.grid.shape
     figure.suptitle(
         f"Nodes against coverage, {layers} x {columns} x {rows} cells, "
@@ -56,7 +59,6 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
         ha="left",
         weight="bold",
     )
-    figure.tight_layout()
     return figure
 
 

@@ -19,16 +19,17 @@ def draw_row(title: str, hindrance: FloatArray, visible: FloatArray) -> Figure:
     axes.bar(cells, visible, 0.92, color=SEEN, label="visible")
     axes.bar(cells, 1.0 - visible, 0.92, visible, color=HIDDEN, label="hidden by nearer cells")
     hinders = np.flatnonzero(hindrance)
-    axes.bar(
-        cells[hinders],
-        hindrance[hinders],
-        0.92,
-        visible[hinders] - hindrance[hinders],
-        facecolor="none",
-        edgecolor=HINDERED,
-        hatch="////",
-        label="hidden by this cell from those behind",
-    )
+    if len(hinders):
+        axes.bar(
+            cells[hinders],
+            hindrance[hinders],
+            0.92,
+            visible[hinders] - hindrance[hinders],
+            facecolor="none",
+            edgecolor=HINDERED,
+            hatch="////",
+            label="hidden by this cell from those behind",
+        )
     for cell, value in zip(cells, visible, strict=True):
         axes.annotate(f"{value:.0%}", (cell, 0.03), horizontalalignment="center", color="#222222")
     axes.set_xticks(cells)

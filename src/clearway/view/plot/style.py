@@ -14,6 +14,7 @@ from clearway.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.patheffects import AbstractPathEffect
 
 FORMATS = ("png", "svg", "pdf")
 FEWEST_DPI, MOST_DPI = 30, 1200
@@ -34,6 +35,13 @@ def house_style() -> Iterator[None]:
         matplotlib.style.context(str(path)),
     ):
         yield
+
+
+def halo() -> list[AbstractPathEffect]:
+    """What keeps letters legible over curves and dots."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.5, foreground="white")]
 
 
 def line_of(number: int) -> tuple[str, str]:

@@ -14,6 +14,7 @@ from clearway.sim.pilot import Steering
 from clearway.view.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view, finish_distances
 from clearway.view.plot.ground_plan import draw_ground_plan, draw_kept_out
 from clearway.view.plot.space import Limits, limits_around, stacked_views
+from clearway.view.plot.style import halo
 
 DECISION, TRACK, INTRUDER, STRAIGHT = "#12336b", "#d98ab5", "#b0125b", "#9a9a9a"
 LEGEND_INCHES = 1.7
@@ -166,6 +167,7 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
             color=INTRUDER,
             fontsize=8,
             annotation_clip=True,
+            path_effects=halo(),
         )
         first = False
 

@@ -14,6 +14,7 @@ import numpy as np
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
 from clearway.io.foreign_errors import damage_told
+from clearway.io.what_file import require_file
 from clearway.view.replay import schemas
 
 RUN_FILE = "run.mcap"
@@ -56,6 +57,7 @@ def run_file(run: Path) -> Path:
                 "where the extra `foxglove` is installed",
             )
         return run / RUN_FILE
+    require_file(run)
     return run
 
 

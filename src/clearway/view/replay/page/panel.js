@@ -201,7 +201,7 @@ function drawLegend(show, run, ghost) {
     [`intruder, ${run.arrowTime} s`, "intruder", false, run.intruders.length],
     ["the other run", "beside", true, ghost], ["its plan", "besidePlan", true, ghost && show.plan, true],
     ["tube of the plan", "planned", false, show.plan && run.decisions.some((one) => one.tube_m?.length)],
-    ["as reckoned", "known", false, run.decisions.some(({ movers }) => movers?.length)],
+    ["as known then", "known", false, run.decisions.some(({ movers }) => movers?.length)],
     ["world alone", "world", false, known.has("world")],
     ["world and map", "both", false, known.has("both")],
     ["map alone", "map", false, known.has("map")],

@@ -183,7 +183,7 @@ class Picked {
       ["off the truth", figure(norm(minus(place, there.position)), "m")],
       ["radius with what it may deviate", figure(known.radius_m + known.growth_mps * (time - made.time_s), "m")],
       ["and it grows by", figure(known.growth_mps, "m/s")],
-    ]) : element("p", "It was not reckoned with at this decision.")];
+    ]) : element("p", "This decision did not know of it.")];
     const out = made?.ruled_out_by?.intruder;
     if (out) parts.push(element("p", `Trajectories ruled out by intruders: ${out}.`, "soft"));
     return { title, parts, lines: boxEdges({ position_m: there.position, orientation_rad: [0, 0, 0],
