@@ -1,7 +1,9 @@
 """Loops that borrow arrays: what they return, and whatever they call, holds none."""
 
 import importlib
+import os
 import re
+from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numba
@@ -11,9 +13,15 @@ from numba.core.dispatcher import Dispatcher
 from repository import REPOSITORY
 
 SOURCE = REPOSITORY / "src"
+FILES = (  # Folders of compiled code may go meanwhile, which `rglob` does not take.
+    Path(folder, name)
+    for folder, _, names in os.walk(SOURCE / "clearway")
+    for name in names
+    if name.endswith(".py")
+)
 WITH_LOOPS = sorted(
     ".".join(path.relative_to(SOURCE).with_suffix("").parts)
-    for path in (SOURCE / "clearway").rglob("*.py")
+    for path in FILES
     if re.search(r"^@borrowing$", path.read_text(), re.MULTILINE)
 )
 pytestmark = pytest.mark.skipif(
