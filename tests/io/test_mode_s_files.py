@@ -197,3 +197,22 @@ def test_without_the_decoder_the_extra_is_named(
     (tmp_path / "a.csv").write_text(f"1.0,{EVEN}\n")
     with pytest.raises(MissingExtraError, match=r"clearway\[adsb\]"):
         read_traffic(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("at_once", [400, 163, 97])
+def test_messages_are_decoded_in_parts_without_loss(
+    data_dir: Path, monkeypatch: pytest.MonkeyPatch, at_once: int
+) -> None:
+    """An aircraft's messages stay together; one with more of them than that loses pairs at most."""
+    file = data_dir / "adsb/raw_atlanta_60s_20250729.csv"
+    whole = read_traffic(file)
+    monkeypatch.setattr("clearway.io.traffic.mode_s.AT_ONCE", at_once)
+    parts = read_traffic(file)
+    assert parts.of_use == whole.of_use
+    assert parts.heard == whole.heard
+    if at_once > max(whole.heard.values()):
+        assert parts.reports == whole.reports
+        assert parts.left_out == whole.left_out
+    else:
+        assert set(parts.reports) < set(whole.reports)
+        assert sum(parts.left_out.values()) > sum(whole.left_out.values())

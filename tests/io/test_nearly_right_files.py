@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import InputError
+from clearway.base.plain_text import LONGEST
 from clearway.io.maps.maps import read_maps
 from clearway.io.samples import maps, plans, scans, telemetry, traffic
 from clearway.io.scans.scan_formats import read_points
@@ -196,6 +197,7 @@ def test_a_telemetry_log_that_is_cut_or_damaged_is_read_around_it(
         (("campaign",), "p.plan", '{"fileType": "Plan"}', "clearway fly"),
         (("risk",), "c.toml", "[[family]]\nfamily = 'balls'\n", "clearway campaign"),
         (("alerts",), "s.toml", "[[obstacle]]\nshape = 'ball'\n", "clearway assess"),
+        (("traffic",), "t.csv", "tie,icao24,lat,lon,velocity,height\n", "clearway map"),
     ],
 )
 def test_a_file_of_another_kind_brings_the_command_that_takes_it(
@@ -206,6 +208,7 @@ def test_a_file_of_another_kind_brings_the_command_that_takes_it(
     assert done.returncode == 2
     assert f"{name}: it looks like" in done.stderr
     assert f"`{taken}` takes" in done.stderr
+    assert len(done.stderr.strip()) <= LONGEST
 
 
 def test_what_a_command_takes_is_not_sent_to_itself(tmp_path: Path) -> None:

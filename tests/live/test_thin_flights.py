@@ -13,7 +13,6 @@ from thin_flights import fine_lidar, thin_flight, thin_flight_in
 from thin_worlds import FAMILIES, THINNEST_M
 
 SEEDS = range(60)
-BODY_M = 0.1
 
 
 @pytest.mark.parametrize(("family", "rain"), [("wires", 0.0), ("poles", 1e-3)])
@@ -24,13 +23,18 @@ def test_thin_things_are_kept_clear_of(family: str, rain: float) -> None:
 
 
 @pytest.mark.nightly
+def test_the_first_certain_way_out_keeps_the_whole_margin() -> None:
+    """Before a full round was seen, the only one to be had led by a pole within 0.5 m."""
+    flight = thin_flight("poles", 3)
+    assert flight.kept, flight
+    assert flight.reached
+
+
+@pytest.mark.nightly
 @pytest.mark.parametrize("family", FAMILIES)
 def test_families_of_thin_things(family: str) -> None:
-    """Where a pole shows late on the only way out, that is flown with what it keeps of the margin:
-    docs/limits.md tells how often."""
     flights = [thin_flight(family, seed) for seed in SEEDS]
-    assert min(flight.nearest_m for flight in flights) > BODY_M
-    assert sum(flight.kept for flight in flights) >= (59 if family == "poles" else 60), flights
+    assert all(flight.kept for flight in flights), flights
     assert sum(flight.reached for flight in flights) >= 50
 
 

@@ -415,6 +415,37 @@ def test_damaged_bytes_are_refused_or_do_no_harm(path, tmp_path):
     assert refusals > 20
 
 
+@pytest.mark.parametrize("packed", ["ZSTD", "LZ4"])
+def test_what_unpacks_to_far_more_than_a_flight_is_refused_unread(tmp_path, packed):
+    bomb = tmp_path / "bomb.mcap"
+    again(bomb, packed, [(schemas.STATE, bytes(30_000_000))] * 4)
+    assert bomb.stat().st_size < 1_000_000
+    assert "unpack to more than" in refused(bomb)
+
+
+@pytest.mark.parametrize("packed", ["ZSTD", "LZ4", "NONE"])
+def test_a_run_packed_anew_is_the_same_run(path, tmp_path, packed):
+    with path.open("rb") as file:
+        kept = [(one[1].topic, one[2].data) for one in make_reader(file).iter_messages()]
+    again(tmp_path / "again.mcap", packed, kept)
+    was, now = read_run(path), read_run(tmp_path / "again.mcap")
+    assert (was.mission, was.states, was.decisions) == (now.mission, now.states, now.decisions)
+
+
+def again(path, packed, kept):
+    """Messages by topic, written by the library of the format."""
+    from mcap.writer import CompressionType, Writer
+
+    with path.open("wb") as file:
+        writer, channels = Writer(file, compression=CompressionType[packed]), {}
+        writer.start()
+        for number, (topic, data) in enumerate(kept):
+            if topic not in channels:
+                channels[topic] = writer.register_channel(topic, "json", 0)
+            writer.add_message(channels[topic], number, data, number, number)
+        writer.finish()
+
+
 def foreign(path, topics):
     import foxglove
 

@@ -271,6 +271,7 @@ def decide(
         held,
         None if commitment is None else commitment.certain_within,
         narrow_price_m,
+        settings.smallest_object_m is not None,
     )
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:

@@ -67,6 +67,8 @@ class Leaving:
     narrow_price_m: float = np.inf
     """What leaves none is flown, as far as it was seen to be free, where everything else costs more
     by this; inf where the mission does not allow it."""
+    thin: bool = False
+    """Whether thin things are declared, which show late."""
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
@@ -105,6 +107,10 @@ class Leaving:
         look = self._looks_round(ways, hazards, taken.banned)
         if look is not None:
             return look
+        if self._waits(ways):
+            known = self._unseen(ways, taken, hazards)
+            if known.good and known.way_out is not None and known.choice.basis is not Basis.NARROW:
+                return known
         too_near: Taken | None = None
         for way in self._ways_out(ways):
             flown = self._flown(way, hazards, taken.banned)
@@ -173,17 +179,27 @@ class Leaving:
         unsure = 1 if self.held is None else self.held.unsure + 1
         late = self.certain_within is not None and unsure > self.certain_within
         stays = self._stays(ways, hazards, taken.banned) if late else None
-        if stays is not None and self._has_looked_round(stays, unsure):
-            stays = None
+        if stays is not None and stays.way_out is not None:
+            stays = None if self._has_looked_round(stays.way_out, unsure) else stays
         found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
         if found is None or found.way_out is None:
             return found or taken
         return replace(found, way_out=replace(found.way_out, unsure=unsure))
 
-    def _has_looked_round(self, stays: Taken, unsure: int) -> bool:
+    def _waits(self, ways: WaysOut) -> bool:
+        """Whether the first certain way out is waited for until one keeps the whole margin: where
+        thin things are declared, for as long as it takes to look round. Of those nothing is seen
+        from afar, so that the first one to be had leads near what is seen next."""
+        held = self.held
+        if not self.thin or not ways.strict or ways.drift or (held is not None and held.certain):
+            return False
+        if held is not None and self._has_looked_round(held, held.unsure + 1):
+            return False
+        return ways.now() is None
+
+    def _has_looked_round(self, way: WayOut, unsure: int) -> bool:
         """Whether a round has been flown, which shows no more a second time."""
-        way, within = stays.way_out, self.certain_within or 0
-        return way is not None and unsure > within + len(way.movements)
+        return unsure > (self.certain_within or 0) + len(way.movements)
 
     def _goes_on(self, hazards: Hazards) -> Taken | None:
         """The best that leaves a way out as far as is known."""

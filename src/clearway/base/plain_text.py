@@ -41,7 +41,9 @@ def some_lines(text: str, length: int) -> str:
             break
         told.append(line)
     left = len(lines) - len(told)
-    return "\n".join([*told, f"and {left} more lines"] if left else told)
+    if left:
+        told.append(f"and {left} more {'line' if left == 1 else 'lines'}")
+    return "\n".join(told)
 
 
 def shortened(source: str, problems: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import logging
 import os
 import sys
 import warnings
@@ -47,13 +48,12 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             return command(*args, **options)
         except ClearwayError as error:
             told = [
-                some_lines(_with_file(str(one), given), LONGEST)
+                _with_file(str(one), given)
                 for one in (error.errors if isinstance(error, SeveralErrors) else (error,))
             ]
-            for message in told:
+            hints = tuple(_other_kinds(told, options, command.__name__))
+            for message in (*_with_room(told, hints), *hints):
                 say(message)
-            for hint in _other_kinds(told, options, command.__name__):
-                say(hint)
             leave(BAD_INPUT)
         except (MemoryError, RecursionError) as error:
             what = "memory" if isinstance(error, MemoryError) else "depth"
@@ -79,6 +79,8 @@ def run(app: Callable[[], object]) -> None:
     """
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
+    # What matplotlib logs of axes and fonts is no news to who asked for a picture.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app()
     except Exception as error:
@@ -128,6 +130,14 @@ def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -
         taken = (f"`clearway {command}`", f"`clearway {command} --{option}`")
         if hint and not any(one in hint for one in taken):
             yield f"{plain(name, '')}: {hint}"
+
+
+def _with_room(told: list[str], hints: tuple[str, ...]) -> Iterator[str]:
+    """Messages that are not too long together with the hints about the same files."""
+    for message in told:
+        source = message.split(": ", 1)[0]
+        beside = sum(len(hint) + 1 for hint in hints if source.startswith(hint.split(": ", 1)[0]))
+        yield some_lines(message, max(LONGEST // 2, LONGEST - beside))
 
 
 def _check_name(name: str | Path) -> None:

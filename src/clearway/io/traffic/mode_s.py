@@ -28,6 +28,8 @@ GENERATOR = 0xFFF409
 """Of the checksum of 24 bits (ICAO Annex 10, volume IV)."""
 INTERROGATORS = 0x7F
 """An all-call reply may carry the code of its interrogator in the last bits of its checksum."""
+AT_ONCE = 50_000
+"""Messages that the decoder gets at once."""
 VELOCITY_AGE_S = 10.0
 OFFSET_AGE_S = 60.0
 """Older velocities, and differences of geometric and barometric altitude, no longer count."""
@@ -88,16 +90,40 @@ def decode_frames(frames: Frames, sieve: Sieve) -> None:
     order = np.argsort(np.array(frames.times_s), kind="stable")
     order = order[kinds[order] == TELLING]
     decode: Any = rs1090.decode
-    messages = decode(
-        [frames.frames[at].hex() for at in order], [frames.times_s[at] for at in order]
-    )
-    if len(messages) < len(order):
-        sieve.drop(NOT_UNDERSTOOD, count=len(order) - len(messages))
-    told = Counter(_take(message, known, sieve) for message in messages)
-    for what, count in told.items():
-        if what:
-            sieve.use(what, count)
+    for batch in _batches(order, frames.frames):
+        messages = decode(
+            [frames.frames[at].hex() for at in batch], [frames.times_s[at] for at in batch]
+        )
+        if len(messages) < len(batch):
+            sieve.drop(NOT_UNDERSTOOD, count=len(batch) - len(messages))
+        told = Counter(_take(message, known, sieve) for message in messages)
+        for what, count in told.items():
+            if what:
+                sieve.use(what, count)
     sieve.heard.update({address: mine.heard for address, mine in known.items()})
+
+
+def _batches(order: IntArray, frames: list[bytes]) -> list[IntArray]:
+    """What is decoded at once, since the decoder takes kilobytes for each message: all of some
+    aircraft, whose positions need nothing of others; of one that tells more, so many at a time."""
+    if len(order) <= AT_ONCE:
+        return [order]
+    sender = np.array([int.from_bytes(frames[at][1:4]) for at in order])
+    by_sender = np.argsort(sender, kind="stable")
+    starts = np.flatnonzero(np.diff(sender[by_sender], prepend=-1))
+    ends = [*starts[1:].tolist(), len(order)]
+    batches, first = [], 0
+    for start, end in zip(starts.tolist(), ends, strict=True):
+        if start > first and end - first > AT_ONCE:
+            batches.append(by_sender[first:start])
+            first = start
+    batches.append(by_sender[first:])
+    pieces = (np.arange(0, len(batch), AT_ONCE) for batch in batches)
+    return [
+        order[np.sort(batch[at : at + AT_ONCE])]
+        for batch, piece in zip(batches, pieces, strict=True)
+        for at in piece.tolist()
+    ]
 
 
 def _count_what_is_not_decoded(

@@ -25,6 +25,8 @@ OWN = tuple(topic for topic in schemas.SCHEMAS if topic != schemas.SCALARS)
 """Of clearway's own messages those that are read back: scalars repeat what decisions tell."""
 READ = (*OWN, schemas.POINTS, schemas.WORLD_POINTS)
 """Topics that are read back; the others are for Foxglove."""
+UNPACKED_BYTES, UNPACKED_PER_BYTE = 64_000_000, 20
+"""That a recording may unpack to, beside and for each of its bytes; flights have 9 for each."""
 Message = dict[str, Any]
 
 
@@ -133,6 +135,7 @@ def _messages(path: Path) -> dict[str, list[bytes]]:
         path.open("rb") as stream,
     ):
         _check_ends(path, stream)
+        _check_unpacked(path, stream)
         reader = SeekingReader(stream, validate_crcs=True)
         summary = reader.get_summary()
         for channel in summary.channels.values() if summary else ():
@@ -163,6 +166,41 @@ def _check_ends(path: Path, stream: IO[bytes]) -> None:
     if stream.read() != magic or size < 2 * len(magic):
         raise InputError(str(path), f"a truncated MCAP file: its end is missing ({size} bytes)")
     stream.seek(0)
+
+
+def _check_unpacked(path: Path, stream: IO[bytes]) -> None:
+    """Refuse what unpacks to far more than a flight would, before anything is unpacked."""
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    size = stream.seek(0, 2)
+    most, unpacked = UNPACKED_BYTES + UNPACKED_PER_BYTE * size, 0
+    stream.seek(0)
+    for record in StreamReader(stream, emit_chunks=True).records:
+        if isinstance(record, Chunk):
+            size_told = _told_size(record.compression, record.data, most)
+            unpacked += max(record.uncompressed_size, size_told)
+        if unpacked > most:
+            raise InputError(
+                str(path),
+                f"its {size / 1e6:.3g} MB unpack to more than {most / 1e6:.3g} MB: no run of "
+                "clearway",
+            )
+    stream.seek(0)
+
+
+def _told_size(compression: str, packed: bytes, most: int) -> int:
+    """What a packed chunk itself unpacks to, up to so much, where that may be more than its record
+    tells."""
+    if compression == "zstd":
+        import zstandard
+
+        return max(0, int(zstandard.frame_content_size(packed)))
+    if compression == "lz4":
+        from lz4.frame import LZ4FrameDecompressor
+
+        return len(LZ4FrameDecompressor().decompress(packed, max_length=most + 1))
+    return len(packed)
 
 
 def cloud_points(data: bytes) -> FloatArray:
