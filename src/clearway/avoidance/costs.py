@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
@@ -233,7 +233,7 @@ def _arrival(
     return reached, first, miss
 
 
-@compiled
+@borrowing
 def _turn_then_straight(
     x: float, y: float, radius: float, reach_radius: float, spot: float
 ) -> float:
