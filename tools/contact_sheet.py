@@ -7,6 +7,7 @@ it needs neither a network nor anybody's data. The sheet is one HTML file beside
 from __future__ import annotations
 
 import html
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -71,7 +72,8 @@ def run(drawing: Drawing, folder: Path, samples: Path) -> str:
     text = drawing.command.replace("SAMPLES/", f"{samples}/").replace("OUT/", f"{out}/")
     if "OUT/" not in drawing.command:
         text += f" --out {out}"
-    out.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(out, ignore_errors=True)  # of an earlier sheet, maybe of another mission
+    out.mkdir(parents=True)
     started = monotonic()
     done = subprocess.run(
         [sys.executable, "-m", "clearway", *text.split()],

@@ -1,5 +1,8 @@
 """Files import each other in one direction only: no circle, not even a lazy or a typed one."""
 
+import subprocess
+import sys
+
 import grimp
 import pytest
 
@@ -46,3 +49,12 @@ def test_no_circle_of_files():
     arrows = {file: graph.find_modules_directly_imported_by(file) for file in graph.modules}
     assert len(arrows) > 300
     assert circles(arrows) == []
+
+
+def test_no_picture_no_matplotlib():
+    """Which takes longer to load than a short flight to fly."""
+    code = (
+        "import sys; from clearway.cli.picture_options import pictures_of; pictures_of('png', 110);"
+        "sys.exit('matplotlib' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from clearway.base.errors import InputError
 from clearway.ros2.clouds import points_of
 from clearway.ros2.messages import damages, made, packed, unpacked
 from clearway.ros2.parameters import Names, read_parameters
-from clearway.ros2.told import header
+from clearway.ros2.told import header, point
 from ros2_for_tests import (
     BEGAN_S,
     RosBench,
@@ -74,6 +75,43 @@ def test_an_aircraft_is_kept_clear_of(bench: RosBench) -> None:
     bench.fly(2, begins=2)
     assert bench.link.topics["/adsb"].refused == 0
     assert "abcdef" in bench.session._intruders
+
+
+def told_in_a_frame(frame: str = "map", at_s: float = 0.1, **more: Any) -> Any:
+    fields = {
+        "address": 0x123456, "position": point(np.array([0.0, 8.0, 0.0])), "radius": 0.4,
+        "velocity": point(np.array([-1.0, 0.0, 0.0]), "Vector3"),
+    } | more  # fmt: skip
+    return made("clearway_msgs/msg/Aircraft", header=header(BEGAN_S + at_s, frame), **fields)
+
+
+def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
+    bench = RosBench(traffic=({"topic": "seen", "type": "Aircraft"},))
+    bench.fly(2)
+    bench.bus.tell("/tf_static", transform("arena", "map", (10.0, 0.0, 0.0), yaw=0.5 * math.pi))
+    bench.bus.tell("/seen", told_in_a_frame("arena"))
+    bench.fly(1, begins=2)
+    (seen,) = bench.session._intruders.values()
+    assert seen.position_m == pytest.approx([2.0, 0.0, 0.0], abs=1e-6)
+    assert seen.velocity_mps == pytest.approx([0.0, -1.0, 0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ({"frame": "nowhere"}, "traffic: no transform to the map frame"),
+        ({"position": point(np.array([math.nan, 0.0, 0.0]))}, "traffic: no position"),
+        ({"radius": -1.0}, "traffic: no position"),
+        ({"at_s": 1e6}, "clock: from another time"),
+    ],
+)
+def test_one_that_says_nothing_is_counted(wrong: dict[str, Any], reason: str) -> None:
+    bench = RosBench(traffic=({"topic": "seen", "type": "Aircraft"},))
+    bench.fly(2)
+    bench.bus.tell("/seen", told_in_a_frame(**wrong))
+    bench.fly(1, begins=2)
+    assert not bench.session._intruders
+    assert bench.counts[reason] == 1
 
 
 def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:

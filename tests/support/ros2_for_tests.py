@@ -48,6 +48,7 @@ class LocalBus:
 
     def __init__(self) -> None:
         self.name, self.recorded = "a local bus", False
+        self.lost = Counter[str]()
         self.kinds: dict[str, str] = {}
         self.came: list[TopicMessage] = []
         self.sent: dict[str, list[Any]] = defaultdict(list)

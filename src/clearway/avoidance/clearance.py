@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.hazards import MovingHazards, PointBins, bin_range
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes, shape_distance
 
@@ -50,7 +50,7 @@ def span_of(corners: FloatArray, start_s: float, end_s: float) -> Span:
     return Span(corners, middle, np.sqrt(reach2), start_s, end_s)
 
 
-@compiled
+@borrowing
 def chord_distance(
     px: float,
     py: float,
@@ -73,7 +73,7 @@ def chord_distance(
     return float(np.sqrt(dx * dx + dy * dy + dz * dz))
 
 
-@compiled
+@borrowing
 def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) -> Found:
     """Clearance of a movement from points."""
     best, index = enough, -1
@@ -111,7 +111,7 @@ def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) ->
     return best, 1 if index >= 0 else 0, index
 
 
-@compiled
+@borrowing
 def _shape_distance(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
     """Distance of shape `s` from the point at a share of the segment a-b."""
     return shape_distance(
@@ -123,29 +123,36 @@ def _shape_distance(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, 
     )
 
 
-@compiled
+@borrowing
 def _shape_chord_distance(
     a: FloatArray, b: FloatArray, shapes: Shapes, s: int, enough: float
 ) -> float:
     """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
 
     A rounded box is convex, so its distance along a straight line is too: a ternary search finds
-    the smallest.
+    the smallest, and ends where what is left of the segment is too short to come below `enough`.
     """
     at_a, at_b = _shape_distance(a, b, 0.0, shapes, s), _shape_distance(a, b, 1.0, shapes, s)
-    if 0.5 * (at_a + at_b - np.sqrt(np.sum((b - a) ** 2))) >= enough:
+    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if 0.5 * (at_a + at_b - length) >= enough:
         return min(at_a, at_b)
     low, high = 0.0, 1.0
     for _ in range(TERNARY_STEPS):
         first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
-        if _shape_distance(a, b, first, shapes, s) < _shape_distance(a, b, second, shapes, s):
+        at_first = _shape_distance(a, b, first, shapes, s)
+        at_second = _shape_distance(a, b, second, shapes, s)
+        farthest = SURELY * (high - second) * length
+        if min(at_first, at_second) - farthest >= enough and min(at_a, at_b) >= enough:
+            return min(at_a, at_b)
+        if at_first < at_second:
             high = second
         else:
             low = first
     return min(at_a, at_b, _shape_distance(a, b, 0.5 * (low + high), shapes, s))
 
 
-@compiled
+@borrowing
 def _is_beyond(place: FloatArray, reach: float, shapes: Shapes, s: int, best: float) -> bool:
     """Whether the ball around shape `s` alone shows that it is no nearer than `best` to anything
     within reach of a place: quick, and never so where the shape itself is nearer."""
@@ -156,7 +163,7 @@ def _is_beyond(place: FloatArray, reach: float, shapes: Shapes, s: int, best: fl
     return bool(far > 0.0 and dx * dx + dy * dy + dz * dz >= far * far)
 
 
-@compiled
+@borrowing
 def shapes_clearance(span: Span, shapes: Shapes, enough: float, stop: float) -> Found:
     """Clearance of a movement from map shapes."""
     best, index = enough, -1
@@ -175,7 +182,7 @@ def shapes_clearance(span: Span, shapes: Shapes, enough: float, stop: float) -> 
     return best, 2 if index >= 0 else 0, index
 
 
-@compiled
+@borrowing
 def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
     """Clearance of a movement from moving at equal times: from relative chords to the origin."""
     best, index = enough, -1
@@ -220,7 +227,7 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
     return best, 3 if index >= 0 else 0, index
 
 
-@compiled
+@borrowing
 def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
     """Whether it cannot come nearer than `best`: both stay in balls about their middles."""
     half_s = 0.5 * (span.end_s - span.start_s)
@@ -236,7 +243,7 @@ def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
     return bool(dx * dx + dy * dy + dz * dz >= near * near)
 
 
-@compiled
+@borrowing
 def span_clearance(
     span: Span,
     bins: PointBins,
@@ -270,7 +277,18 @@ def circle_clearance(
     enough: float,
 ) -> Found:
     """Clearance of a level circle around a centre [3]; `up` [3] is the vertical."""
-    best, cause, index = enough, 0, -1
+    found = _circle_from_points(center, up, radius, bins, enough)
+    by_shape = _circle_from_shapes(
+        center, up, radius, shapes, found[0], np.empty((CIRCLE_SAMPLES, 3))
+    )
+    return by_shape if by_shape[2] >= 0 else found
+
+
+@borrowing
+def _circle_from_points(
+    center: FloatArray, up: FloatArray, radius: float, bins: PointBins, enough: float
+) -> Found:
+    best, index = enough, -1
     window = radius + enough + bins.largest_m
     a0, a1 = bin_range(bins, 0, center[0], window)
     b0, b1 = bin_range(bins, 1, center[1], window)
@@ -286,20 +304,49 @@ def circle_clearance(
                 level = np.sqrt(max(0.0, wx * wx + wy * wy + wz * wz - height * height))
                 distance = np.hypot(level - radius, height) - bins.radius_m[m]
                 if distance < best:
-                    best, cause, index = distance, 1, bins.source[m]
-    # With `up`, these complete a level frame: the grid is pitched, never rolled.
-    forward = np.array([up[2], 0.0, -up[0]])
-    spare = radius * np.pi / CIRCLE_SAMPLES
+                    best, index = distance, bins.source[m]
+    return best, 1 if index >= 0 else 0, index
+
+
+@borrowing
+def _circle_from_shapes(
+    center: FloatArray,
+    up: FloatArray,
+    radius: float,
+    shapes: Shapes,
+    enough: float,
+    places: FloatArray,
+) -> Found:
+    """places: [CIRCLE_SAMPLES, 3] room for those on the circle, filled in once it takes them."""
+    best, index = enough, -1
+    spare, filled = radius * np.pi / CIRCLE_SAMPLES, False
     for s in range(len(shapes.radius_m)):
         if _is_beyond(center, radius, shapes, s, best):
             continue
         if _shape_distance(center, center, 0.0, shapes, s) - radius >= best:
             continue
-        for corner in range(CIRCLE_SAMPLES):
-            angle = 2.0 * np.pi * corner / CIRCLE_SAMPLES
-            place = center + radius * np.cos(angle) * forward
-            place[1] += radius * np.sin(angle)
+        if not filled:
+            _note_circle(center, up, radius, places)
+            filled = True
+        corner = 0
+        while corner < CIRCLE_SAMPLES:
+            place = places[corner]
             distance = _shape_distance(place, place, 0.0, shapes, s) - spare
             if distance < best:
-                best, cause, index = distance, 2, s
-    return best, cause, index
+                best, index = distance, s
+            # Farther off than the circle is long up to there: no nearer in between.
+            corner += max(1, int((distance - best) / (2.0 * SURELY * spare)))
+    return best, 2 if index >= 0 else 0, index
+
+
+@borrowing
+def _note_circle(center: FloatArray, up: FloatArray, radius: float, places: FloatArray) -> None:
+    """Fill in places [n, 3] on a level circle."""
+    # With `up`, these complete a level frame: the grid is pitched, never rolled.
+    forward_x, forward_z = up[2], -up[0]
+    for corner in range(len(places)):
+        angle = 2.0 * np.pi * corner / len(places)
+        ahead = radius * np.cos(angle)
+        places[corner, 0] = center[0] + ahead * forward_x
+        places[corner, 1] = center[1] + radius * np.sin(angle)
+        places[corner, 2] = center[2] + ahead * forward_z

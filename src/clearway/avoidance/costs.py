@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
@@ -233,7 +233,7 @@ def _arrival(
     return reached, first, miss
 
 
-@compiled
+@borrowing
 def _turn_then_straight(
     x: float, y: float, radius: float, reach_radius: float, spot: float
 ) -> float:
@@ -285,6 +285,10 @@ def _to_go(
     radius, pitching, spot = turning
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
     leg = np.sqrt(np.sum((following - target) ** 2))
+    rise = 0.0 if stays_level else abs(following[2] - target[2])
+    along = np.hypot(following[0] - target[0], following[1] - target[1])
+    if rise > along * np.tan(steepest):  # No shorter than it will be once the target is passed.
+        leg = rise / np.sin(steepest)
     for at, n in enumerate(nodes):
         x = cos_start * states[n, 0] + sin_start * states[n, 2]
         z = -sin_start * states[n, 0] + cos_start * states[n, 2]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.avoidance.hazards import MovingHazards
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IndexArray, IntArray
 from clearway.reach.tree import ReachSet
@@ -67,7 +67,7 @@ def _crossings(
     return crossed
 
 
-@compiled
+@borrowing
 def _seen_from(
     place: FloatArray,
     time_s: float,

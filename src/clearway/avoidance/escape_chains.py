@@ -12,13 +12,13 @@ from clearway.avoidance.escape_legs import (
     leg_was_seen,
     pose_after,
 )
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.reach.escapes import Legs
 
 
-@compiled
+@borrowing
 def chain_keeps(
     movements: IntArray,
     start: int,
@@ -126,7 +126,7 @@ def rounds(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
     return movements
 
 
-@compiled
+@borrowing
 def step_on(poses: FloatArray, n: int, path: FloatArray) -> None:
     """Fill in the pose after the one numbered `n`."""
     cosine, sine = np.cos(poses[n, 3]), np.sin(poses[n, 3])

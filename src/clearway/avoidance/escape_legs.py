@@ -13,7 +13,7 @@ import numpy as np
 from clearway.avoidance.clearance import span_clearance, span_of
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.free_space import (
@@ -97,7 +97,7 @@ def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms
     return corners
 
 
-@compiled
+@borrowing
 def unsure_after(end_s: float, terms: EscapeTerms) -> float:
     """How far off the vehicle may be by then: carried by the wind, or off its prediction."""
     blown, last = terms.unsure_mps * min(end_s, GROWN_S), len(terms.tube_m) - 1
@@ -122,7 +122,7 @@ def pose_after(pose: FloatArray, path: FloatArray) -> FloatArray:
     return after
 
 
-@compiled
+@borrowing
 def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
     """Whether the body stays in seen space on its way through corners, level frame."""
     return _way_was_seen(
@@ -130,7 +130,7 @@ def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
     )
 
 
-@compiled
+@borrowing
 def _way_was_seen(
     corners: FloatArray,
     radius: float,
@@ -180,7 +180,7 @@ def keeps_margin(
     return bool(found[0] >= least)
 
 
-@compiled
+@borrowing
 def leg_keeps(
     pose: FloatArray,
     path: FloatArray,

@@ -13,7 +13,7 @@ from clearway.avoidance.escape_chains import (
     step_on,
 )
 from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps_margin, leg_was_seen
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.reach.escapes import Legs, Ways
@@ -57,7 +57,7 @@ def loop_places(ways: Ways, legs: Legs) -> FloatArray:
     return places
 
 
-@compiled
+@borrowing
 def _places_were_seen(
     places: FloatArray,
     first: int,
@@ -163,13 +163,12 @@ def first_escape(
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
         seen[0] = KEEPS
-        for escape in range(escapes):
-            begin, loop = ways.begins[escape], ways.loop[escape]
-            first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-            if escape >= looked_at:
-                looked_at = min(escapes, escape + AT_ONCE)
+        following = 0
+        while following < escapes:
+            if following >= looked_at:
+                looked_at = min(escapes, following + AT_ONCE)
                 known = _look_at(
-                    escape,
+                    following,
                     looked_at,
                     known,
                     ways,
@@ -182,12 +181,25 @@ def first_escape(
                     wind,
                     terms,
                 )
-            if looped[escape] == FAILS or cleared[escape] == FAILS or clear[begin] == FAILS:
+            escape = _first_left(
+                following,
+                looked_at,
+                ways,
+                places,
+                placed,
+                wind,
+                looped,
+                cleared,
+                clear,
+                seen,
+                unseen,
+                terms,
+            )
+            following = min(escape + 1, looked_at)
+            if escape == looked_at:
                 continue
-            if looped[escape] == KEEPS and not _places_were_seen(
-                places, first, last, placed[begin], wind, NEARLY * unseen, terms.free, terms.window
-            ):
-                continue
+            begin, loop = ways.begins[escape], ways.loop[escape]
+            first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
             if not _begin_was_seen(begin, unseen, ways, legs, poses, times, seen, terms):
                 continue
             movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
@@ -218,7 +230,44 @@ def first_escape(
     return best, best_room
 
 
-@compiled
+@borrowing
+def _first_left(
+    escape: int,
+    last: int,
+    ways: Ways,
+    places: FloatArray,
+    placed: FloatArray,
+    wind: FloatArray,
+    looped: Known,
+    cleared: Known,
+    clear: Known,
+    seen: Known,
+    unseen: float,
+    terms: EscapeTerms,
+) -> int:
+    """The first from an escape on up to the last that nothing known or quickly found out rules
+    out, so far from what nobody has seen; the last if there is none."""
+    for e in range(escape, last):
+        begin, loop = ways.begins[e], ways.loop[e]
+        if looped[e] == FAILS or cleared[e] == FAILS or clear[begin] == FAILS:
+            continue
+        if looped[e] == KEEPS and not _places_were_seen(
+            places,
+            ways.loop_at[loop],
+            ways.loop_at[loop + 1],
+            placed[begin],
+            wind,
+            NEARLY * unseen,
+            terms.free,
+            terms.window,
+        ):
+            continue
+        if seen[begin] != FAILS:
+            return e
+    return last
+
+
+@borrowing
 def _look_at(
     escape: int,
     last: int,
@@ -299,6 +348,8 @@ def _begin_was_seen(
     terms: EscapeTerms,
 ) -> bool:
     """Whether a beginning may be flown, and leads through seen space where that is asked for."""
+    if seen[begin] != UNKNOWN:
+        return bool(seen[begin] == KEEPS)
     for b in _up_to(begin, ways, seen):
         parent, m = ways.parent[b], ways.movement[b]
         at, when = ways.attitude[parent], (times[parent], times[b])
@@ -321,6 +372,8 @@ def _begin_keeps_margin(
     terms: EscapeTerms,
 ) -> bool:
     """Whether a beginning keeps the margin."""
+    if clear[begin] != UNKNOWN:
+        return bool(clear[begin] == KEEPS)
     for b in _up_to(begin, ways, clear):
         parent, m = ways.parent[b], ways.movement[b]
         at, when = ways.attitude[parent], (times[parent], times[b])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shapes_of
@@ -161,7 +161,7 @@ def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
     return PointBins(sorted_position, sorted_radius, source, start, low, counts, width, largest)
 
 
-@compiled
+@borrowing
 def bin_range(bins: PointBins, axis: int, middle: float, reach: float) -> tuple[int, int]:
     """First bin along an axis within `reach` of a coordinate, and the one after the last."""
     near = (middle - reach - bins.origin_m[axis]) / bins.width_m

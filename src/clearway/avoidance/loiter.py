@@ -14,7 +14,7 @@ import numpy as np
 from clearway.avoidance.clearance import Found, circle_clearance
 from clearway.avoidance.hazards import PointBins
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray
 from clearway.obstacles.obstacle import Shapes
@@ -82,7 +82,7 @@ def room_to_circle(
     return best
 
 
-@compiled
+@borrowing
 def early_room(
     loiter: LoiterCircles,
     path: IndexArray,

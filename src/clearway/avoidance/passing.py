@@ -18,7 +18,7 @@ import numpy as np
 
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import BoolArray, IndexArray
@@ -208,7 +208,7 @@ def _meeting(
     return aside_m, time_s, lack_m
 
 
-@compiled
+@borrowing
 def _closest_s(
     dx: float, dy: float, dz: float, cx: float, cy: float, cz: float, longest_s: float
 ) -> float:

@@ -17,7 +17,7 @@ from clearway.avoidance.clearance import Found, Span, span_clearance, span_of
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IndexArray, IntArray
 from clearway.obstacles.obstacle import Shapes
@@ -187,7 +187,7 @@ def _node_clearance(
     return distance - sagitta, cause, index
 
 
-@compiled
+@borrowing
 def _keeps(
     paths: Paths,
     path: IndexArray,
@@ -267,7 +267,7 @@ def _first_clear(
     return chosen, blocked_at[:told], causes[:told], cause_index[:told], shortfall[:told]
 
 
-@compiled
+@borrowing
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:

@@ -1,4 +1,4 @@
-"""The one decorator for hot loops: numba, compiled on first use and cached on disk."""
+"""The decorators for hot loops: numba, compiled on first use and cached on disk."""
 
 from __future__ import annotations
 
@@ -19,7 +19,24 @@ def compiled(function: Function) -> Function:
 
     One thread, IEEE arithmetic (NaN is honoured). Keeps the signature for type checkers.
     """
-    dispatcher: Any = numba.njit(error_model="numpy")(function)
+    return _kept(function, counts=True)
+
+
+def borrowing(function: Function) -> Function:
+    """As `compiled`, for what makes no arrays and returns none, but numbers or nothing.
+
+    It borrows the arrays that it is given and counts no references to them. Counting takes longer
+    than the arithmetic of most loops, at every look into a tuple of arrays; so loops that matter
+    stand in such functions, and who calls them makes the arrays. Whatever it calls must return
+    numbers or nothing too, or what that returns is never freed (`tests/base/test_compiled.py`).
+    """
+    return _kept(function, counts=False)
+
+
+def _kept(function: Function, *, counts: bool) -> Function:
+    # Told either way: what is left open, a function takes over from whoever calls it first.
+    options: dict[str, Any] = {"error_model": "numpy", "_nrt": counts}
+    dispatcher: Any = numba.njit(**options)(function)
     if dispatcher is not function:  # as it is where numba is told to compile nothing
         dispatcher._cache = KernelCache(function)
     return cast(Function, dispatcher)

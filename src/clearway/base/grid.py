@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.positional import keywords_beyond_two
@@ -204,7 +204,7 @@ def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:
         )
 
 
-@compiled
+@borrowing
 def layer_of(distance: float, edges: FloatArray) -> int:
     """Layer of a radius, nearer one within the tolerance; -1 outside. Both outer borders closed."""
     tolerance = RANGE_TOLERANCE * edges[len(edges) - 1]
@@ -216,7 +216,7 @@ def layer_of(distance: float, edges: FloatArray) -> int:
     return -1
 
 
-@compiled
+@borrowing
 def interval_of(angle: float, edges: FloatArray) -> int:
     """Column or row of an angle: the cell nearer the axis on a border, left or up on the axis."""
     last = len(edges) - 1
@@ -246,7 +246,7 @@ def angle_borders(edges: FloatArray) -> FloatArray:
     return borders
 
 
-@compiled
+@borrowing
 def cell_of_point(x: float, y: float, z: float, edges: GridEdges) -> int:
     """Flat cell index of one point in the grid frame; -1 outside, also for NaN."""
     horizontal = np.sqrt(x * x + y * y)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import logging
 import os
 import sys
 import warnings
@@ -78,6 +79,8 @@ def run(app: Callable[[], object]) -> None:
     """
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
+    # What matplotlib logs of axes and fonts is no news to who asked for a picture.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app()
     except Exception as error:

@@ -127,6 +127,7 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
             }
             for topic, heard in link.topics.items()
         },
+        "lost": dict(link.bus.lost),
         "published": dict(link.published),
         "left_out": dict(link.session.left_out),
     }

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from clearway.avoidance.hazards import PointHazards
 from clearway.base.arrays import BoolArray, IntArray
-from clearway.base.compiled import compiled, read_only
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.live.distance_field import HALF_DIAGONAL
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -284,7 +284,7 @@ def _mark_balls(
                     nearest[a, b, c] = min(nearest[a, b, c], away)
 
 
-@compiled
+@borrowing
 def _add_ball(values: FloatArray, at: IntArray, reach: float, added: float) -> None:
     """Add to the cells about one, as far as some cells away, and twice as far up and down."""
     far = int(np.ceil(reach))

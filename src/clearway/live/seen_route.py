@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import IntArray
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.live.route_map import UNSEEN, Cells
 
@@ -213,7 +213,7 @@ def _corners(price: FloatArray, way: FloatArray) -> IntArray:
     return np.array(kept)
 
 
-@compiled
+@borrowing
 def _line_price(price: FloatArray, start: FloatArray, end: FloatArray) -> float:
     """What the straight line between two cells costs."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]

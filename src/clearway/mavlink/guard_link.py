@@ -124,7 +124,7 @@ def set_up_guard(
         link = GuardMavlinkLink(
             MavlinkLink(frames, inbox, session, outbox), session, commands, commanded
         )
-        return Loop(link, core, 1.0 / options.rate_hz), link
+        return Loop(link, core, 1.0 / options.rate_hz, at_once=True), link
     except BaseException:
         frames.close()
         commands.close()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
 from clearway.base.state import IntArray
@@ -107,7 +107,7 @@ def cut_of(part: Part, shapes: Shapes, n: int) -> Cut:
     return Cut(distance, nx, ny, nz, flat, slab)
 
 
-@compiled
+@borrowing
 def plane_share(part: Part, cut: Cut) -> float:
     """Share of a part on the inner side of a plane, or between it and the opposite face."""
     d = math.sqrt(part.x * part.x + part.y * part.y + part.z * part.z)
@@ -130,7 +130,7 @@ def plane_share(part: Part, cut: Cut) -> float:
     return max(share, 0.0)
 
 
-@compiled
+@borrowing
 def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
     """Whether, within a ball, what lies inside surface b lies inside surface a too."""
     dx, dy, dz = a.nx - b.nx, a.ny - b.ny, a.nz - b.nz
@@ -141,7 +141,7 @@ def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
     return a.slab >= 2.0 * radius or a.slab - b.slab >= deeper + radius * (apart - SAME_SURFACE)
 
 
-@compiled
+@borrowing
 def _curve_width(radius: float, scale: float) -> float:
     """How wide a part may be for its cut of a curved surface to count as smooth.
 
@@ -151,7 +151,7 @@ def _curve_width(radius: float, scale: float) -> float:
     return radius / min(max(parts, 3.0), CURVE_PARTS)
 
 
-@compiled
+@borrowing
 def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: IntArray) -> float:
     """Share of a part under the union of the near shapes; -1 where it must be halved to tell."""
     first = cut_of(part, shapes, near[0])
@@ -174,7 +174,7 @@ def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: I
     return min(plane_share(part, first) + opposite, 1.0)
 
 
-@compiled
+@borrowing
 def _smallest_part(scale: float, shapes: Shapes, near: IntArray) -> float:
     """Width at which parts that still hold an edge or a crossing are no longer halved."""
     smallest = scale / EDGE_PARTS
@@ -184,7 +184,7 @@ def _smallest_part(scale: float, shapes: Shapes, near: IntArray) -> float:
     return smallest
 
 
-@compiled
+@borrowing
 def _blurred_union(part: Part, shapes: Shapes, near: IntArray) -> float:
     """Share of a part too small to halve: its shapes as if they met it independently."""
     free = 1.0
@@ -196,7 +196,7 @@ def _blurred_union(part: Part, shapes: Shapes, near: IntArray) -> float:
     return 1.0 - free
 
 
-@compiled
+@borrowing
 def _keep_near(
     part: Part, shapes: Shapes, lists: IntArray, start: int, stop: int
 ) -> tuple[int, bool]:
@@ -216,7 +216,7 @@ def _keep_near(
     return end, False
 
 
-@compiled
+@borrowing
 def _part_share(part: Part, scale: float, shapes: Shapes, near: IntArray) -> float:
     """Share of a part that the near shapes fill; -1 where it must be halved to tell."""
     wide = max(part.out, max(part.across, part.up))

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -49,7 +49,7 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
     return _coated(shapes, cell_nodes(grid), float(margin_m))
 
 
-@compiled
+@borrowing
 def _candidates(
     shapes: Shapes, nodes: CellNodes, cell: int, margin: float, found: IntArray
 ) -> tuple[int, bool]:
@@ -99,7 +99,7 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes) -> FloatArray:
     return shares
 
 
-@compiled
+@borrowing
 def _fill_nodes(
     shapes: Shapes,
     nodes: CellNodes,
@@ -146,7 +146,7 @@ def _fill_nodes(
             main[p, 4], main[p, 5] = low, high
 
 
-@compiled
+@borrowing
 def _common_length(
     low: float, high: float, other_low: float, other_high: float, aligned: float, reach: float
 ) -> float:
@@ -170,7 +170,7 @@ def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
     return coated
 
 
-@compiled
+@borrowing
 def _near_node(shapes: Shapes, nodes: CellNodes, node: int, margin: float, near: IntArray) -> bool:
     """Whether a shape may come within a margin of a node's part."""
     x, y, z = nodes.position_m[node, 0], nodes.position_m[node, 1], nodes.position_m[node, 2]

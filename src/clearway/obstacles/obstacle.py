@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from clearway.base.brief import brief
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.positional import keywords_beyond_two
@@ -196,7 +196,7 @@ def _problems(obstacle: Obstacle) -> list[str]:
     return problems
 
 
-@compiled
+@borrowing
 def shape_distance(x: float, y: float, z: float, shapes: Shapes, n: int) -> float:
     """Signed distance in metres of a point to the surface of the n-th shape."""
     return rounded_box_distance(
@@ -204,7 +204,7 @@ def shape_distance(x: float, y: float, z: float, shapes: Shapes, n: int) -> floa
     )
 
 
-@compiled
+@borrowing
 def local_distance(x: float, y: float, z: float, shapes: Shapes) -> float:
     """Signed distance of a point to the nearest of all shapes; infinite without any."""
     nearest = np.inf

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
-from clearway.base.compiled import compiled, read_only
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
@@ -133,7 +133,7 @@ def _sort(
     return first, centers
 
 
-@compiled
+@borrowing
 def _reached(
     point: FloatArray,
     radius: float,
@@ -174,7 +174,7 @@ def _cast(
     return ranges
 
 
-@compiled
+@borrowing
 def _walk(
     origin: FloatArray,
     start: FloatArray,
@@ -218,7 +218,7 @@ def _walk(
                 return best if best <= leave else np.inf
 
 
-@compiled
+@borrowing
 def _axis(
     start: float, direction: float, enter: float, size: float, count: int
 ) -> tuple[int, int, float, float]:

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 
 RAY_TOLERANCE = 1e-11
@@ -18,7 +18,7 @@ MAX_RAY_STEPS = 100
 """Rays that graze a surface converge by halves only; this many bring them within the tolerance."""
 
 
-@compiled
+@borrowing
 def offset_volume(hx: float, hy: float, hz: float, radius: float) -> float:
     """Volume of a box of half lengths hx, hy, hz inflated by a radius (Steiner's formula)."""
     faces = 8.0 * (hx * hy + hy * hz + hz * hx)
@@ -27,7 +27,7 @@ def offset_volume(hx: float, hy: float, hz: float, radius: float) -> float:
     return 8.0 * hx * hy * hz + radius * (faces + radius * (edges + radius * ball))
 
 
-@compiled
+@borrowing
 def local_vector(
     dx: float, dy: float, dz: float, rotation: FloatArray
 ) -> tuple[float, float, float]:
@@ -39,7 +39,7 @@ def local_vector(
     )
 
 
-@compiled
+@borrowing
 def local_point(
     x: float, y: float, z: float, center: FloatArray, rotation: FloatArray
 ) -> tuple[float, float, float]:
@@ -47,7 +47,7 @@ def local_point(
     return local_vector(x - center[0], y - center[1], z - center[2], rotation)
 
 
-@compiled
+@borrowing
 def distance_beyond(qx: float, qy: float, qz: float) -> float:
     """Signed distance to a box of a point that lies so far beyond its faces along each axis."""
     nearest_face: float = max(qx, max(qy, qz))
@@ -57,13 +57,13 @@ def distance_beyond(qx: float, qy: float, qz: float) -> float:
     return math.sqrt(ox * ox + oy * oy + oz * oz)
 
 
-@compiled
+@borrowing
 def box_distance(x: float, y: float, z: float, hx: float, hy: float, hz: float) -> float:
     """Signed distance of a local point to the box before inflation; negative inside."""
     return distance_beyond(abs(x) - hx, abs(y) - hy, abs(z) - hz)
 
 
-@compiled
+@borrowing
 def rounded_box_distance(
     x: float,
     y: float,
@@ -81,7 +81,7 @@ def rounded_box_distance(
     return box_distance(lx, ly, lz, half[0], half[1], half[2]) - radius
 
 
-@compiled
+@borrowing
 def outward_normal(
     lx: float, ly: float, lz: float, half: FloatArray, rotation: FloatArray
 ) -> tuple[float, float, float]:
@@ -104,7 +104,7 @@ def outward_normal(
     )
 
 
-@compiled
+@borrowing
 def ray_rounded_box(
     x: float,
     y: float,
@@ -147,7 +147,7 @@ def ray_rounded_box(
     return t
 
 
-@compiled
+@borrowing
 def _bounding_sphere_entry(
     px: float,
     py: float,

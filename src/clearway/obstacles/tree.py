@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shape_distance
@@ -70,7 +70,7 @@ def build_box_tree(shapes: Shapes) -> BoxTree:
     )
 
 
-@compiled
+@borrowing
 def box_lower_bound(x: float, y: float, z: float, tree: BoxTree, node: int) -> float:
     """No obstacle of the node is nearer to the point than this, signed like their distances."""
     low, high = tree.low_m, tree.high_m
@@ -127,7 +127,7 @@ def nearest_obstacles(
     return distances, nearest
 
 
-@compiled
+@borrowing
 def _box_entry(
     origin: FloatArray, ux: float, uy: float, uz: float, tree: BoxTree, node: int
 ) -> float:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import ByteArray, images_within, keys_of
@@ -122,7 +122,7 @@ def _greedy(
             nodes += _enter(leaf[n], parent, items, has_node, has_item)
 
 
-@compiled
+@borrowing
 def _gain(
     node: int, parent: Int32Array, items: Items, has_node: BoolArray, has_item: BoolArray
 ) -> tuple[int, float]:
@@ -137,7 +137,7 @@ def _gain(
     return nodes, worth
 
 
-@compiled
+@borrowing
 def _enter(
     node: int, parent: Int32Array, items: Items, has_node: BoolArray, has_item: BoolArray
 ) -> int:

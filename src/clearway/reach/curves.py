@@ -14,7 +14,7 @@ from math import comb
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 
 DEGREE = 8
@@ -86,7 +86,7 @@ PRODUCT_WEIGHTS = _product_weights(DEGREE)
 BINOMIALS = np.array([comb(DEGREE, k) for k in range(DEGREE + 1)], dtype=np.float64)
 
 
-@compiled
+@borrowing
 def square(coefficients: FloatArray, weights: FloatArray, squared: FloatArray) -> None:
     """Add the square of a polynomial [n + 1] to `squared` [2 n + 1]."""
     for i in range(len(coefficients)):
@@ -94,7 +94,7 @@ def square(coefficients: FloatArray, weights: FloatArray, squared: FloatArray) -
             squared[i + j] += weights[i, j] * coefficients[i] * coefficients[j]
 
 
-@compiled
+@borrowing
 def value(scaled: FloatArray, share: float) -> float:
     """A polynomial at a share of its time, by its coefficients times `BINOMIALS`."""
     rest, power = 1.0 - share, 1.0
@@ -105,7 +105,7 @@ def value(scaled: FloatArray, share: float) -> float:
     return float(total)
 
 
-@compiled
+@borrowing
 def halve(coefficients: FloatArray, first: FloatArray, second: FloatArray) -> None:
     """Coefficients of the two halves of a polynomial (de Casteljau)."""
     degree = len(coefficients) - 1
@@ -117,7 +117,7 @@ def halve(coefficients: FloatArray, first: FloatArray, second: FloatArray) -> No
             second[k] = 0.5 * (second[k] + second[k + 1])
 
 
-@compiled
+@borrowing
 def without_root(coefficients: FloatArray, noise: float) -> bool:
     """Whether all coefficients beyond exact zeros at the start have one sign, and not by rounding.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.keep import in_mirrored_order
@@ -81,7 +81,7 @@ def _farthest(
     return taken
 
 
-@compiled
+@borrowing
 def _next_choice(
     start: int,
     end: int,
@@ -116,7 +116,7 @@ def _next_choice(
     return best, size
 
 
-@compiled
+@borrowing
 def _distance(first: FloatArray, second: FloatArray) -> float:
     total = 0.0
     for axis in range(len(first)):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
 from clearway.base.state import IntArray
@@ -82,13 +82,13 @@ def offspring_of(
     return nodes, ended, cells, start, child[order], child_place[order]
 
 
-@compiled
+@borrowing
 def _origin(state: FloatArray) -> tuple[float, float, float, float, float]:
     """x, y, z, and cosine and sine of yaw."""
     return state[0], state[1], state[2], np.cos(state[3]), np.sin(state[3])
 
 
-@compiled
+@borrowing
 def _put(
     row: FloatArray, origin: tuple[float, float, float, float, float], end: FloatArray
 ) -> None:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges, angle_borders, cell_of_point, range_borders
 from clearway.reach.curves import (
@@ -158,7 +158,7 @@ def crossings(curve: FloatArray, borders: CellBorders, search: CrossingSearch) -
     return count
 
 
-@compiled
+@borrowing
 def _difference(
     cosine: float, upward: FloatArray, sine: float, across: FloatArray, of_border: FloatArray
 ) -> tuple[float, bool]:
@@ -175,7 +175,7 @@ def _difference(
     return noise, without_root(of_border[: len(upward)], noise)
 
 
-@compiled
+@borrowing
 def cell_at(share: float, search: CrossingSearch, edges: GridEdges) -> int:
     """The cell at a share of time of the curve that `search` was last used for; -1 outside."""
     scaled = search.scaled
@@ -234,7 +234,7 @@ def _roots(
     return count
 
 
-@compiled
+@borrowing
 def _changes_of_sign(coefficients: FloatArray, noise: float) -> int:
     """Changes of sign from one coefficient to the next; -1 where rounding may have made a sign.
 
@@ -250,7 +250,7 @@ def _changes_of_sign(coefficients: FloatArray, noise: float) -> int:
     return changes
 
 
-@compiled
+@borrowing
 def _beyond(
     share: float,
     kind: int,
@@ -267,7 +267,7 @@ def _beyond(
     return float(border[1] * value(scaled[2], share) - border[0] * level)
 
 
-@compiled
+@borrowing
 def _touches(
     share: float,
     kind: int,
@@ -282,7 +282,7 @@ def _touches(
     return bool(abs(_beyond(share, kind, border, scaled)) <= TOUCH * scale)
 
 
-@compiled
+@borrowing
 def _bracketed(
     low: float,
     high: float,

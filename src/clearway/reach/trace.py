@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
 from clearway.reach.lattice import SAMPLES, Lattice, LatticePieces, grid_from_level
@@ -79,7 +79,7 @@ def reach_set_of(
     )
 
 
-@compiled
+@borrowing
 def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
     """Cell of a point in the grid frame, or where else: NEAR, OUT_BEYOND, OUT_SIDE (4.24)."""
     cell = cell_of_point(x, y, z, edges)
@@ -97,7 +97,7 @@ def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
     return OUT_BEYOND
 
 
-@compiled
+@borrowing
 def _point(
     origin: tuple[float, float, float, float, float],
     offset: FloatArray,
@@ -115,7 +115,7 @@ def _point(
     )
 
 
-@compiled
+@borrowing
 def end_place(
     origin: tuple[float, float, float, float, float],
     path: FloatArray,
@@ -269,7 +269,7 @@ def _through_cells(
     return samples, cell_start, cells[:filled].copy(), end_cell, exit_kind
 
 
-@compiled
+@borrowing
 def exit_of(place: int, edges: GridEdges) -> int:
     """Kind of exit of a movement that ends at a place; 0 while under way."""
     if place == OUT_SIDE:
@@ -280,7 +280,7 @@ def exit_of(place: int, edges: GridEdges) -> int:
     return 0
 
 
-@compiled
+@borrowing
 def _passed(
     cell: int, node: int, filled: int, parent: Int32Array, start: Int32Array, cells: Int32Array
 ) -> bool:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
 from clearway.base.state import IntArray
@@ -75,7 +75,7 @@ def walks_until(
     return walks
 
 
-@compiled
+@borrowing
 def _walk(along: Along, order: IntArray, draw: npt.NDArray[np.uint64]) -> int:
     """Outcome of one walk: a cell, beyond the range, or LOST; `order` is any order of movements."""
     pieces, way = along.pieces, along.way
@@ -112,7 +112,7 @@ def _walk(along: Along, order: IntArray, draw: npt.NDArray[np.uint64]) -> int:
     return LOST
 
 
-@compiled
+@borrowing
 def _onward(end: int, way: IntArray, here: int, edges: GridEdges) -> int:
     """The cell that a movement leads to, `cells` beyond the range, or LOST off the way."""
     per_layer = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
@@ -125,13 +125,13 @@ def _onward(end: int, way: IntArray, here: int, edges: GridEdges) -> int:
     return to if on_the_way else LOST
 
 
-@compiled
+@borrowing
 def _cells(edges: GridEdges) -> int:
     per_layer = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
     return (len(edges.range_m) - 1) * per_layer
 
 
-@compiled
+@borrowing
 def _below(count: int, draw: npt.NDArray[np.uint64]) -> int:
     """A random number from 0 to count - 1, by splitmix64."""
     draw[0] += np.uint64(0x9E3779B97F4A7C15)

@@ -1,4 +1,5 @@
-"""Other aircraft: px4_msgs/TransponderReport and mavros_msgs/ADSBVehicle, which tell the same."""
+"""Other aircraft: px4_msgs/TransponderReport and mavros_msgs/ADSBVehicle, which tell the same, and
+our own message, which tells them in any frame."""
 
 from __future__ import annotations
 
@@ -10,13 +11,14 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.live.link.aircraft import AircraftReport
+from clearway.ros2.transforms import RigidTransform
 
 PLACE, ALTITUDE, HEADING, SPEED, CLIMB = 1, 2, 4, 8, 128
 """Flags of what is valid, as of MAVLink's ADSB_FLAGS."""
 HALF_SPAN_M = {1: 6.0, 2: 15.0, 3: 20.0, 4: 30.0, 5: 35.0, 6: 8.0, 7: 8.0, 9: 12.0, 10: 15.0,
                11: 4.0, 12: 6.0, 14: 1.0, 15: 20.0}  # fmt: skip
 UNKNOWN_HALF_SPAN_M = 15.0
-FASTEST_MPS = 1e4
+FASTEST_MPS, FARTHEST_M, WIDEST_M = 1e4, 1e7, 1e3
 
 
 def aircraft_of(
@@ -61,3 +63,30 @@ def _velocity(message: Any, flags: int) -> FloatArray | None:
     climb = float(message.ver_velocity) if flags & CLIMB else 0.0
     velocity = np.array([speed * math.sin(heading), speed * math.cos(heading), climb])
     return velocity if np.all(np.abs(velocity) <= FASTEST_MPS) else None
+
+
+def aircraft_in_frame(
+    message: Any, there: RigidTransform | None, age_s: float, counts: Counter[str]
+) -> AircraftReport | None:
+    """A clearway_msgs/Aircraft in the map frame; None, and counted, where it says nothing.
+
+    there: of its frame in the map. age_s: since its stamp.
+    """
+    if there is None:
+        counts["traffic: no transform to the map frame"] += 1
+        return None
+    place = np.array([message.position.x, message.position.y, message.position.z], dtype=np.float64)
+    radius = float(message.radius)
+    if not (np.all(np.abs(place) < FARTHEST_M) and 0.0 <= radius <= WIDEST_M):
+        counts["traffic: no position"] += 1
+        return None
+    told = message.velocity
+    velocity = there.rotation @ np.array([told.x, told.y, told.z], dtype=np.float64)
+    return AircraftReport(
+        int(message.address),
+        there.points(place[None])[0],
+        velocity if np.all(np.abs(velocity) <= FASTEST_MPS) else None,
+        radius,
+        age_s,
+        tuple(round(1e3 * float(value)) for value in place),
+    )

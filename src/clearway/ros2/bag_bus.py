@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -24,6 +25,7 @@ class BagBus:
 
     def __init__(self, path: Path) -> None:
         self.name, self.recorded, self.ended = f"the recording {path}", True, False
+        self.lost: Counter[str] = Counter()
         self.sent: dict[str, list[bytes]] = {}
         """What would have been published, by topic."""
         self._kinds: dict[str, str] = {}

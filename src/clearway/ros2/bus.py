@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -38,6 +39,9 @@ class TopicBus(Protocol):
     """For people."""
     recorded: bool
     """Whether it plays what was recorded: time is that of the recording, clock or not."""
+
+    lost: Counter[str]
+    """Messages by topic that are known to have been lost on their way here."""
 
     def subscribe(self, topic: str, kind: str, quality: Quality) -> None:
         """Hear a topic, by its full name; kind: "package/msg/Name"."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
@@ -79,13 +80,29 @@ class DdsBus:
         self._readers: dict[str, tuple[str, Any]] = {}
         self._writers: dict[str, Any] = {}
         self._waitset: Any = None
+        self.lost: Counter[str] = Counter()
+        """Messages by topic that DDS knows to have been lost on their way here."""
 
     def subscribe(self, topic: str, kind: str, quality: Quality) -> None:
-        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+        from cyclonedds.core import (
+            InstanceState,
+            Listener,
+            ReadCondition,
+            SampleState,
+            ViewState,
+            WaitSet,
+        )
         from cyclonedds.sub import DataReader, Subscriber
 
-        policies = _policies(quality)
-        reader = DataReader(Subscriber(self._participant), self._topic(topic, kind), qos=policies)
+        def lost(_reader: Any, status: Any) -> None:
+            self.lost[topic] = int(status.total_count)
+
+        reader = DataReader(
+            Subscriber(self._participant),
+            self._topic(topic, kind),
+            qos=_policies(quality),
+            listener=Listener(on_sample_lost=lost),  # type: ignore[no-untyped-call]
+        )
         self._readers[topic] = (kind, reader)
         if self._waitset is None:
             self._waitset = WaitSet(self._participant)

@@ -14,9 +14,10 @@ from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import LATCHED, Quality
+from clearway.ros2.kinds import SET_POINT_KINDS, Heard, base_of
 from clearway.ros2.messages import packed
 from clearway.ros2.parameters import SetPointParameters
-from clearway.ros2.topic_link import SET_POINT_KINDS, Heard, TopicLink, base_of
+from clearway.ros2.topic_link import TopicLink
 from clearway.ros2.wishes import wish_maker
 
 NEWEST = Quality(reliable=False, depth=1)

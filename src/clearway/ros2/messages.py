@@ -1,7 +1,7 @@
 """Message types of ROS 2 by their definitions, and messages to and from CDR: no ROS is needed.
 
 rosbags has the definitions of the usual packages; those of px4_msgs and mavros_msgs that are used
-stand here.
+stand here, and our own.
 """
 
 from __future__ import annotations
@@ -67,7 +67,15 @@ builtin_interfaces/Duration tslc
 uint16 flags
 uint16 squawk
 """
+AIRCRAFT = """
+std_msgs/Header header
+uint32 address
+geometry_msgs/Point position
+geometry_msgs/Vector3 velocity
+float32 radius
+"""
 ADDED = {
+    "clearway_msgs/msg/Aircraft": AIRCRAFT,
     "px4_msgs/msg/TransponderReport": TRANSPONDER_REPORT,
     "px4_msgs/msg/TrajectorySetpoint": TRAJECTORY_SETPOINT,
     "mavros_msgs/msg/PositionTarget": POSITION_TARGET,

@@ -25,11 +25,13 @@ class CloudParameters(ParameterSection):
     type: Literal["PointCloud2", "LaserScan"] = "PointCloud2"
     deskew: bool = True
     """Whether per-point times, where the cloud has them, move points to the stamp."""
+    reliable: bool = False
+    """Ask for lost parts again: the publisher must be reliable too."""
 
 
 class TrafficParameters(ParameterSection):
     topic: str
-    type: Literal["TransponderReport", "ADSBVehicle"]
+    type: Literal["Aircraft", "TransponderReport", "ADSBVehicle"]
 
 
 class OwnParameters(ParameterSection):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
@@ -23,10 +24,15 @@ class RclpyBus:
 
     def __init__(self, node: str, namespace: str, ros_args: Sequence[str] = ()) -> None:
         self._rclpy: Any = import_module("rclpy")
-        self._rclpy.init(args=list(ros_args))
+        signals: Any = import_module("rclpy.signals")
+        # Whoever runs it ends it: at Ctrl-C a hold is still to be sent.
+        self._rclpy.init(
+            args=list(ros_args), signal_handler_options=signals.SignalHandlerOptions.NO
+        )
         self._node = self._rclpy.create_node(node, namespace=namespace or None)
         self.name = f"rclpy, node {self._node.get_fully_qualified_name()}"
         self.recorded = False
+        self.lost: Counter[str] = Counter()
         self._came: list[TopicMessage] = []
         self._writers: dict[str, Any] = {}
 

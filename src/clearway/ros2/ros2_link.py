@@ -13,7 +13,8 @@ from clearway.live.link.session import Session
 from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import LATCHED, USUAL
-from clearway.ros2.topic_link import Heard, TopicLink, base_of
+from clearway.ros2.kinds import Heard, base_of
+from clearway.ros2.topic_link import TopicLink
 
 MOST_GOALS = 1000
 

@@ -85,7 +85,7 @@ def set_up(
         return Ros2Link(bus, session, parameters, names, setup.lidars, setup.origin)
 
     link = _opened(open_bus, link_on, parameters, notice)
-    return Loop(link, session, 1.0 / parameters.rate), link
+    return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
 def set_up_guard(
@@ -110,7 +110,7 @@ def set_up_guard(
         return GuardLink(bus, session, parameters, names, setup.lidars, setup.origin)
 
     link = _opened(open_bus, link_on, parameters, notice)
-    return Loop(link, session, 1.0 / parameters.rate), link
+    return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
 def _opened(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from clearway.base.frames import FloatArray, ned_from_enu, world_from_body
+from clearway.io.json_values import rounded
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
@@ -155,6 +156,7 @@ def decision_row(flight: FlightDecision, outcome: TickOutcome) -> dict[str, Any]
         "margin_m": round(flight.decision.margin_m, 3),
         "basis": str(flight.decision.choice.basis),
         "explanation": flight.explanation,
+        "scan_age_s": rounded(flight.scan_age_s),
         "elapsed_ms": round(1e3 * outcome.elapsed_s, 3),
     }
 

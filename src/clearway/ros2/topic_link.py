@@ -5,25 +5,27 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, Generic, TypeVar
 
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.link.aircraft import AircraftReport
 from clearway.live.link.hearing import Hearing
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
-from clearway.ros2.aircraft import aircraft_of
+from clearway.ros2.aircraft import aircraft_in_frame, aircraft_of
 from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage
 from clearway.ros2.clouds import points_of
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kernel import dropped_datagrams
+from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard
 from clearway.ros2.messages import damages, packed, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
-from clearway.ros2.parameters import CloudParameters, Names, NodeParameters, SetPointParameters
+from clearway.ros2.parameters import CloudParameters, Names, NodeParameters
 from clearway.ros2.placed_clouds import EMPTY, MOUNTED_ELSEWHERE, NO_MOUNTING, PlacedClouds
 from clearway.ros2.transforms import HERE, Transforms, transform_of
 from clearway.sensors import Lidar
@@ -36,29 +38,6 @@ DIAGNOSED_S = 1.0
 
 MALFORMED, UNUSABLE = "malformed", "values that cannot be used"
 DIAGNOSTICS = ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", USUAL)
-SET_POINT_KINDS = {
-    "TrajectorySetpoint": "px4_msgs/msg/TrajectorySetpoint",
-    "PositionTarget": "mavros_msgs/msg/PositionTarget",
-    "Twist": "geometry_msgs/msg/Twist",
-    "TwistStamped": "geometry_msgs/msg/TwistStamped",
-    "Path": "nav_msgs/msg/Path",
-}
-
-
-def base_of(one: SetPointParameters, given: NodeParameters) -> str | None:
-    """The frame of the body where a set-point is told in it, else None."""
-    return given.base_frame if one.frame == "body" else None
-
-
-@dataclass(frozen=True, slots=True)
-class Heard:
-    """A topic and what is done with its messages."""
-
-    topic: str
-    kind: str
-    quality: Quality
-    take: Callable[[Any, float, str], None]
-    needed: bool = False
 
 
 class TopicLink(Generic[S]):
@@ -116,12 +95,11 @@ class TopicLink(Generic[S]):
         for name, cloud in given.clouds.items():
             kind = f"sensor_msgs/msg/{cloud.type}"
             take = self._cloud_taker(name, cloud)
-            found.append(Heard(names(cloud.topic), kind, SENSOR, take, True))
+            quality = replace(SENSOR, reliable=cloud.reliable)
+            found.append(Heard(names(cloud.topic), kind, quality, take, True))
         for one in given.traffic:
-            package = "px4_msgs" if one.type == "TransponderReport" else "mavros_msgs"
-            found.append(
-                Heard(names(one.topic), f"{package}/msg/{one.type}", SENSOR, self._take_traffic)
-            )
+            take = self._take_aircraft if one.type == "Aircraft" else self._take_traffic
+            found.append(Heard(names(one.topic), TRAFFIC_KINDS[one.type], SENSOR, take))
         return found
 
     def more_heard(self) -> list[Heard]:
@@ -223,6 +201,19 @@ class TopicLink(Generic[S]):
             self.counts["traffic: no own place yet"] += 1
             return
         report = aircraft_of(message, self._origin, float(own.position_m[2]), self.counts)
+        self._tell_aircraft(report, wall_s, topic)
+
+    def _take_aircraft(self, message: Any, wall_s: float, topic: str) -> None:
+        time_s = self._stamp(message, wall_s, topic)
+        if time_s is None or self.session.motion is None:
+            return
+        within, frame = self.parameters.map_frame, message.header.frame_id.lstrip("/")
+        there = HERE if frame in ("", within) else self.transforms.of(frame, within, time_s)
+        age_s = max(0.0, self.session.clock.now(wall_s) - time_s)
+        report = aircraft_in_frame(message, there, age_s, self.counts)
+        self._tell_aircraft(report, wall_s, topic)
+
+    def _tell_aircraft(self, report: AircraftReport | None, wall_s: float, topic: str) -> None:
         if report is None:
             self.topics[topic].refused += 1
         else:
@@ -251,6 +242,7 @@ class TopicLink(Generic[S]):
         dropped = self.dropped
         if dropped:
             values["datagrams dropped by the kernel"] = dropped
+        values |= {f"{topic}: lost on the way": n for topic, n in self.bus.lost.items()}
         values |= dict(self.session.left_out.most_common(20))
         level = told.OK if outcome.state in (LinkState.FLYING, LinkState.ARRIVED) else told.WARN
         lost = (LinkState.POSITION_LOST, LinkState.SENSOR_LOST, LinkState.LINK_LOST)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges, interval_of
 from clearway.base.state import IntArray
@@ -81,7 +81,7 @@ def _table(edges: FloatArray, low: float, steps_per_unit: float, stride: int) ->
     return np.ascontiguousarray(table, dtype=np.int32)
 
 
-@compiled
+@borrowing
 def quick_column(x: float, y: float, sine: float, column: TableArray, row: TableArray) -> int:
     """Sum of the entries of a direction: column * rows + row, or a mark.
 
@@ -96,7 +96,7 @@ def quick_column(x: float, y: float, sine: float, column: TableArray, row: Table
     return entry
 
 
-@compiled
+@borrowing
 def exact_column(x: float, y: float, z: float, azimuth: FloatArray, elevation: FloatArray) -> int:
     """column * rows + row of a direction by the rule of `grid`; OUTSIDE if there is none."""
     j = interval_of(np.arctan2(y, x), azimuth)

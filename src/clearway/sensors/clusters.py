@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.sensors.voxels import merge_balls, number_voxels
@@ -125,7 +125,7 @@ def _connected(places: FloatArray, reach: FloatArray, gap: float) -> IntArray:
     return parent
 
 
-@compiled
+@borrowing
 def _root(parent: IntArray, n: int) -> int:
     while parent[n] != n:
         parent[n] = parent[parent[n]]

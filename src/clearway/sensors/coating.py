@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled, read_only
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.state import BoolArray
@@ -96,7 +96,7 @@ def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArra
     return coated
 
 
-@compiled
+@borrowing
 def _projection(
     along: float,
     z: float,

@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
 from clearway.sensors.passing import REACH_OF_BEAM, BeamRaster, Sensor, goes_on, in_sensor
 from clearway.sensors.remembered import ALONE, Boxes, level_at
 
@@ -48,6 +49,7 @@ class DoubtRule(NamedTuple):
 @compiled
 def doubts(
     boxes: Boxes,
+    again: IntArray,
     nearest: FloatArray,
     sensor: Sensor,
     before: Sensor,
@@ -56,12 +58,31 @@ def doubts(
 ) -> FloatArray:
     """[n] doubt of each box after a sweep; from 1 on it is cleared.
 
-    nearest: [columns, rows] `passing.nearest_returns` of the sweep. before: the sensor at the sweep
-    before.
+    again: [n] `remembered.seen_again`; what the sweep has hit again is not asked for, but for lone
+    returns, of which the false ones are counted. nearest: [columns, rows]
+    `passing.nearest_returns` of the sweep. before: the sensor at the sweep before.
     """
     doubt = boxes.doubt.copy()
+    _add_doubts(boxes, again, nearest, sensor, before, raster, rule, doubt)
+    return doubt
+
+
+@borrowing
+def _add_doubts(
+    boxes: Boxes,
+    again: IntArray,
+    nearest: FloatArray,
+    sensor: Sensor,
+    before: Sensor,
+    raster: BeamRaster,
+    rule: DoubtRule,
+    doubt: FloatArray,
+) -> None:
     spacing = 2.0 * sensor.half_spacing
     for n in range(len(doubt)):
+        lone = boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE and boxes.sweeps[n] == 1
+        if again[n] >= 0 and not lone:
+            continue
         px = 0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0])
         py = 0.5 * (boxes.low_m[n, 1] + boxes.high_m[n, 1])
         pz = 0.5 * (boxes.low_m[n, 2] + boxes.high_m[n, 2])
@@ -70,7 +91,7 @@ def doubts(
         apart = spacing * distance
         size = boxes.size_m[n]
         surely = apart <= SAME * max(size, rule.smallest_m)
-        if size == 0.0 and boxes.kind[n] == ALONE and boxes.sweeps[n] == 1 and rule.rains:
+        if lone and rule.rains:
             surely = surely or REACH_OF_BEAM * apart <= rule.voxel_m
         if not surely and size > 0.0:
             continue
@@ -84,10 +105,9 @@ def doubts(
             turned = _turned(px, py, pz, x, y, z, distance, before)
             likely = rule.smallest_m / apart
             doubt[n] += likely * min(1.0, turned / spacing) / HITS_MISSED
-    return doubt
 
 
-@compiled
+@borrowing
 def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: DoubtRule) -> float:
     """How far beams around a box must go."""
     dx = boxes.high_m[n, 0] - boxes.low_m[n, 0]
@@ -100,7 +120,7 @@ def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: DoubtRu
     return float(distance + max(around, 0.5 * rule.voxel_m) + sensor.tolerance)
 
 
-@compiled
+@borrowing
 def _turned(
     px: float, py: float, pz: float, x: float, y: float, z: float, distance: float, before: Sensor
 ) -> float:

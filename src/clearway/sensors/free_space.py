@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import brief, one_line
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
@@ -85,7 +85,7 @@ NOTHING_SEEN = SeenSpace(
 """Where no range sensor looks."""
 
 
-@compiled
+@borrowing
 def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball in the world was seen to be free, by all voxels that its box meets.
 
@@ -96,7 +96,7 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
     return is_box_free(free, window, box_about(window, x, y, z, radius), NO_VOXELS)
 
 
-@compiled
+@borrowing
 def is_place_free(free: Voxels, window: FloatArray, x: float, y: float, z: float) -> bool:
     """`is_free` of a ball without a radius, quickly."""
     per_m, columns, rows = window[3], free.shape[0], free.shape[2]
@@ -118,7 +118,7 @@ def is_place_free(free: Voxels, window: FloatArray, x: float, y: float, z: float
     return is_free(free, window, x, y, z, 0.0)
 
 
-@compiled
+@borrowing
 def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
@@ -128,7 +128,7 @@ def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float)
     return _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius)
 
 
-@compiled
+@borrowing
 def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -> VoxelBox:
     """Voxels that the box about a ball meets."""
     per_m = window[3]
@@ -142,7 +142,7 @@ def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -
     )
 
 
-@compiled
+@borrowing
 def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox) -> bool:
     """Whether all voxels of a box were seen to be free; those of another are known to be."""
     a0, a1, b0, b1, c0, c1 = box
@@ -165,7 +165,7 @@ def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox
     return True
 
 
-@compiled
+@borrowing
 def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
     """Whether a voxel lies in the ball that the mission declares free, or in the mapped box."""
     width = 1.0 / window[3]
@@ -180,7 +180,7 @@ def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
     return bool(x * x + y * y + z * z <= window[7] ** 2)
 
 
-@compiled
+@borrowing
 def _in_box(
     window: FloatArray, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float
 ) -> bool:
@@ -343,26 +343,44 @@ class FreeSpace:
 
 @compiled
 def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
+    """[columns, rows] range of the nearest return in a bin and in those around it, as many columns
+    as lie within one bin's width there."""
+    by_rows, around = nearest.copy(), np.empty(nearest.shape)
+    windows = np.empty(nearest.shape[1], dtype=np.int64)
+    _take_nearest(nearest, raster.bottom, raster.per_row, by_rows, windows, around)
+    return around
+
+
+@borrowing
+def _take_nearest(
+    nearest: FloatArray,
+    bottom: float,
+    per_row: float,
+    by_rows: FloatArray,
+    windows: IntArray,
+    around: FloatArray,
+) -> None:
+    """Fill in `_nearest_around`, by the nearest of three rows and by columns to either side."""
     columns, rows = nearest.shape
-    by_rows = nearest.copy()
+    widest = 0
     for j in range(columns):
-        for k in range(rows):
-            for shift in (-1, 1):
-                if 0 <= k + shift < rows:
-                    by_rows[j, k] = min(by_rows[j, k], nearest[j, k + shift])
-    around, windows = by_rows.copy(), np.empty(rows, dtype=np.int64)
+        for k in range(1, rows):
+            by_rows[j, k] = min(nearest[j, k], nearest[j, k - 1])
+        for k in range(rows - 1):
+            by_rows[j, k] = min(by_rows[j, k], nearest[j, k + 1])
     for k in range(rows):
-        sine = min(1.0, abs(raster.bottom + (k + 0.5) / raster.per_row))
+        sine = min(1.0, abs(bottom + (k + 0.5) / per_row))
         cosine = np.sqrt(1.0 - sine * sine)
         windows[k] = 8 if cosine * 8.0 < 1.0 else int(np.ceil(1.0 / cosine))
-    widest = windows.max()
+        widest = max(widest, windows[k])
     for j in range(columns):
+        for k in range(rows):
+            around[j, k] = by_rows[j, k]
         for shift in range(-widest, widest + 1):
             beside = (j + shift) % columns
             for k in range(rows):
                 near = by_rows[beside, k] if abs(shift) <= windows[k] else np.inf
                 around[j, k] = min(around[j, k], near)
-    return around
 
 
 @compiled
@@ -380,27 +398,46 @@ def _mark(
     Between neighbouring beams a voxel counts as crossed: what hides there is thinner than beams
     are apart. What was seen before is passed over.
     """
-    around = _nearest_around(nearest, raster)
+    _mark_passed(free, voxel, raster, _nearest_around(nearest, raster), sensor, reach, short)
+
+
+@borrowing
+def _ends_along(origin: float, far: float, voxel: float) -> tuple[int, int]:
+    """First and last voxel within a distance along an axis."""
+    return int(np.floor((origin - far) / voxel)), int(np.floor((origin + far) / voxel))
+
+
+@borrowing
+def _mark_passed(
+    free: Voxels,
+    voxel: float,
+    raster: BeamRaster,
+    around: FloatArray,
+    sensor: Sensor,
+    reach: float,
+    short: float,
+) -> None:
     r, o = sensor.rotation, sensor.origin
-    first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
-    for axis in range(3):
-        far = reach if axis < 2 else min(reach, (WITHIN * ROWS - 1.0) * voxel)
-        first[axis] = int(np.floor((o[axis] - far) / voxel))
-        last[axis] = int(np.floor((o[axis] + far) / voxel))
+    ox, oy, oz = o[0], o[1], o[2]
+    first_a, last_a = _ends_along(ox, reach, voxel)
+    first_b, last_b = _ends_along(oy, reach, voxel)
+    first_c, last_c = _ends_along(oz, min(reach, (WITHIN * ROWS - 1.0) * voxel), voxel)
     near2, far2 = sensor.min_range**2, reach * reach
     lowest, highest, behind = _field_of(raster)
     right, left = _sides(raster)
     below, above = _slopes(lowest, highest, r[2, 2])
+    r00, r01, r02 = r[0, 0], r[0, 1], r[0, 2]
+    r10, r11, r12 = r[1, 0], r[1, 1], r[1, 2]
     r20, r21, r22 = r[2, 0], r[2, 1], r[2, 2]
-    for a in range(first[0], last[0] + 1):
-        dx = (a + 0.5) * voxel - o[0]
-        for b in range(first[1], last[1] + 1):
-            dy = (b + 0.5) * voxel - o[1]
+    for a in range(first_a, last_a + 1):
+        dx = (a + 0.5) * voxel - ox
+        for b in range(first_b, last_b + 1):
+            dy = (b + 0.5) * voxel - oy
             level2 = dx * dx + dy * dy
             if level2 > far2:
                 continue
-            x0, z0 = r[0, 0] * dx + r[1, 0] * dy, r[0, 2] * dx + r[1, 2] * dy
-            y0 = r[0, 1] * dx + r[1, 1] * dy
+            x0, z0 = r00 * dx + r10 * dy, r02 * dx + r12 * dy
+            y0 = r01 * dx + r11 * dy
             i, j = np.uint64(a & (COLUMNS - 1)), np.uint64(b & (COLUMNS - 1))
             level, tall = np.sqrt(level2), np.sqrt(far2 - level2)
             bottom = max(-tall, below * level) if below > -np.inf else -tall
@@ -420,13 +457,13 @@ def _mark(
                 if top < bottom - 2.0 * voxel:
                     continue
             # One voxel more on either side than need be: what decides is asked of each of them.
-            c0 = max(first[2], int(np.floor((o[2] + bottom) / voxel)) - 1)
-            c1 = min(last[2], int(np.floor((o[2] + top) / voxel)) + 1)
+            c0 = max(first_c, int(np.floor((oz + bottom) / voxel)) - 1)
+            c1 = min(last_c, int(np.floor((oz + top) / voxel)) + 1)
             for c in range(c0, c1 + 1):
                 at = np.uint64(c & (ROWS - 1))
                 if free[i, j, at]:
                     continue
-                dz = (c + 0.5) * voxel - o[2]
+                dz = (c + 0.5) * voxel - oz
                 x, squared = x0 + r20 * dz, level2 + dz * dz
                 if squared > far2 or squared < near2 or (x < 0.0 and not behind):
                     continue
@@ -441,7 +478,7 @@ def _mark(
                     free[i, j, at] = 1
 
 
-@compiled
+@borrowing
 def _above_zero(
     bottom: float, top: float, value: float, slope: float, reach: float
 ) -> tuple[float, float]:
@@ -454,7 +491,7 @@ def _above_zero(
     return (bottom, top) if value >= -1e-6 * reach else (bottom, -np.inf)
 
 
-@compiled
+@borrowing
 def _slopes(lowest: float, highest: float, upright: float) -> tuple[float, float]:
     """Least and greatest height over level distance that beams reach, from the sines of the lowest
     and highest one and the cosine of the sensor's tilt; infinite where some look straight up."""
@@ -467,7 +504,7 @@ def _slopes(lowest: float, highest: float, upright: float) -> tuple[float, float
     return below, above
 
 
-@compiled
+@borrowing
 def _field_of(raster: BeamRaster) -> tuple[float, float, bool]:
     """Sines of the lowest and highest beam, and whether any looks behind."""
     lowest, highest, behind = np.inf, -np.inf, False
@@ -480,7 +517,7 @@ def _field_of(raster: BeamRaster) -> tuple[float, float, bool]:
     return lowest, highest, behind
 
 
-@compiled
+@borrowing
 def _sides(raster: BeamRaster) -> tuple[float, float]:
     """Of beams that look ahead, y over |x| + |y| of the rightmost and the leftmost bin's edge."""
     right, left = np.inf, -np.inf
@@ -493,7 +530,7 @@ def _sides(raster: BeamRaster) -> tuple[float, float]:
     return right, left
 
 
-@compiled
+@borrowing
 def _goes_on(
     x: float,
     y: float,
@@ -525,7 +562,7 @@ def _goes_on(
     return _has_beams(raster, beside, k)
 
 
-@compiled
+@borrowing
 def _has_beams(raster: BeamRaster, column: int, row: int) -> bool:
     """Whether there are beams in a column at about a row."""
     for k in range(max(row - 1, 0), min(row + 2, raster.low.shape[1])):

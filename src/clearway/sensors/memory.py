@@ -15,13 +15,20 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled, read_only
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.state import State
+from clearway.base.state import IntArray, State
 from clearway.sensors.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
+from clearway.sensors.passing import (
+    BeamRaster,
+    Sensor,
+    beam_raster,
+    directions_of,
+    nearest_in,
+    sensor_at,
+)
 from clearway.sensors.remembered import (
     ALONE,
     Balls,
@@ -31,6 +38,7 @@ from clearway.sensors.remembered import (
     boxes_of_returns,
     no_boxes,
     picked,
+    seen_again,
     together,
 )
 from clearway.sensors.room import Room, make_room
@@ -191,14 +199,23 @@ def update_memory(
             scan.points_m, memory.boxes, sensor, before, raster, memory.rule, limits, ground
         )
         return _after(memory, swept, sensor, too_small)
-    nearest = nearest_returns(scan.points_m, raster)
-    smallest = float(memory.smallest_m)
-    seen = returns_with_size(scan.points_m, sensor, reach, ground, nearest, raster, smallest)
+    directions = directions_of(scan.points_m, raster)
+    nearest, smallest = nearest_in(directions, raster), float(memory.smallest_m)
+    seen = returns_with_size(scan.points_m, sensor, reach, ground, directions, nearest, smallest)
     radii = radii_unsure(seen.points_m, seen.radius_m, state, angle_rad)
     pitch = Pitch(memory.voxel_m, memory.fine_m)
     boxes = boxes_of_returns(seen.points_m, radii, seen.size_m, sensor.origin, pitch, scan.time_s)
+    again = seen_again(memory.boxes, boxes, memory.voxel_m)
     doubt = [
-        doubts(memory.boxes, nearest, sensor_at(lidar, turned, noise), before, raster, memory.rule)
+        doubts(
+            memory.boxes,
+            again,
+            nearest,
+            sensor_at(lidar, turned, noise),
+            before,
+            raster,
+            memory.rule,
+        )
         for turned in turned_by(state, angle_rad)
     ]
     remembering = replace(memory, seen_from=sensor, too_small=seen.too_small)
@@ -219,7 +236,8 @@ def remember(
     noise_m: by which returns may be off.
     """
     limits = _limits(memory, time_s, noise_m)
-    swept = _remembered(memory.boxes, doubt, seen, read_only(origin_m), limits)
+    again = seen_again(memory.boxes, seen, memory.voxel_m)
+    swept = _remembered(memory.boxes, doubt, seen, again, read_only(origin_m), limits)
     return _after(memory, swept, memory.seen_from, memory.too_small)
 
 
@@ -291,27 +309,34 @@ def _swept(
     ground: float,
 ) -> tuple[int, Swept]:
     """Returns left out as too small, and what a sweep whose attitude is known leaves."""
-    nearest = nearest_returns(points, raster)
+    directions = directions_of(points, raster)
+    nearest = nearest_in(directions, raster)
     seen = returns_with_size(
-        points, sensor, limits.reach_m, ground, nearest, raster, limits.smallest_m
+        points, sensor, limits.reach_m, ground, directions, nearest, limits.smallest_m
     )
     pitch = Pitch(limits.voxel_m, limits.fine_m)
     new = boxes_of_returns(
         seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
     )
-    doubt = doubts(boxes, nearest, sensor, before, raster, rule)
-    return seen.too_small, _remembered(boxes, doubt, new, sensor.origin, limits)
+    again = seen_again(boxes, new, limits.voxel_m)
+    doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
+    return seen.too_small, _remembered(boxes, doubt, new, again, sensor.origin, limits)
 
 
 @compiled
 def _remembered(
-    before: Boxes, doubt: FloatArray, seen: Boxes, origin: FloatArray, limits: Limits
+    before: Boxes,
+    doubt: FloatArray,
+    seen: Boxes,
+    again: IntArray,
+    origin: FloatArray,
+    limits: Limits,
 ) -> Swept:
     """What a sweep from a place leaves of what was remembered, and what it adds."""
     voxel, reach = limits.voxel_m, limits.reach_m
     refuted = _count_refuted(before, doubt)
     _expire(before, doubt, origin, reach, limits.oldest_s)
-    both, kept = together(before, doubt, seen, voxel)
+    both, kept = together(before, doubt, seen, again)
     boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
     alone, borne_out = _count_alone(boxes, kept), _count_borne_out(boxes, kept)
     room = make_room(boxes, origin, reach, limits.capacity, voxel, limits.fine_m)
@@ -341,7 +366,7 @@ def forget_moved(
     return replace(memory, boxes=boxes, balls=balls_of(boxes))
 
 
-@compiled
+@borrowing
 def _expire(
     boxes: Boxes, doubt: FloatArray, origin: FloatArray, reach: float, before: float
 ) -> None:
@@ -362,7 +387,7 @@ def _averaged(before: float, now: int) -> float:
     return RATE_KEPT * before + (1.0 - RATE_KEPT) * now
 
 
-@compiled
+@borrowing
 def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
     """Boxes that nothing bore out and that are cleared now."""
     count = 0
@@ -372,7 +397,7 @@ def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
     return count
 
 
-@compiled
+@borrowing
 def _count_borne_out(boxes: Boxes, first_new: int) -> int:
     """Boxes of the latest sweep that no line and no width bears out, but the sweep before."""
     count = 0
@@ -382,7 +407,7 @@ def _count_borne_out(boxes: Boxes, first_new: int) -> int:
     return count
 
 
-@compiled
+@borrowing
 def _count_alone(boxes: Boxes, first_new: int) -> int:
     """Boxes of the latest sweep that neither another sweep, nor a line, nor width bears out."""
     count = 0
@@ -397,12 +422,26 @@ def _near(
     positions: FloatArray, radii: FloatArray, center: FloatArray, reach: float
 ) -> tuple[FloatArray, FloatArray]:
     kept, kept_radii = np.empty((len(positions), 3)), np.empty(len(positions))
+    count = _keep_near(positions, radii, center, reach, kept, kept_radii)
+    return kept[:count], kept_radii[:count]
+
+
+@borrowing
+def _keep_near(
+    positions: FloatArray,
+    radii: FloatArray,
+    center: FloatArray,
+    reach: float,
+    kept: FloatArray,
+    kept_radii: FloatArray,
+) -> int:
+    """Fill in those within reach of a centre; how many there are."""
     cx, cy, cz = center[0], center[1], center[2]
     m = 0
     for n in range(len(positions)):
         x, y, z = positions[n, 0] - cx, positions[n, 1] - cy, positions[n, 2] - cz
         if x * x + y * y + z * z <= (reach + radii[n]) ** 2:
-            kept[m] = positions[n]
+            kept[m, 0], kept[m, 1], kept[m, 2] = positions[n, 0], positions[n, 1], positions[n, 2]
             kept_radii[m] = radii[n]
             m += 1
-    return kept[:m], kept_radii[:m]
+    return m

@@ -11,8 +11,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from clearway.base.compiled import compiled, read_only
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.sensors.beams import BeamPattern
@@ -73,14 +74,29 @@ class Placed(NamedTuple):
 @compiled
 def place_returns(points: FloatArray, sensor: Sensor, reach: float, ground: float) -> Placed:
     """Those within the limits and `reach`, above `ground`, that are not of the airframe."""
+    placed, distances = np.empty((len(points), 3)), np.empty(len(points))
+    source = np.empty(len(points), dtype=np.int64)
+    m = _place(points, sensor, reach, ground, placed, distances, source)
+    return Placed(placed[:m], distances[:m], source[:m])
+
+
+@borrowing
+def _place(
+    points: FloatArray,
+    sensor: Sensor,
+    reach: float,
+    ground: float,
+    placed: FloatArray,
+    distances: FloatArray,
+    source: IntArray,
+) -> int:
+    """Fill in what `place_returns` tells of each; how many there are."""
     r, o, e = sensor.rotation, sensor.origin, sensor.body
     r00, r01, r02, ox, ex = r[0, 0], r[0, 1], r[0, 2], o[0], e[0]
     r10, r11, r12, oy, ey = r[1, 0], r[1, 1], r[1, 2], o[1], e[1]
     r20, r21, r22, oz, ez = r[2, 0], r[2, 1], r[2, 2], o[2], e[2]
     low, high = sensor.min_range**2, min(sensor.max_range, reach) ** 2
     own = sensor.airframe_radius**2
-    placed, distances = np.empty((len(points), 3)), np.empty(len(points))
-    source = np.empty(len(points), dtype=np.int64)
     m = 0
     for n in range(len(points)):
         a, b, c = points[n, 0], points[n, 1], points[n, 2]
@@ -95,7 +111,7 @@ def place_returns(points: FloatArray, sensor: Sensor, reach: float, ground: floa
         placed[m, 0], placed[m, 1], placed[m, 2] = x, y, z
         distances[m], source[m] = np.sqrt(squared), n
         m += 1
-    return Placed(placed[:m], distances[:m], source[:m])
+    return m
 
 
 def returns_in_world(
@@ -149,7 +165,7 @@ def _flanked(beams: BoolArray) -> BoolArray:
     return np.ascontiguousarray(np.roll(band, 1, axis=0) & np.roll(band, -1, axis=0))
 
 
-@compiled
+@borrowing
 def _note_beams(
     directions: FloatArray,
     low: FloatArray,
@@ -166,7 +182,7 @@ def _note_beams(
         high[column, row] = max(high[column, row], z)
 
 
-@compiled
+@borrowing
 def bin_of(
     x: float,
     y: float,
@@ -185,19 +201,71 @@ def bin_of(
     return column, row
 
 
+class Directions(NamedTuple):
+    """Where the returns [n] of a sweep lie among the bins of a raster."""
+
+    distance_m: FloatArray
+    """[n] from the sensor."""
+    bin: npt.NDArray[np.int32]
+    """[n] column * rows + row; -1 outside the raster, and where there is no finite distance."""
+
+
+@compiled
+def directions_of(points: FloatArray, raster: BeamRaster) -> Directions:
+    """Bins and distances of returns [n, 3], sensor frame."""
+    distance, bins = np.empty(len(points)), np.empty(len(points), dtype=np.int32)
+    columns, rows = raster.low.shape
+    _sort_into_bins(
+        points, columns, rows, raster.per_column, raster.per_row, raster.bottom, distance, bins
+    )
+    return Directions(distance, bins)
+
+
+@borrowing
+def _sort_into_bins(
+    points: FloatArray,
+    columns: int,
+    rows: int,
+    per_column: float,
+    per_row: float,
+    bottom: float,
+    distance: FloatArray,
+    bins: npt.NDArray[np.int32],
+) -> None:
+    """`bin_of` of all returns, without a branch: the compiler takes several at a time."""
+    last = np.int32(columns - 1)
+    for n in range(len(points)):
+        distance[n] = np.sqrt(points[n, 0] ** 2 + points[n, 1] ** 2 + points[n, 2] ** 2)
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        forward = y / (abs(x) + abs(y) + TINY)
+        turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
+        column = min(np.int32((turned + 2.0) * per_column), last)
+        offset = (z / (distance[n] + TINY) - bottom) * per_row
+        inside = (offset >= 0.0) & (offset < rows) & (distance[n] < np.inf)
+        bins[n] = column * np.int32(rows) + np.int32(offset) if inside else -1
+
+
+@compiled
+def nearest_in(directions: Directions, raster: BeamRaster) -> FloatArray:
+    """[columns, rows] range of the nearest return per bin; inf without any."""
+    nearest = np.full(raster.low.shape, np.inf)
+    _note_nearest(directions.distance_m, directions.bin, nearest.reshape(nearest.size))
+    return nearest
+
+
+@borrowing
+def _note_nearest(distance: FloatArray, bins: npt.NDArray[np.int32], nearest: FloatArray) -> None:
+    for n in range(len(bins)):
+        if bins[n] >= 0:
+            at = np.uint32(bins[n])
+            nearest[at] = min(nearest[at], distance[n])
+
+
 @compiled
 def nearest_returns(points: FloatArray, raster: BeamRaster) -> FloatArray:
     """[columns, rows] range of the nearest return per bin; inf without any."""
-    nearest = np.full(raster.low.shape, np.inf)
-    per_column, per_row, bottom = raster.per_column, raster.per_row, raster.bottom
-    for n in range(len(points)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        distance = np.sqrt(x * x + y * y + z * z)
-        if distance < np.inf:
-            column, row = bin_of(x, y, z / (distance + TINY), nearest, per_column, per_row, bottom)
-            if row >= 0:
-                nearest[column, row] = min(nearest[column, row], distance)
-    return nearest
+    return nearest_in(directions_of(points, raster), raster)
 
 
 @compiled
@@ -223,7 +291,7 @@ def passed_through(
     return passed
 
 
-@compiled
+@borrowing
 def in_sensor(x: float, y: float, z: float, sensor: Sensor) -> tuple[float, float, float]:
     """A point of the world in the sensor's frame."""
     r, o = sensor.rotation, sensor.origin
@@ -235,7 +303,7 @@ def in_sensor(x: float, y: float, z: float, sensor: Sensor) -> tuple[float, floa
     )
 
 
-@compiled
+@borrowing
 def goes_on(
     x: float,
     y: float,
@@ -264,7 +332,7 @@ def goes_on(
     return looks_here and _passed(column, row, sine, beyond, nearest)
 
 
-@compiled
+@borrowing
 def _passed(column: int, row: int, sine: float, beyond: float, nearest: FloatArray) -> bool:
     """Whether all beams around a direction go on beyond a range."""
     columns = nearest.shape[0]

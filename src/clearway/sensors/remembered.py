@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.passing import Sensor
@@ -21,6 +21,9 @@ ALONE, IN_LINE, BETWEEN = range(3)
 """Kinds: a return as such; one of several in a line; filled in between two of those."""
 MOST_LEVELS = 7
 """Times that the pitch may double; eight levels fit into a key."""
+SMALLEST_TABLE = 12
+"""Bits of the table of voxels that a sweep begins with: while it is small it stays in the fast
+caches."""
 
 
 class Boxes(NamedTuple):
@@ -62,7 +65,7 @@ def no_boxes() -> Boxes:
     )
 
 
-@compiled
+@borrowing
 def box_key(x: float, y: float, z: float, level: int, voxel: float) -> int:
     """One integer for the voxel of a point; repeats only after a million voxels an axis."""
     per_voxel = 1.0 / (voxel * (1 << level))
@@ -72,7 +75,7 @@ def box_key(x: float, y: float, z: float, level: int, voxel: float) -> int:
     return (level << 60) | (i << 40) | (j << 20) | k
 
 
-@compiled
+@borrowing
 def key_of(boxes: Boxes, n: int, voxel: float) -> int:
     """The voxel of a box, which is that of its middle."""
     return box_key(
@@ -84,7 +87,7 @@ def key_of(boxes: Boxes, n: int, voxel: float) -> int:
     )
 
 
-@compiled
+@borrowing
 def level_at(distance: float, fine: float) -> int:
     """Times that the pitch is doubled at a distance."""
     level = 0
@@ -125,7 +128,7 @@ def first_boxes(boxes: Boxes, count: int) -> Boxes:
     )
 
 
-@compiled
+@borrowing
 def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
     for axis in range(3):
         target.low_m[m, axis] = source.low_m[n, axis]
@@ -142,19 +145,29 @@ def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
 @compiled
 def picked(boxes: Boxes, keep: BoolArray) -> Boxes:
     """Those that are marked [n], in their order."""
+    kept = empty_boxes(_count(keep))
+    _pick(boxes, keep, kept)
+    return kept
+
+
+@borrowing
+def _count(marks: BoolArray) -> int:
     count = 0
-    for n in range(len(keep)):
-        count += keep[n]
-    kept = empty_boxes(count)
+    for n in range(len(marks)):
+        count += marks[n]
+    return count
+
+
+@borrowing
+def _pick(boxes: Boxes, keep: BoolArray, kept: Boxes) -> None:
     m = 0
     for n in range(len(keep)):
         if keep[n]:
             copy_box(boxes, n, kept, m)
             m += 1
-    return kept
 
 
-@compiled
+@borrowing
 def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
     """Let box m hold box n too; what is known of the thing is known of both."""
     for axis in range(3):
@@ -178,39 +191,16 @@ def boxes_of_returns(
 
     radii: [m] half the beam spacing. sizes: [m] how thick the thing is at least, 0 where unknown.
     """
-    bits = table_bits(len(points))
-    keys = np.full(1 << bits, -1, dtype=np.int64)
-    numbers = np.empty(1 << bits, dtype=np.int64)
     boxes = empty_boxes(len(points))
-    ox, oy, oz = origin[0], origin[1], origin[2]
-    shift, count, last_key, number = 64 - bits, 0, -1, 0
-    for n in range(len(points)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        level = 0
-        if pitch.fine_m < np.inf:
-            away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
-            level = level_at(away, pitch.fine_m)
-        key = box_key(x, y, z, level, pitch.voxel_m)
-        if key != last_key:  # neighbours in a scan mostly share their voxel
-            slot = slot_of(key, keys, shift)
-            if keys[slot] == -1:
-                keys[slot] = key
-                numbers[slot] = count
-                boxes.low_m[count, 0] = boxes.high_m[count, 0] = x
-                boxes.low_m[count, 1] = boxes.high_m[count, 1] = y
-                boxes.low_m[count, 2] = boxes.high_m[count, 2] = z
-                boxes.spacing_m[count], boxes.size_m[count] = 0.0, 0.0
-                boxes.level[count] = level
-                count += 1
-            last_key, number = key, int(numbers[slot])
-        boxes.low_m[number, 0] = min(boxes.low_m[number, 0], x)
-        boxes.low_m[number, 1] = min(boxes.low_m[number, 1], y)
-        boxes.low_m[number, 2] = min(boxes.low_m[number, 2], z)
-        boxes.high_m[number, 0] = max(boxes.high_m[number, 0], x)
-        boxes.high_m[number, 1] = max(boxes.high_m[number, 1], y)
-        boxes.high_m[number, 2] = max(boxes.high_m[number, 2], z)
-        boxes.spacing_m[number] = max(boxes.spacing_m[number], radii[n])
-        boxes.size_m[number] = max(boxes.size_m[number], sizes[n])
+    count = 0
+    table, begin = empty_table(SMALLEST_TABLE), 0
+    while True:
+        begin, count = _put_into_boxes(
+            points, radii, sizes, origin, pitch, table, begin, boxes, count
+        )
+        if begin == len(points):
+            break
+        table = _wider_table(table, boxes, count, pitch.voxel_m)
     seen = first_boxes(boxes, count)
     seen.last_seen_s[:] = time_s
     seen.doubt[:] = 0.0
@@ -229,18 +219,88 @@ class Table(NamedTuple):
 
 
 @compiled
-def table_of(boxes: Boxes, voxel: float) -> Table:
-    bits = table_bits(len(boxes.doubt))
-    keys = np.full(1 << bits, -1, dtype=np.int64)
-    numbers = np.empty(1 << bits, dtype=np.int64)
-    for n in range(len(boxes.doubt)):
-        key = key_of(boxes, n, voxel)
-        slot = slot_of(key, keys, 64 - bits)
-        keys[slot], numbers[slot] = key, n
-    return Table(keys, numbers, 64 - bits)
+def empty_table(bits: int) -> Table:
+    """Of two to the power of `bits` slots."""
+    return Table(
+        np.full(1 << bits, -1, dtype=np.int64), np.empty(1 << bits, dtype=np.int64), 64 - bits
+    )
 
 
 @compiled
+def table_of(boxes: Boxes, voxel: float) -> Table:
+    table = empty_table(table_bits(len(boxes.doubt)))
+    _number(boxes, len(boxes.doubt), voxel, table)
+    return table
+
+
+@borrowing
+def _number(boxes: Boxes, count: int, voxel: float, table: Table) -> None:
+    """Enter the first so many boxes into a table."""
+    for n in range(count):
+        key = key_of(boxes, n, voxel)
+        slot = slot_of(key, table.keys, table.shift)
+        table.keys[slot], table.numbers[slot] = key, n
+
+
+@compiled
+def _wider_table(table: Table, boxes: Boxes, count: int, voxel: float) -> Table:
+    """One with four times as many slots, for the same boxes."""
+    wider = empty_table(64 - table.shift + 2)
+    _number(boxes, count, voxel, wider)
+    return wider
+
+
+@borrowing
+def _put_into_boxes(
+    points: FloatArray,
+    radii: FloatArray,
+    sizes: FloatArray,
+    origin: FloatArray,
+    pitch: Pitch,
+    table: Table,
+    begin: int,
+    boxes: Boxes,
+    count: int,
+) -> tuple[int, int]:
+    """Put returns from `begin` on into boxes, of which there are `count`: up to where the table is
+    half full, and how many boxes there are then."""
+    voxel, fine = pitch.voxel_m, pitch.fine_m
+    ox, oy, oz = origin[0], origin[1], origin[2]
+    most = len(table.keys) // 2
+    last_key, number = -1, 0
+    for n in range(begin, len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        level = 0
+        if fine < np.inf:
+            away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
+            level = level_at(away, fine)
+        key = box_key(x, y, z, level, voxel)
+        if key != last_key:  # neighbours in a scan mostly share their voxel
+            slot = slot_of(key, table.keys, table.shift)
+            if table.keys[slot] == -1:
+                if count == most:
+                    return n, count
+                table.keys[slot] = key
+                table.numbers[slot] = count
+                boxes.low_m[count, 0] = boxes.high_m[count, 0] = x
+                boxes.low_m[count, 1] = boxes.high_m[count, 1] = y
+                boxes.low_m[count, 2] = boxes.high_m[count, 2] = z
+                boxes.spacing_m[count], boxes.size_m[count] = 0.0, 0.0
+                boxes.level[count] = level
+                count += 1
+            last_key, number = key, int(table.numbers[slot])
+        boxes.low_m[number, 0] = min(boxes.low_m[number, 0], x)
+        boxes.low_m[number, 1] = min(boxes.low_m[number, 1], y)
+        boxes.low_m[number, 2] = min(boxes.low_m[number, 2], z)
+        boxes.high_m[number, 0] = max(boxes.high_m[number, 0], x)
+        boxes.high_m[number, 1] = max(boxes.high_m[number, 1], y)
+        boxes.high_m[number, 2] = max(boxes.high_m[number, 2], z)
+        boxes.spacing_m[number] = max(boxes.spacing_m[number], radii[n])
+        boxes.size_m[number] = max(boxes.size_m[number], sizes[n])
+    return len(points), count
+
+
+@borrowing
 def number_in(table: Table, key: int) -> int:
     """Number of the box of a voxel; -1 without any."""
     slot = slot_of(key, table.keys, table.shift)
@@ -248,31 +308,48 @@ def number_in(table: Table, key: int) -> int:
 
 
 @compiled
-def together(old: Boxes, doubt: FloatArray, seen: Boxes, voxel: float) -> tuple[Boxes, int]:
+def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
+    """[old] number of the box seen now in the same voxel; -1 without any."""
+    again = np.empty(len(old.doubt), dtype=np.int64)
+    _look_up(old, table_of(seen, voxel), voxel, again)
+    return again
+
+
+@borrowing
+def _look_up(boxes: Boxes, table: Table, voxel: float, numbers: IntArray) -> None:
+    for n in range(len(numbers)):
+        numbers[n] = number_in(table, key_of(boxes, n, voxel))
+
+
+@compiled
+def together(old: Boxes, doubt: FloatArray, seen: Boxes, again: IntArray) -> tuple[Boxes, int]:
     """Old boxes that doubt leaves, then those seen now, which hold the old ones of their voxels.
 
-    Also how many there are of the former. doubt: [old]
+    Also how many there are of the former. doubt: [old]; again: [old] `seen_again`.
     """
-    table = table_of(seen, voxel)
     both = empty_boxes(len(doubt) + len(seen.doubt))
-    again = np.full(len(seen.doubt), -1, dtype=np.int64)
-    m = 0
+    kept, total = _put_together(old, doubt, seen, again, both)
+    return first_boxes(both, total), kept
+
+
+@borrowing
+def _put_together(
+    old: Boxes, doubt: FloatArray, seen: Boxes, again: IntArray, both: Boxes
+) -> tuple[int, int]:
+    """Fill in `together`: how many are kept of the old ones, and how many there are in all."""
+    kept = 0
     for n in range(len(doubt)):
-        number = number_in(table, key_of(old, n, voxel))
-        if number >= 0:
-            again[number] = n
-        elif doubt[n] < 1.0:
-            copy_box(old, n, both, m)
-            both.doubt[m] = doubt[n]
-            m += 1
-    kept = m
+        if again[n] < 0 and doubt[n] < 1.0:
+            copy_box(old, n, both, kept)
+            both.doubt[kept] = doubt[n]
+            kept += 1
+    for n in range(len(seen.doubt)):
+        copy_box(seen, n, both, kept + n)
     for n in range(len(again)):
-        copy_box(seen, n, both, m)
         if again[n] >= 0:
-            unite(both, m, old, again[n])
-            both.sweeps[m] += old.sweeps[again[n]]
-        m += 1
-    return first_boxes(both, m), kept
+            unite(both, kept + again[n], old, n)
+            both.sweeps[kept + again[n]] += old.sweeps[n]
+    return kept, kept + len(seen.doubt)
 
 
 class Balls(NamedTuple):

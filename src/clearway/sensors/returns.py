@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import cell_of_point
 from clearway.base.state import IntArray
@@ -85,7 +85,7 @@ class Block(NamedTuple):
     reason: StepArray
 
 
-@compiled
+@borrowing
 def _place(points: FloatArray, filters: Filters, block: Block) -> None:
     """Grid frame and squared distances of a block."""
     r, o = filters.rotation, filters.origin
@@ -111,7 +111,7 @@ def _place(points: FloatArray, filters: Filters, block: Block) -> None:
         squared_distance[n] = x[n] ** 2 + y[n] ** 2 + z[n] ** 2
 
 
-@compiled
+@borrowing
 def _sort_out(count: int, filters: Filters, block: Block) -> None:
     """Why each return of a block is dropped, KEPT if it is not."""
     e, up, ground = filters.body, filters.up, filters.ground
@@ -128,7 +128,7 @@ def _sort_out(count: int, filters: Filters, block: Block) -> None:
         reason[n] = code if squared[n] < np.inf else NONFINITE
 
 
-@compiled
+@borrowing
 def _steps(count: int, steps_per_m: float, block: Block) -> None:
     """Steps of a block in the three tables; the arithmetic of `binning.quick_column`."""
     x, y, z, squared_distance = block.x, block.y, block.z, block.squared_distance
@@ -145,7 +145,7 @@ def _steps(count: int, steps_per_m: float, block: Block) -> None:
         row[n] = np.int32(max(min((sine + 1.0) * (STEPS / 2.0), last), 0.0))
 
 
-@compiled
+@borrowing
 def _cells(count: int, tables: CellTables, block: Block) -> int:
     """Cells of a block; how many of its returns are dropped."""
     layers, columns, rows = tables.layer, tables.column, tables.row
@@ -215,7 +215,7 @@ def _new_block() -> Block:
     )
 
 
-@compiled
+@borrowing
 def _count_dropped(
     count: int,
     filters: Filters,
@@ -240,7 +240,7 @@ def _count_dropped(
         block.cell[n] = OUTSIDE
 
 
-@compiled
+@borrowing
 def _count_hits(count: int, block: Block, hits: IntArray, squared_ranges: FloatArray) -> None:
     """Count the returns of a block in their cells."""
     cell, squared = block.cell, block.squared_distance
@@ -251,7 +251,7 @@ def _count_hits(count: int, block: Block, hits: IntArray, squared_ranges: FloatA
         squared_ranges[c] += squared[n]
 
 
-@compiled
+@borrowing
 def _keep(
     count: int, half_spacing: float, block: Block, kept: FloatArray, radius: FloatArray
 ) -> int:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.sensors.remembered import (
     Boxes,
@@ -76,12 +76,12 @@ def make_room(
     return Room(coarse, fine, dropped, len(away) - len(coarse.doubt))
 
 
-@compiled
+@borrowing
 def _wider(fine: float, reach: float) -> float:
     return np.inf if fine >= reach else fine / FINER
 
 
-@compiled
+@borrowing
 def _coarse_key(boxes: Boxes, n: int, away: float, fine: float, voxel: float) -> int:
     return box_key(
         0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0]),

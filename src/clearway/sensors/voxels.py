@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 
 
-@compiled
+@borrowing
 def voxel_key(x: float, y: float, z: float, per_voxel: float) -> int:
     """One integer for the voxel of a point; repeats only after two million voxels an axis."""
     i = int(np.floor(x * per_voxel)) & 0x1FFFFF
@@ -18,7 +18,7 @@ def voxel_key(x: float, y: float, z: float, per_voxel: float) -> int:
     return (i << 42) | (j << 21) | k
 
 
-@compiled
+@borrowing
 def slot_of(key: int, keys: IntArray, shift: int) -> int:
     """Where a key is, or goes, in a hash table of a power of two slots; -1 marks empty ones."""
     mask = np.uint64(len(keys) - 1)
@@ -28,7 +28,7 @@ def slot_of(key: int, keys: IntArray, shift: int) -> int:
     return int(slot)
 
 
-@compiled
+@borrowing
 def table_bits(count: int) -> int:
     """Bits of a hash table that stays at most half full with `count` keys."""
     bits = 4

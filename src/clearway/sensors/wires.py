@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.remembered import (
@@ -127,7 +127,7 @@ def _by_cell(
     return order, start, keys, shift
 
 
-@compiled
+@borrowing
 def _neighbours(
     middles: FloatArray,
     n: int,

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 
 StateTuple = tuple[float, float, float, float, float, float]
@@ -50,7 +50,7 @@ class PlaneModel:
         )
 
 
-@compiled
+@borrowing
 def _sinc(angle: float) -> float:
     """sin(a)/a, by its series where the quotient loses digits."""
     if abs(angle) < 1e-4:
@@ -58,7 +58,7 @@ def _sinc(angle: float) -> float:
     return float(np.sin(angle) / angle)
 
 
-@compiled
+@borrowing
 def plane_advance(
     state: StateTuple, inputs: tuple[float, float, float, float], duration_s: float
 ) -> StateTuple:

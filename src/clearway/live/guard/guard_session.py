@@ -63,6 +63,7 @@ class GuardSession(Hearing):
         self.tally: Counter[str] = Counter()
         """Wishes that came, and ticks: passed, slowed, replaced, without a wish."""
         self._wished: Wished | None = None
+        self._is_new = False  # Whether a wish has come since the last tick.
 
     # --- in -------------------------------------------------------------------------------
 
@@ -73,7 +74,13 @@ class GuardSession(Hearing):
             return
         wish_of(self.motion)
         self._wished = Wished(wish_of, message, self.clock.now(wall_s))
+        self._is_new = True
         self.tally["wishes"] += 1
+
+    @property
+    def pressing(self) -> bool:
+        """A wish, or a scan."""
+        return self._is_new or super().pressing
 
     def hear_goal(self, _place_m: FloatArray, _wall_s: float) -> str | None:
         """A guardian has no goals of its own."""
@@ -88,7 +95,7 @@ class GuardSession(Hearing):
 
     def tick(self, wall_s: float) -> TickOutcome:
         """Hold the newest wish against all that is known, and say what is to be flown."""
-        now = self.clock.now(wall_s)
+        now, self._is_new = self.clock.now(wall_s), False
         self.guardian.floor_m = self.floor_m
         self._take_scans()
         if self._is_led != self._led or self._is_off_hand():

@@ -113,6 +113,11 @@ class Hearing(ABC):
         """Of the vehicle."""
         return self.planner.speed_mps
 
+    @property
+    def pressing(self) -> bool:
+        """Whether anything has come that should not wait for the next tick: a scan."""
+        return self._scans.ready
+
     @abstractmethod
     def hear_goal(self, place_m: FloatArray, wall_s: float) -> str | None:
         """A goal [3], or several [n, 3]; why it is refused, or None."""

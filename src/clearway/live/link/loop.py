@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,6 +15,9 @@ IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
 TOLD_S = 1.1e-3
 """Vehicles tell whole milliseconds."""
+LEAST_S, LATER = 0.01, 1.25
+"""Between ticks at once; and the next one at the set rate after such a tick, in periods: what comes
+at the same rate is waited for that much longer."""
 
 
 @dataclass(slots=True)
@@ -42,6 +46,9 @@ class Loop:
     session: Hearing
     period_s: float
     """Between ticks, by the vehicle's clock."""
+    at_once: bool = False
+    """Whether what should not wait for the next tick, a scan or a wish, brings it on; by our clock
+    alone, since in lock-step the vehicle sets the pace."""
 
     @property
     def wall_period_s(self) -> float:
@@ -51,6 +58,9 @@ class Loop:
     def run(self, stop: Stop, on_outcome: OnOutcome) -> LoopReport:
         report, outcome = LoopReport(), None
         in_lock_step = self.session.terms.speedup is None
+        # What is there stays there: looking through all of it for garbage takes 80 ms now and then.
+        gc.collect()
+        gc.freeze()
         began = due = time.monotonic()
         try:
             while not stop(time.monotonic() - began, outcome):
@@ -67,6 +77,7 @@ class Loop:
         finally:
             # Whatever ends it, a vehicle that is led is told to hold.
             self.link.end()
+            gc.unfreeze()
         return report
 
     def _tick(self, report: LoopReport) -> TickOutcome:
@@ -84,7 +95,19 @@ class Loop:
             missed = int((now - due) / self.wall_period_s)
             report.skipped += missed
             due += missed * self.wall_period_s
+        if self.at_once:
+            return self._until_pressing(due, now + LEAST_S)
         time.sleep(max(0.0, due - now))
+        return due
+
+    def _until_pressing(self, due: float, earliest: float) -> float:
+        """Hear what comes until a tick is due, or something has come that should not wait."""
+        while (left := due - time.monotonic()) > 0.0:
+            self.link.wait(left)
+            self.link.hear(time.monotonic())
+            if self.session.pressing:
+                time.sleep(max(0.0, min(due, earliest) - time.monotonic()))
+                return time.monotonic() + (LATER - 1.0) * self.wall_period_s
         return due
 
     def _until_vehicle(self, last: TickOutcome | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import replace
 
@@ -19,6 +20,11 @@ class PastStates:
 
     def __init__(self) -> None:
         self._entries: deque[tuple[State, float]] = deque(maxlen=KEPT)
+
+    @property
+    def newest_s(self) -> float:
+        """Time of the newest state; -inf before any."""
+        return self._entries[-1][0].time_s if self._entries else -math.inf
 
     def add(self, state: State, heading_rad: float) -> None:
         """The newest; those that are not newer are left out."""

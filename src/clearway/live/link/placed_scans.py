@@ -57,6 +57,11 @@ class PlacedScans:
         makes_sense = told_s is not None and arrived_s - OLD_SCAN_S <= told_s <= now_s
         self._waiting.append((told_s if makes_sense and told_s is not None else arrived_s, scan_at))
 
+    @property
+    def ready(self) -> bool:
+        """Whether a scan waits of whose time the own place is known."""
+        return any(time_s <= self._past.newest_s for time_s, _ in self._waiting)
+
     def placed(self) -> list[Scan]:
         """Scans of what has come since the last call."""
         scans: list[Scan] = []

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.clearance import chord_distance
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -144,7 +144,7 @@ def _sequence(automaton: MovementAutomaton, fronts: list[SearchFront]) -> tuple[
     return tuple(reversed(names))
 
 
-@compiled
+@borrowing
 def _chord_gap(
     start: FloatArray, end: FloatArray, start_s: float, end_s: float, opponent: Opponent
 ) -> float:

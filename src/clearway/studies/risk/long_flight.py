@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.avoidance.long_range.profiles import Motion, Wanted
 from clearway.avoidance.long_range.rating import Other
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
 from clearway.studies.risk.encounter import ModelEncounter
@@ -155,7 +155,7 @@ def _others(track: SmoothTrack | None, time_s: float) -> tuple[Other, ...]:
     )
 
 
-@compiled
+@borrowing
 def _advance(
     state: FloatArray,
     course: float,

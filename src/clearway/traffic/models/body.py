@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.traffic.intruder import Intruder
@@ -125,7 +125,7 @@ def _bodies(
             arrays.dwell_s[n, cell] = dwell / speed
 
 
-@compiled
+@borrowing
 def _share(
     ball: Ball, s: float, place: tuple[int, int, int], parts: CellParts
 ) -> tuple[float, float]:
@@ -134,7 +134,7 @@ def _share(
     return filled_share(x, y, z, ball.radius, (ball.ux, ball.uy, ball.uz), place, parts)
 
 
-@compiled
+@borrowing
 def _largest_share(
     ball: Ball,
     entry: float,
@@ -173,7 +173,7 @@ def _largest_share(
     return max(at_once, best, _climb(ball, a, s, b, rate, search, place, parts))
 
 
-@compiled
+@borrowing
 def _climb(
     ball: Ball,
     a: float,

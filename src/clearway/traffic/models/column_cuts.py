@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     AZIMUTH,
@@ -20,7 +20,7 @@ from clearway.traffic.models.borders import (
 )
 
 
-@compiled
+@borrowing
 def column_cuts(
     closest: tuple[float, float, float],
     direction: tuple[float, float, float],
@@ -59,7 +59,7 @@ def column_cuts(
     return count
 
 
-@compiled
+@borrowing
 def _half_planes(
     left: bool,
     first: tuple[float, float, float],
@@ -99,7 +99,7 @@ def _half_planes(
     return count
 
 
-@compiled
+@borrowing
 def _cuts_through_axis(
     closest: tuple[float, float, float],
     direction: tuple[float, float, float],

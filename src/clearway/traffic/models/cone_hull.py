@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import interval_of
 from clearway.traffic.models.borders import (
@@ -43,7 +43,7 @@ def cone_of(
     return cone
 
 
-@compiled
+@borrowing
 def _arrival(x: float, y: float, z: float, cone: FloatArray) -> tuple[float, float, float]:
     """Time of arrival at a point and its deviations, level and across, all in seconds."""
     return (
@@ -53,12 +53,12 @@ def _arrival(x: float, y: float, z: float, cone: FloatArray) -> tuple[float, flo
     )
 
 
-@compiled
+@borrowing
 def _inside(time: float, level: float, across: float) -> bool:
     return time >= 0.0 and level * level + across * across <= time * time
 
 
-@compiled
+@borrowing
 def _arrival_on_edge(
     place: tuple[int, int, int], along: int, part: float, cone: FloatArray, borders: Borders
 ) -> tuple[float, float, float]:
@@ -80,7 +80,7 @@ def _arrival_on_edge(
     return _arrival(level * azimuth_cos, level * azimuth_sin, r * elevation_sin, cone)
 
 
-@compiled
+@borrowing
 def _widen(
     time: float,
     place: tuple[int, int, int],
@@ -105,7 +105,7 @@ def _widen(
                     times[cell, LEAVE] = max(times[cell, LEAVE], time)
 
 
-@compiled
+@borrowing
 def widen_by_edges(
     cone: FloatArray, borders: Borders, corners: FloatArray, tolerance: float, times: FloatArray
 ) -> None:
@@ -143,7 +143,7 @@ def widen_by_edges(
                     )
 
 
-@compiled
+@borrowing
 def _met_box(
     borders: Borders, times: FloatArray
 ) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
@@ -162,7 +162,7 @@ def _met_box(
     return (low_i, low_j, low_k), (high_i, high_j, high_k)
 
 
-@compiled
+@borrowing
 def _may_cut(corners: FloatArray, i: int, j: int, k: int, a: int, b: int, c: int) -> bool:
     """Quick and generous: whether the cone's surface may cut the chord between two corners."""
     time, far_time = corners[i, j, k, 0], corners[a, b, c, 0]
@@ -176,7 +176,7 @@ def _may_cut(corners: FloatArray, i: int, j: int, k: int, a: int, b: int, c: int
     return not (_inside(time, u, w) and _inside(far_time, far_u, far_w))
 
 
-@compiled
+@borrowing
 def _widen_edge(
     place: tuple[int, int, int],
     other: tuple[int, int, int],
@@ -223,7 +223,7 @@ def _widen_edge(
     _widen(cut_s, place, borderline, borders, times)
 
 
-@compiled
+@borrowing
 def _cut(
     place: tuple[int, int, int],
     along: int,
@@ -253,7 +253,7 @@ def _cut(
     return time
 
 
-@compiled
+@borrowing
 def widen_by_turns(cone: FloatArray, borders: Borders, times: FloatArray) -> None:
     """Widen times by where the time of arrival turns on an edge or on a sphere."""
     table = borders.table
@@ -283,7 +283,7 @@ def widen_by_turns(cone: FloatArray, borders: Borders, times: FloatArray) -> Non
                 _widen_turn((azimuths[j], turn), (j, row), (True, False), cone, borders, times)
 
 
-@compiled
+@borrowing
 def _widen_turn(
     direction: tuple[float, float],
     place: tuple[int, int],

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
@@ -75,7 +75,7 @@ def follow_line(
         arrays.dwell_s[n, cell] += leave - entry
 
 
-@compiled
+@borrowing
 def stay(n: int, cell: int, arrays: ModelArrays) -> None:
     """An intruder that stands still is in its cell, if that is in the grid, for ever."""
     if cell >= 0:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     ELEVATION,
@@ -20,7 +20,7 @@ from clearway.traffic.models.borders import (
 )
 
 
-@compiled
+@borrowing
 def row_cuts(
     closest: tuple[float, float, float],
     direction: tuple[float, float, float],
@@ -65,7 +65,7 @@ def row_cuts(
     return count
 
 
-@compiled
+@borrowing
 def _cones(
     arc: tuple[float, float, float, float, float],
     low: float,
@@ -99,7 +99,7 @@ def _cones(
     return count
 
 
-@compiled
+@borrowing
 def _cuts_through_origin(
     uz: float, start: float, end: float, borders: Borders, out: TraversalPieces
 ) -> int:

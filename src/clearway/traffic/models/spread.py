@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
@@ -195,7 +195,7 @@ def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> FloatArr
     return weights
 
 
-@compiled
+@borrowing
 def _trace_rays(
     apex: FloatArray,
     velocity: FloatArray,
@@ -227,7 +227,7 @@ def _trace_rays(
                 sums[cell, MEETING] += weights[m]
 
 
-@compiled
+@borrowing
 def _average(n: int, sums: FloatArray, arrays: ModelArrays, meeting: FloatArray) -> None:
     """(5.23): the mean over the hull; cells that only rays of the ring touch are not met."""
     for cell in range(len(sums)):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.traffic.models.borders import (
     CELL,
     COLUMN,
@@ -28,7 +28,7 @@ from clearway.traffic.models.column_cuts import column_cuts
 from clearway.traffic.models.row_cuts import row_cuts
 
 
-@compiled
+@borrowing
 def traverse(
     position: tuple[float, float, float],
     velocity: tuple[float, float, float],
@@ -72,7 +72,7 @@ def traverse(
     return _merge(first, last, passed, speed, layers, columns, rows, borders, out)
 
 
-@compiled
+@borrowing
 def _between_walls(
     start: float, end: float, columns: int, rows: int, out: TraversalPieces
 ) -> tuple[float, float]:
@@ -96,7 +96,7 @@ def _between_walls(
     return first, end
 
 
-@compiled
+@borrowing
 def _layer_cuts(
     distance2: float, start: float, end: float, borders: Borders, out: TraversalPieces
 ) -> int:
@@ -131,7 +131,7 @@ def _layer_cuts(
     return count
 
 
-@compiled
+@borrowing
 def _merge(
     start: float,
     end: float,

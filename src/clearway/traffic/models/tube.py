@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.traffic.intruder import Intruder
@@ -86,7 +86,7 @@ def _tubes(
                 arrays.dwell_s[n, cell] = arrays.leave_s[n, cell] - arrays.entry_s[n, cell]
 
 
-@compiled
+@borrowing
 def _meet(n: int, cell: int, entry: float, leave: float, arrays: ModelArrays) -> None:
     if arrays.probability[n, cell] == 0.0:
         arrays.probability[n, cell] = 1.0
@@ -96,7 +96,7 @@ def _meet(n: int, cell: int, entry: float, leave: float, arrays: ModelArrays) ->
     arrays.leave_s[n, cell] = max(arrays.leave_s[n, cell], leave)
 
 
-@compiled
+@borrowing
 def _follow_path(
     n: int,
     position: FloatArray,
@@ -112,7 +112,7 @@ def _follow_path(
         _meet(n, pieces.places[CELL, m], entry, leave, arrays)
 
 
-@compiled
+@borrowing
 def _follow_corners(
     n: int,
     position: FloatArray,

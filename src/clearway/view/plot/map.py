@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.obstacles.obstacle import Obstacle
@@ -18,6 +19,10 @@ LEAST_POINTS, WIDTH_POINTS = 4.0, 600.0
 """Obstacles smaller than this on a picture of this width get a dot, or nobody would find them."""
 
 
+SPARE_IN = 0.16
+"""On both sides: equal scales widen the limits, and their names, after the layout is settled."""
+
+
 def draw_map(
     obstacles: Sequence[Obstacle],
     floor: Sequence[Obstacle],
@@ -25,7 +30,7 @@ def draw_map(
     title: str,
 ) -> Figure:
     """Everything from above, and from the south below it; zones by name."""
-    figure = Figure(figsize=(11.0, 10.0), layout="constrained")
+    figure = Figure(figsize=(11.0, 10.0), layout=ConstrainedLayoutEngine(w_pad=SPARE_IN))
     figure.suptitle(title)
     solid = sorted([*floor, *obstacles], key=_top_m)
     if not solid:

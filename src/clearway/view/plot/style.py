@@ -7,12 +7,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-
-from matplotlib.figure import Figure
-from matplotlib.patheffects import AbstractPathEffect, withStroke
+from typing import TYPE_CHECKING
 
 from clearway.base.errors import InputError
 from clearway.base.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.patheffects import AbstractPathEffect
 
 FORMATS = ("png", "svg", "pdf")
 FEWEST_DPI, MOST_DPI = 30, 1200
@@ -37,6 +39,8 @@ def house_style() -> Iterator[None]:
 
 def halo() -> list[AbstractPathEffect]:
     """What keeps letters legible over curves and dots."""
+    from matplotlib.patheffects import withStroke
+
     return [withStroke(linewidth=2.5, foreground="white")]
 
 

@@ -1,0 +1,83 @@
+"""Clearances of movements and of circles from shapes, against looking everywhere."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from clearway.avoidance.clearance import (
+    CIRCLE_SAMPLES,
+    TERNARY_STEPS,
+    circle_clearance,
+    shapes_clearance,
+    span_of,
+)
+from clearway.avoidance.hazards import bin_points
+from clearway.obstacles.obstacle import Obstacle, shape_distance, shapes_of
+
+UP = np.array([-np.sin(0.1), 0.0, np.cos(0.1)])
+NO_BINS = bin_points(np.zeros((0, 3)), np.zeros(0))
+
+
+def scattered(rng, count):
+    """Balls, lines and boxes anywhere within some metres."""
+    made = []
+    for n in range(count):
+        place, turn, size = rng.uniform(-5, 5, 3), rng.uniform(-3, 3, 3), rng.uniform(0.1, 3, 3)
+        made.append(
+            (
+                Obstacle.ball(place, size[0]),
+                Obstacle.line(place, size[0], radius_m=0.1, orientation_rad=turn),
+                Obstacle.cuboid(place, tuple(size), orientation_rad=turn),
+            )[n % 3]
+        )
+    return shapes_of(made)
+
+
+def nearest_by_all_cuts(corners, shapes, s):
+    """Distance of a way to one shape, by all cuts of every chord."""
+    nearest = np.inf
+    for a, b in itertools.pairwise(corners):
+
+        def away(share, a=a, b=b):
+            return shape_distance(*(a + share * (b - a)), shapes, s)
+
+        low, high = 0.0, 1.0
+        for _ in range(TERNARY_STEPS):
+            first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
+            low, high = (low, second) if away(first) < away(second) else (first, high)
+        nearest = min(nearest, away(0.0), away(1.0), away(0.5 * (low + high)))
+    return nearest
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_movement_is_as_far_from_shapes_as_all_cuts_of_all_chords_say(seed):
+    rng = np.random.default_rng(seed)
+    shapes = scattered(rng, 12)
+    corners = np.cumsum(rng.uniform(-0.6, 0.6, (5, 3)), axis=0)
+    each = np.array([nearest_by_all_cuts(corners, shapes, s) for s in range(12)])
+    span = span_of(corners, 0.0, 1.0)
+    for enough in (0.3, 2.0, 10.0):
+        found, cause, index = shapes_clearance(span, shapes, enough, -np.inf)
+        if each.min() < enough:
+            assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-12), 2, each.argmin())
+        else:
+            assert (found, cause, index) == (enough, 0, -1)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_circle_is_as_far_from_shapes_as_all_places_on_it_say(seed):
+    rng = np.random.default_rng(seed)
+    shapes, center, radius = scattered(rng, 12), rng.uniform(-2, 2, 3), rng.uniform(0.5, 3.0)
+    angles = 2.0 * np.pi * np.arange(CIRCLE_SAMPLES) / CIRCLE_SAMPLES
+    places = center + radius * np.cos(angles)[:, None] * np.array([UP[2], 0.0, -UP[0]])
+    places[:, 1] += radius * np.sin(angles)
+    spare = radius * np.pi / CIRCLE_SAMPLES
+    each = np.array([min(shape_distance(*p, shapes, s) for p in places) for s in range(12)])
+    for enough in (0.3, 2.0, 10.0):
+        found, cause, index = circle_clearance(center, UP, radius, NO_BINS, shapes, enough)
+        if each.min() - spare < enough:
+            nearest = pytest.approx(each.min() - spare, abs=1e-12)
+            assert (found, cause, index) == (nearest, 2, each.argmin())
+        else:
+            assert (found, cause, index) == (enough, 0, -1)
