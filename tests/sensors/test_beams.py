@@ -214,3 +214,11 @@ def test_real_scans_are_recognised(data_dir, file, name):
     assert name in guess.name
     assert "azimuth step 0.2 deg measured, full turn assumed" in guess.name
     assert guess.beams > len(points)
+
+
+@pytest.mark.parametrize("beams", [(20, 2**31), (2**62, 1)])
+def test_more_beams_than_there_is_room_for_are_refused(beams):
+    with pytest.raises(ClearwayError, match="beams; at most 5,000,000"):
+        BeamPattern.per_cell(AvoidanceGrid.uniform(), *beams)
+    with pytest.raises(ClearwayError, match="at most"):
+        BeamPattern.from_angles(np.zeros(5000), np.zeros(5000))

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.kernels.cache import KernelCache
+from clearway.base.kernels.interrupts import compiled_undisturbed
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -39,6 +40,7 @@ def _kept(function: Function, *, counts: bool) -> Function:
     dispatcher: Any = numba.njit(**options)(function)
     if dispatcher is not function:  # as it is where numba is told to compile nothing
         dispatcher._cache = KernelCache(function)
+        dispatcher.compile = compiled_undisturbed(dispatcher)
     return cast(Function, dispatcher)
 
 

@@ -57,7 +57,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             leave(BAD_INPUT)
         except (MemoryError, RecursionError) as error:
             what = "memory" if isinstance(error, MemoryError) else "depth"
-            files = ", ".join(str(name) for name in _names(given) if isinstance(name, Path))
+            files = ", ".join(str(name) for name in _names(given) if Path(name).is_file())
             files = files or "what was asked for"
             say(some_lines(f"{files}: takes more {what} than there is", LONGEST))
             leave(BAD_INPUT)

@@ -37,8 +37,7 @@ from clearway.sensors import (
     named_pattern,
     simulate_scan,
 )
-
-MOST_BEAMS = 5_000_000
+from clearway.sensors.beams import MOST_BEAMS
 
 
 @dataclass(frozen=True, slots=True, eq=False)

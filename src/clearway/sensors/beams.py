@@ -20,6 +20,9 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 
+MOST_BEAMS = 5_000_000
+"""Of a pattern."""
+
 
 @keywords_beyond_two
 @dataclass(frozen=True, eq=False)
@@ -101,6 +104,7 @@ class BeamPattern:
         """Every azimuth at every elevation, azimuth outermost; spacing is measured if not given."""
         azimuths = np.ravel(np.asarray(azimuths_rad, dtype=np.float64))
         elevations = np.ravel(np.asarray(elevations_rad, dtype=np.float64))
+        _refuse_too_many(len(azimuths) * len(elevations))
         if spacing_rad is None:
             spacing_rad = max(_typical_step(azimuths), _typical_step(elevations))
         azimuth, elevation = np.meshgrid(azimuths, elevations, indexing="ij")
@@ -151,6 +155,8 @@ class BeamPattern:
                 "beam pattern per cell: at least one azimuth and one elevation are needed, "
                 f"got {azimuths_per_cell} and {elevations_per_cell}"
             )
+        columns, rows = len(grid.azimuth_edges_rad) - 1, len(grid.elevation_edges_rad) - 1
+        _refuse_too_many(columns * azimuths_per_cell * rows * elevations_per_cell)
         return cls.from_angles(
             _midpoints(grid.azimuth_edges_rad, azimuths_per_cell),
             _midpoints(grid.elevation_edges_rad, elevations_per_cell),
@@ -158,6 +164,11 @@ class BeamPattern:
             min_range_m=min_range_m,
             max_range_m=max_range_m,
         )
+
+
+def _refuse_too_many(beams: int) -> None:
+    if beams > MOST_BEAMS:
+        raise ClearwayError(f"beam pattern: {beams:,} beams; at most {MOST_BEAMS:,}")
 
 
 def _midpoints(edges: FloatArray, pieces: int) -> FloatArray:
