@@ -49,8 +49,9 @@ class CompileNews:
             self._next_s = spent_s + NEXT_S
             kept = f"kept in {kept_in} for later runs" if kept_in else "kept nowhere"
             _log.warning(
-                "clearway compiles for this machine, once: %d loops in %.0f s so far, %s",
+                "clearway compiles for this machine, once: %d loop%s in %.0f s so far, %s",
                 self.compiled,
+                "" if self.compiled == 1 else "s",
                 spent_s,
                 kept,
             )
