@@ -94,19 +94,6 @@ def test_the_next_goal_counts_once_the_first_is_passed():
     assert straight_on - 1e-9 <= to_go[best] <= straight_on + 3.0
 
 
-def test_a_waypoint_below_a_steep_leg_is_no_dearer_passed_than_not():
-    """The climb after it costs the spiral up, whether it is passed already or not."""
-    goal = goal_at([5.0, 0, 0], final=False, following=[9.0, 0.0, 12.0])
-    arrived = arrival(REACH_SET, goal)
-    every = np.arange(REACH_SET.nodes)
-    to_go = curved_distance_to_go(REACH_SET, every, goal, arrived, AUTOMATON)
-    steepest = AUTOMATON.steepest_rad
-    assert steepest is not None
-    assert np.all(to_go[~arrived.reached] >= 12.0 / np.sin(steepest))
-    leaf = REACH_SET.trajectories
-    assert arrived.reached[leaf[np.argmin((REACH_SET.length_m + to_go)[leaf])]]
-
-
 def test_default_stage_cost_is_length_with_small_prices():
     free = PreparedReachSet.of(REACH_SET, Prices(turn=0, change=0, vertical=0))
     np.testing.assert_allclose(free.path_cost_m, REACH_SET.length_m)

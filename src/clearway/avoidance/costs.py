@@ -285,10 +285,6 @@ def _to_go(
     radius, pitching, spot = turning
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
     leg = np.sqrt(np.sum((following - target) ** 2))
-    rise = 0.0 if stays_level else abs(following[2] - target[2])
-    along = np.hypot(following[0] - target[0], following[1] - target[1])
-    if rise > along * np.tan(steepest):  # No shorter than it will be once the target is passed.
-        leg = rise / np.sin(steepest)
     for at, n in enumerate(nodes):
         x = cos_start * states[n, 0] + sin_start * states[n, 2]
         z = -sin_start * states[n, 0] + cos_start * states[n, 2]
