@@ -60,6 +60,7 @@ def has_early_room(node, hazards):
     return any(sampled_room(int(n), hazards) >= MARGIN_M for n in first)
 
 
+@pytest.mark.nightly
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10_000), price=st.floats(0.0, 20.0))
 def test_the_cheapest_with_the_price_of_no_room_is_chosen(seed, price):

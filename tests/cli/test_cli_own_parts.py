@@ -108,6 +108,7 @@ def test_an_own_planner_is_weighed_beside_ours(folder: Path) -> None:
     assert list(json.loads(done.stdout)["planners"]) == ["own_planner:make"]
 
 
+@pytest.mark.nightly
 def test_a_mission_of_own_parts_flies_and_its_log_flies_it_again(folder: Path) -> None:
     (folder / "missions").mkdir()
     shutil.copy(EXAMPLES / "missions" / "own-parts.toml", folder / "missions")

@@ -23,6 +23,7 @@ def delft(data_dir):
     return read_map(real(data_dir, "cityjson/delft.city.json"))
 
 
+@pytest.mark.nightly
 def test_every_building_of_delft_that_stands_is_there(delft):
     ids = {one.name for one in delft.obstacles if one.name.startswith("Building")}
     flat = delft.counts["Building: no higher than 1 m above its lowest point"]

@@ -64,6 +64,7 @@ def test_wide_margins_are_those_of_the_paper():
     assert "1.80 m" in flown("adaptive").decisions[0].flight.explanation
 
 
+@pytest.mark.nightly
 def test_straight_flight_meets_the_intruders_that_others_avoid():
     straight = flown("straight", "intruders-collision")
     assert straight.metrics.intruders.min_distance_m < 0.6
