@@ -91,6 +91,7 @@ def test_what_was_compiled_is_found_again_also_elsewhere(package, tmp_path):
     assert ask(elsewhere)[:3] == (26.0, 0, 1)
 
 
+@pytest.mark.nightly
 def test_what_it_follows_from_may_change_in_another_file(package):
     ask(package)
     swapped = FACTS.replace("one:", "x:").replace("other:", "one:").replace("x:", "other:")

@@ -48,6 +48,7 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_the_same_seed_writes_the_same_files_and_another_one_others(
     samples: Path, tmp_path: Path
 ) -> None:

@@ -208,6 +208,7 @@ def test_each_is_read_as_the_index_says_or_refused(data_dir: Path, name: str) ->
     assert known.figures(data_dir / name) == known.expected
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_copy_cut_off_is_refused_or_says_how_far_it_goes(
     data_dir: Path, tmp_path: Path, name: str

@@ -128,6 +128,7 @@ def test_killed_again_and_again_nothing_is_lost_and_nothing_is_double(
     assert not journal.exists()
 
 
+@pytest.mark.nightly
 def test_a_journal_torn_anywhere_keeps_its_whole_lines(
     uninterrupted: list[FlightRow], tmp_path: Path
 ) -> None:
