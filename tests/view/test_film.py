@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import stat
 from pathlib import Path
 
@@ -150,8 +149,10 @@ def test_what_ffmpeg_says_is_told_and_nothing_is_left(
     assert not (tmp_path / "f.mp4").exists()
 
 
-@pytest.mark.skipif(shutil.which("ffmpeg") is not None, reason="ffmpeg is there")
-def test_without_ffmpeg_what_to_install_is_said_before_any_flight(tmp_path: Path) -> None:
+def test_without_ffmpeg_what_to_install_is_said_before_any_flight(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
     done = clearway("fly", "static-obstacles", "--video", "f.mp4", cwd=tmp_path)
     assert done.returncode == 2
     assert "f.mp4: a .mp4 film needs ffmpeg (apt install ffmpeg" in " ".join(done.stderr.split())
