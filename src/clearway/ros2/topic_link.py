@@ -135,7 +135,7 @@ class TopicLink(Generic[S]):
         heard, topic = self._by_topic.get(one.topic), self.topics.get(one.topic)
         if heard is None or topic is None:
             return
-        topic.take(wall_s)
+        topic.take(wall_s if one.recorded_s is None else one.recorded_s)
         try:
             message = unpacked(one.raw, heard.kind)
             heard.take(message, wall_s, one.topic)
