@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import cell_of_point
@@ -48,6 +49,9 @@ class Filters(NamedTuple):
     airframe_radius: float
     half_spacing: float
     """Half the angle between beams, rad."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 class Binned(NamedTuple):
