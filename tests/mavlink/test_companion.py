@@ -254,6 +254,28 @@ def test_one_that_follows_slowly_is_not_suspected(calm: Any) -> None:
     assert "not followed" not in flight.states
 
 
+def test_one_that_turns_first_and_gets_going_late_is_not_suspected() -> None:
+    # As ArduCopter got going from a hover: half a second after it was told to, at 3 m/s^2.
+    file, setup = mission(
+        mission={"name": "behind", "waypoints_m": [[-30, -2, 7]], "reach_radius_m": 2},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 1.5, "kind": "multirotor"},
+        grid={**CALM["grid"], "range_m": 15},
+        safety={"margin_m": 1.0},
+    )
+    flight = SimulatedFlight(file, setup, Habits(acceleration_mps2=3.0, dead_s=0.5))
+    flight.run(8.0)
+    assert flight.states == ["flying"]
+
+
+def test_a_vehicle_that_booted_long_ago_makes_no_clock_leap() -> None:
+    bench = Bench(sensor=False)
+    for n in range(5):
+        bench.session.tick(1000.0 + 0.1 * n)
+    bench.tick(500.0, heartbeat(), attitude(500.0), position(500.0))
+    assert bench.tick(500.1, attitude(500.1), position(500.1)).state is LinkState.FLYING
+    assert not [why for why in bench.session.core.left_out if why.startswith("clock")]
+
+
 def test_another_target_is_noticed() -> None:
     following = SetPointsFollowed(3.0)
     for n in range(10):
