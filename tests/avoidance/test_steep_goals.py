@@ -1,4 +1,4 @@
-"""Goals steeper than a vehicle climbs, of vehicles that climb only as they go ahead: they arrive."""
+"""Goals steeper than vehicles climb that climb only as they go ahead: they are reached."""
 
 from __future__ import annotations
 
