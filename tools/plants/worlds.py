@@ -146,8 +146,8 @@ def mission(scale: Scale, family: Family, seed: int) -> MissionFile:
     strength = family.wind * scale.speed_mps
     wind = [strength * float(np.cos(from_rad)), strength * float(np.sin(from_rad)), 0.0]
     at_s = fault_s(scale, seed)
-    # Without a sensor it only holds: as long as the leg takes is enough to see that.
-    until_s = at_s + scale.leg_m / scale.speed_mps if family.fault == "dead" else None
+    # Without a sensor it only holds: three times the leg's time is enough to see that.
+    until_s = at_s + 3.0 * scale.leg_m / scale.speed_mps if family.fault == "dead" else None
     faults: dict[str, dict[str, Any]] = {
         "dead": {"dead_from_s": at_s},
         "late": {"late_from_s": at_s, "late_s": 3.0},
