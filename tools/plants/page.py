@@ -84,10 +84,11 @@ def said(flights: Sequence[Flown]) -> list[str]:
     whole = [one for one in flights if FAMILIES[one.family].fault is None]
     arrived = sum(one.reached for one in whole)
     looks, strayed = (sum(getattr(one, what) for one in flights) for what in ("looks", "strayed"))
+    inside = 100.0 * (1.0 - strayed / max(looks, 1))
     told = (
         f"{len(flights)} flights through random worlds: {touched} touched something, {lost} came "
         f"nearer than the margin; of {len(whole)} in which nothing went wrong {arrived} arrived. "
-        f"{100.0 * (1.0 - strayed / max(looks, 1)):.2f} % of {looks} own states lay within the tube."
+        f"{inside:.2f} % of {looks} own states lay within the tube."
     )
     if not touched:
         most = 100.0 * (1.0 - 0.05 ** (1.0 / len(flights)))
