@@ -189,6 +189,16 @@ def test_a_gap_that_came_to_nothing_is_no_other_at_another_height(
     assert (cells.in_vain[tuple(at)] > 0.0) == above
 
 
+def test_no_way_leads_through_a_wall_at_a_height_nobody_saw_while_a_door_is_open() -> None:
+    """All round the start stands a wall, seen between -3 and 3 m; its door is behind."""
+    corners = [(12.0, -12.0), (12.0, 12.0), (-12.0, 12.0), (-12.0, 4.5)]
+    corners_below = [(12.0, -12.0), (-12.0, -12.0), (-12.0, -4.5)]
+    sides = [*pairwise(corners), *pairwise(corners_below)]
+    returns = np.concatenate([wall(start, end) for start, end in sides])
+    routes = mapped(returns[np.abs(returns[:, 2]) <= 3.0])
+    assert abs(crossed_m(seen_route(routes.cells(), START, GOAL), 12.0)) > 12.0
+
+
 def test_flying_along_a_way_costs_nothing() -> None:
     routes = mapped(wall((12.0, -12.0), (12.0, 12.0)))
     route = seen_route(routes.cells(), START, GOAL)

@@ -36,9 +36,9 @@ NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 """Price of a metre within a turning radius, and half of one, of something, beside the margin."""
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
-TALL = 50.0
-"""Price of a metre that nobody has seen above or below what stands, in coarse cells; in fine ones a
-cell costs as much: most of it stands on."""
+TALL, TALL_FINE = 100.0, 10.0
+"""Price of a metre that nobody has seen above or below what stands, in coarse cells and in fine
+ones: most of it stands on, but who can stop may look."""
 IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
@@ -211,7 +211,7 @@ class RouteMap:
         price = np.where(self._seen, 1.0, UNSEEN)
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
-        price[~self._seen & stands] *= TALL * COARSE / self._per_cell
+        price[~self._seen & stands] = TALL if self._per_cell == COARSE else TALL_FINE
         price[nearest < self.rooms_m[1]] *= self._no_room
         price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
