@@ -60,6 +60,7 @@ OWN_HZ = 100.0
 STEP_M, ROWS = 0.016, 100
 """Of the street's returns, along it; and how many rows of them there are."""
 CLOUD, ODOMETRY = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/Odometry"
+PATH = "nav_msgs/msg/Path"
 TF, STRING = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
 TARGET = "mavros_msgs/msg/PositionTarget"
 
@@ -147,7 +148,9 @@ class _Listener:
         from clearway.ros2.dds import DdsBus
 
         self.bus = DdsBus(domain)
+        self.bus.subscribe("/clearway/plan", PATH, LATCHED)
         self.bus.subscribe("/clearway/decision", STRING, LATCHED)
+        self._path_s: dict[float, float] = {}
         self.path_ms: list[float] = []
         self.age_ms: list[float] = []
 
@@ -157,10 +160,15 @@ class _Listener:
         self.bus.wait(seconds)
         now = time.time()
         for one in self.bus.take():
+            if one.type == PATH:
+                stamp = unpacked(one.raw, one.type).header.stamp
+                self._path_s[round(stamp.sec + 1e-9 * stamp.nanosec, 3)] = now
+                continue
             row = json.loads(unpacked(one.raw, one.type).data)
             if row["scan_age_s"] is None:
                 continue
-            self.path_ms.append(1e3 * (now - (row["time_s"] - row["scan_age_s"])))
+            came_s = self._path_s.pop(round(row["time_s"], 3), now)
+            self.path_ms.append(1e3 * (came_s - (row["time_s"] - row["scan_age_s"])))
             self.age_ms.append(1e3 * row["scan_age_s"])
 
 

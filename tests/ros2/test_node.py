@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,20 @@ def test_read_only_sends_no_set_points() -> None:
     bench.fly(3)
     assert bench.sent("/clearway/plan")
     assert not any(bench.sent(topic) for topic in ("/px4", "/mavros", "/cmd_vel", "/follow"))
+
+
+@pytest.mark.parametrize("acts", [True, False])
+def test_only_who_is_led_tells_the_wind(acts: bool) -> None:
+    bench, winds = RosBench(act=acts), [np.zeros(3)]
+    bench.session.terms = replace(bench.session.terms, act=acts)
+    for tick in range(60):
+        now = 0.1 * tick
+        aside = (now, 0.3 * now, 0.0)  # Carried off, or flown so by a pilot.
+        bench.bus.tell("/odom", odometry(BEGAN_S + now, aside))
+        bench.bus.tell("/points", cloud(BEGAN_S + now, [(5.0, 4.0, 0.0)]))
+        flight = bench.tick(now).flight
+        winds += [] if flight is None else [flight.decision.wind_mps]
+    assert winds[-1] == pytest.approx([0.0, 0.3 if acts else 0.0, 0.0], abs=0.02)
 
 
 def test_what_stands_ahead_is_flown_round(bench: RosBench) -> None:

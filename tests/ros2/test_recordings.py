@@ -119,3 +119,4 @@ def test_the_node_decides_on_a_recording_as_assess_does(tmp_path: Path) -> None:
         assert np.array_equal(one.decision.path_m, other.decision.path_m)
         assert one.decision.choice.clearance_m == other.decision.choice.clearance_m
     assert len({tuple(one.movements) for one in node}) > 1, "there was something to decide"
+    assert link.topics["/points"].rate_hz == pytest.approx(1.0), "by the times of the recording"

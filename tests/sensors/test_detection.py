@@ -106,6 +106,49 @@ def test_hits_are_the_grids_own_cells(seed, grid, count):
     assert found.counts["outside"] == np.count_nonzero(cells < 0)
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    grid=st.sampled_from([GRID, UNEVEN, AvoidanceGrid.uniform((1.0, 8.0), 7, 90.0, 6, 80.0, 4)]),
+    far_m=st.sampled_from([3.0, 30.0, 300.0]),
+    max_range_m=st.sampled_from([6.0, 40.0, 1000.0]),
+    ground=st.booleans(),
+)
+def test_every_return_is_counted_as_one_by_one(seed, grid, far_m, max_range_m, ground):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0.0, far_m, (rng.integers(0, 1500), 3))
+    points[: len(points) // 3] *= rng.uniform(0.0, 0.2, (len(points) // 3, 1))
+    points[rng.random(len(points)) < 0.02] = rng.choice([np.nan, np.inf, -np.inf])
+    mounting = Mounting(rng.normal(0.0, 1.0, 3), rng.uniform(-1.0, 1.0, 3))
+    pattern = BeamPattern.per_cell(grid, max_range_m=max_range_m, min_range_m=0.5)
+    lidar = Lidar("any", pattern, mounting, airframe_radius_m=1.5)
+    level = Ground(np.array([0.0, 0.0, 1.0]), -2.0, 0.3) if ground else None
+    found = detect(grid, lidar, Scan(points), ground=level)
+
+    with np.errstate(invalid="ignore"):
+        away = np.linalg.norm(points, axis=1)
+        finite = np.isfinite(points).all(axis=1)
+        placed = np.where(finite[:, None], points, 0.0) @ mounting.body_from_sensor.T
+        placed += mounting.position_m
+        left, reasons = finite.copy(), {"nonfinite": ~finite}
+        for reason, those in (
+            ("beyond", away > max_range_m),
+            ("blind", away < 0.5),
+            ("airframe", np.linalg.norm(placed, axis=1) < 1.5),
+            ("ground", placed[:, 2] <= (-1.7 if ground else -np.inf)),
+        ):
+            reasons[reason] = left & those
+            left &= ~those
+    cells = grid.cell_of(placed)
+    inside = cells[left & (cells >= 0)]
+    np.testing.assert_array_equal(found.hits, np.bincount(inside, minlength=grid.cells))
+    counted = {name: np.count_nonzero(those) for name, those in reasons.items()}
+    counted |= {"kept": left.sum(), "outside": left.sum() - len(inside)}
+    assert dict(found.counts) == counted
+    np.testing.assert_allclose(found.points_m, placed[left], atol=1e-9 * far_m)
+    np.testing.assert_allclose(found.radius_m, 0.5 * pattern.spacing_rad * away[left])
+
+
 def test_returns_on_borders_fall_where_the_grid_puts_them():
     edges = np.meshgrid(
         GRID.range_edges_m[1:], GRID.azimuth_edges_rad, GRID.elevation_edges_rad, indexing="ij"

@@ -124,10 +124,7 @@ def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
     """Sort points [m, 3] with radii [m] into cubes."""
     count = len(radius)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for n in range(count):
-        for axis in range(3):
-            low[axis] = min(low[axis], position[n, axis])
-            high[axis] = max(high[axis], position[n, axis])
+    largest = _bound(position, radius, low, high)
     if count == 0:
         low[:], high[:] = 0.0, 0.0
     width = np.max(high - low) / BINS_ACROSS
@@ -136,29 +133,68 @@ def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
     counts = np.empty(3, dtype=np.int64)
     for axis in range(3):
         counts[axis] = int((high[axis] - low[axis]) / width) + 1
-    bins = counts[0] * counts[1] * counts[2]
     own = np.empty(count, dtype=np.int64)
-    start = np.zeros(bins + 1, dtype=np.int64)
-    largest = 0.0
-    for n in range(count):
-        a = int((position[n, 0] - low[0]) / width)
-        b = int((position[n, 1] - low[1]) / width)
-        c = int((position[n, 2] - low[2]) / width)
-        own[n] = (a * counts[1] + b) * counts[2] + c
-        start[own[n] + 1] += 1
-        largest = max(largest, radius[n])
-    for b in range(bins):
-        start[b + 1] += start[b]
+    start = np.zeros(counts[0] * counts[1] * counts[2] + 1, dtype=np.int64)
+    _count_by_bin(position, low, counts, width, own, start)
     filled = start[:-1].copy()
     sorted_position, sorted_radius = np.empty((count, 3)), np.empty(count)
     source = np.empty(count, dtype=np.int64)
-    for n in range(count):
+    _sort_by_bin(position, radius, own, filled, sorted_position, sorted_radius, source)
+    return PointBins(sorted_position, sorted_radius, source, start, low, counts, width, largest)
+
+
+@borrowing
+def _bound(position: FloatArray, radius: FloatArray, low: FloatArray, high: FloatArray) -> float:
+    """Fill in the lowest and highest corner of all; the largest radius."""
+    largest = 0.0
+    for n in range(len(radius)):
+        for axis in range(3):
+            low[axis] = min(low[axis], position[n, axis])
+            high[axis] = max(high[axis], position[n, axis])
+        largest = max(largest, radius[n])
+    return largest
+
+
+@borrowing
+def _count_by_bin(
+    position: FloatArray,
+    low: FloatArray,
+    counts: IntArray,
+    width: float,
+    own: IntArray,
+    start: IntArray,
+) -> None:
+    """Fill in the bin of each point, and where each bin begins."""
+    low_x, low_y, low_z = low[0], low[1], low[2]
+    along_y, along_z = counts[1], counts[2]
+    for n in range(len(own)):
+        a = int((position[n, 0] - low_x) / width)
+        b = int((position[n, 1] - low_y) / width)
+        c = int((position[n, 2] - low_z) / width)
+        own[n] = (a * along_y + b) * along_z + c
+        start[own[n] + 1] += 1
+    for b in range(len(start) - 1):
+        start[b + 1] += start[b]
+
+
+@borrowing
+def _sort_by_bin(
+    position: FloatArray,
+    radius: FloatArray,
+    own: IntArray,
+    filled: IntArray,
+    sorted_position: FloatArray,
+    sorted_radius: FloatArray,
+    source: IntArray,
+) -> None:
+    """Fill in the points bin by bin; filled: [bins] where each begins, written into."""
+    for n in range(len(own)):
         at = filled[own[n]]
         filled[own[n]] += 1
-        sorted_position[at] = position[n]
+        for axis in range(3):
+            sorted_position[at, axis] = position[n, axis]
         sorted_radius[at] = radius[n]
         source[at] = n
-    return PointBins(sorted_position, sorted_radius, source, start, low, counts, width, largest)
 
 
 @borrowing

@@ -82,7 +82,15 @@ def _what(cause: Cause, index: int, decision: Decision, obstacle_map: ObstacleMa
     if cause is Cause.MAP and obstacle_map is not None:
         source = int(decision.hazards.shapes.source[index])
         name = obstacle_map.obstacles[source].name or f"number {source}"
-        return f"of map obstacle {name}"
+        return f"of {called('map obstacle', name)}"
     if cause is Cause.INTRUDER:
-        return f"of intruder {decision.intruders[index] or f'number {index}'}"
+        return f"of {called('intruder', decision.intruders[index] or f'number {index}')}"
     return "of a return"
+
+
+def called(kind: str, name: str) -> str:
+    """A name with what it is the name of, unless it says so itself: no "intruder intruder"."""
+    words = kind.split()
+    if name.lower().split()[:1] == words[-1:]:
+        del words[-1]
+    return " ".join([*words, name])

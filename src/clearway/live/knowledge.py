@@ -58,6 +58,8 @@ class Knowledge:
         self.planner, self.mission, self.obstacle_map = planner, mission, obstacle_map
         self.limits = limits
         self.progress = Progress()
+        self.followed = True
+        """Whether the vehicle flies what is decided."""
         self.floor_m = -np.inf
         """Height of the world that no decision leads below."""
         self.counts: Counter[str] = Counter()
@@ -172,7 +174,8 @@ class Knowledge:
     ) -> None:
         """Compare an own state with where what was flown since the one before would have led."""
         if (
-            before is None
+            not self.followed
+            or before is None
             or flown_m is None
             or self.flown.unknown_s(before.time_s, state.time_s) > 0.0
         ):

@@ -77,6 +77,7 @@ def play(system: AvoidanceSystem, moments: Iterable[Moment]) -> Iterator[PlayedS
 
     The system is fed with each state and scan as in flight, and keeps what it remembers.
     """
+    system.followed = False
     for moment in moments:
         planned = system.state_at(moment.state.time_s)
         system.update(moment.state)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -236,7 +235,7 @@ class RangeSensing:
         )
         if self._court is None:
             return detection
-        return replace(detection, weight=self._court.records[scan.sensor].weight)
+        return detection.weighing(self._court.records[scan.sensor].weight)
 
     def _ground(self, frame: GridFrame) -> Ground | None:
         """Ground that is no obstacle, as the grid of a decision sees it."""

@@ -141,6 +141,16 @@ class AvoidanceSystem:
         return self._known.mission
 
     @property
+    def followed(self) -> bool:
+        """Whether the vehicle flies what is decided; whoever knows better sets it. Where a pilot
+        flies, going elsewhere than decided tells nothing of the wind."""
+        return self._known.followed
+
+    @followed.setter
+    def followed(self, is_so: bool) -> None:
+        self._known.followed = is_so
+
+    @property
     def floor_m(self) -> float:
         """Height of the world that no decision leads below; whoever flies may set it."""
         return self._known.floor_m

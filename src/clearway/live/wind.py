@@ -7,7 +7,6 @@ they are said to lead.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -31,19 +30,55 @@ SURELY_LESS = 0.999
 FEWEST_STEPS = 3
 
 
-class Step(NamedTuple):
-    """What one own state told."""
+class Steps(NamedTuple):
+    """What own states told, one after the other: columns of the same length."""
 
-    duration_s: float
-    """Since the state before it."""
+    duration_s: FloatArray
+    """[n] since the state before."""
     carried_m: FloatArray
-    """[3] how far it lies off what was flown since, world frame."""
-    position_std_m: float
-    """Of the state."""
-    wandering_m2: float
-    """Variance that the step adds, by the attitude that was flown from and not known."""
-    fastest_mps: float
-    """How fast that carried it."""
+    """[n, 3] how far a state lies off what was flown since, world frame."""
+    position_std_m: FloatArray
+    """[n] of the state."""
+    wandering_m2: FloatArray
+    """[n] variance that the step adds, by the attitude that was flown from and not known."""
+    fastest_mps: FloatArray
+    """[n] how fast that carried it."""
+
+
+class _LatestSteps:
+    """Rows of steps, to be added at the end and dropped at the front without building any anew."""
+
+    def __init__(self) -> None:
+        self._rows, self._first, self._end = np.empty((64, 7)), 0, 0
+
+    def __len__(self) -> int:
+        return self._end - self._first
+
+    @property
+    def columns(self) -> Steps:
+        """Views of what is there until the next one is added."""
+        rows = self._rows[self._first : self._end]
+        return Steps(rows[:, 0], rows[:, 1:4], rows[:, 4], rows[:, 5], rows[:, 6])
+
+    @property
+    def lasts_s(self) -> float:
+        """Of all, as it adds up along them."""
+        return float(np.cumsum(self._rows[self._first : self._end, 0])[-1]) if len(self) else 0.0
+
+    def add(self, step: Sequence[float]) -> None:
+        if self._end == len(self._rows):
+            kept = self._rows[self._first : self._end]
+            self._rows = np.empty((max(64, 2 * len(kept)), 7))
+            self._rows[: len(kept)] = kept
+            self._first, self._end = 0, len(kept)
+        self._rows[self._end] = step
+        self._end += 1
+
+    def drop_first(self) -> None:
+        self._first += 1
+
+    def clear(self) -> None:
+        self._first = self._end
 
 
 class WindEstimate:
@@ -62,18 +97,22 @@ class WindEstimate:
         self.wind_mps = told
         """[3] world frame; the way that air, or whatever it is, carries the vehicle."""
         self._sigma_mps = 0.0
-        self._unfitted: tuple[Step, ...] = ()  # Steps whose deviation nobody has asked for yet.
-        self.steps: deque[Step] = deque()
-        """Of the latest window."""
+        self._unfitted: Steps | None = None  # Whose deviation nobody has asked for yet.
+        self._latest = _LatestSteps()
         self._last_mps = CALM
 
     @property
     def sigma_mps(self) -> float:
         """Standard deviation of each axis, as far as the noise that states declare tells."""
-        if self._unfitted:
+        if self._unfitted is not None:
             _, self._sigma_mps = line_through(self._unfitted)
-            self._unfitted = ()
+            self._unfitted = None
         return self._sigma_mps
+
+    @property
+    def steps(self) -> Steps:
+        """Of the latest window."""
+        return self._latest.columns
 
     def unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
         """How far off an own state lies that no wind explains, neither the present one nor that of
@@ -102,47 +141,39 @@ class WindEstimate:
         carried = after.position_m - flown_m
         self._last_mps = carried / duration
         fastest = float(np.linalg.norm(self._last_mps))
-        self.steps.append(Step(duration, carried, after.position_std_m, wandering, fastest))
-        while sum(step.duration_s for step in self.steps) > WINDOW_S + 1e-6:
-            self.steps.popleft()
+        self._latest.add((duration, *carried, after.position_std_m, wandering, fastest))
+        while self._latest.lasts_s > WINDOW_S + 1e-6:
+            self._latest.drop_first()
         self._fit()
 
     def forget(self) -> None:
         """What was flown is not known, or the own place jumped: steps no longer belong together."""
-        self.steps.clear()
+        self._latest.clear()
         self._last_mps = CALM
 
     def _fit(self) -> None:
-        if self._too_little:
+        if self._latest.lasts_s < LEAST_S or len(self._latest) < FEWEST_STEPS:
             return
-        least = LEAST_OF_SPEED * self._speed_mps
+        steps, least = self.steps, LEAST_OF_SPEED * self._speed_mps
         # The line is no steeper than the steepest step.
-        if max(step.fastest_mps for step in self.steps) < SURELY_LESS * least:
-            self.wind_mps, self._unfitted = CALM, tuple(self.steps)
+        if steps.fastest_mps.max() < SURELY_LESS * least:
+            self.wind_mps, self._unfitted = CALM, steps
             return
-        self._unfitted = ()
-        slope, self._sigma_mps = line_through(self.steps)
+        self._unfitted = None
+        slope, self._sigma_mps = line_through(steps)
         least = max(SURE * self._sigma_mps, least)
         slope.setflags(write=False)
         self.wind_mps = slope if float(np.linalg.norm(slope)) > least else CALM
 
-    @property
-    def _too_little(self) -> bool:
-        """Whether nothing can be said yet: the time as it adds up along the steps."""
-        flown_s = 0.0
-        for step in self.steps:
-            flown_s += step.duration_s
-        return flown_s < LEAST_S or len(self.steps) < FEWEST_STEPS
 
-
-def line_through(steps: Sequence[Step]) -> tuple[FloatArray, float]:
+def line_through(steps: Steps) -> tuple[FloatArray, float]:
     """Slope [3] of the line through how far steps were carried off, and its deviation."""
-    times = np.cumsum([0.0, *(step.duration_s for step in steps)])
-    carried = np.cumsum([np.zeros(3), *(step.carried_m for step in steps)], axis=0)
+    times = np.concatenate([[0.0], np.cumsum(steps.duration_s)])
+    carried = np.concatenate([np.zeros((1, 3)), np.cumsum(steps.carried_m, axis=0)])
     away = times - times.mean()
     weight = away / float(away @ away)
     slope = weight @ carried
-    stated = max(step.position_std_m for step in steps)
+    stated = float(steps.position_std_m.max())
     residual = carried - carried.mean(axis=0) - away[:, None] * slope
     spread = float(np.sqrt(np.square(residual).sum(axis=0).max() / (len(times) - 2)))
     noise = max(stated, spread)
@@ -150,5 +181,5 @@ def line_through(steps: Sequence[Step]) -> tuple[FloatArray, float]:
     steps_m = np.diff(residual, axis=0)
     gusts = max(0.0, float(np.square(steps_m).mean(axis=0).max()) - 2.0 * stated**2)
     after = np.cumsum(weight[::-1])[::-1][1:]
-    wandering = float(after**2 @ [gusts + step.wandering_m2 for step in steps])
+    wandering = float(after**2 @ (gusts + steps.wandering_m2))
     return slope, float(np.sqrt(noise**2 * float(weight @ weight) + wandering))

@@ -66,7 +66,7 @@ class BagBus:
         begins_s = self._next.logged_s if self._next is not None else 0.0
         while self._next is not None and self._next.logged_s <= begins_s + STEP_S:
             one = self._next
-            found.append(TopicMessage(one.topic, one.type, one.raw))
+            found.append(TopicMessage(one.topic, one.type, one.raw, one.logged_s))
             self._next = next(self._coming, None)
         self.ended = self._next is None
         return found

@@ -30,6 +30,8 @@ class TopicMessage(NamedTuple):
     topic: str
     type: str
     raw: bytes
+    recorded_s: float | None = None
+    """When it came, where it is played back."""
 
 
 class TopicBus(Protocol):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.io.scans.cloud_message import FIELD_TYPES, points_of_cloud2
+from clearway.io.scans.cloud_message import FIELD_TYPES, returns_of_cloud2
 
 MOST_POINTS = 2_000_000
 """No sensor has more; a larger cloud is refused."""
@@ -31,11 +31,11 @@ def points_of(message: Any, kind: str) -> TimedPoints:
     count = int(message.width) * int(message.height)
     if count > MOST_POINTS:
         raise ValueError(f"{count} points, more than {MOST_POINTS}")
-    points = points_of_cloud2(message)
+    points, returned = returns_of_cloud2(message)
     times = _times(message)
-    good = np.all(np.abs(points) < 1e6, axis=1)  # NaN is not.
-    good &= np.any(points != 0.0, axis=1)  # Some drivers tell missing returns as zeros.
-    return TimedPoints(points[good], None if times is None else times[good])
+    if times is not None and returned is not None:
+        times = times[returned]
+    return TimedPoints(points, times)
 
 
 def _times(message: Any) -> FloatArray | None:

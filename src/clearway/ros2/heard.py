@@ -18,16 +18,14 @@ class HeardTopic:
     needed: bool
     messages: int = 0
     refused: int = 0
-    newest_s: float = -math.inf
-    """By our clock."""
     age_s: float = math.nan
     """Of the last stamp, by the newest time that any message told."""
     _came: deque[float] = field(default_factory=lambda: deque(maxlen=RATE_OVER))
 
-    def take(self, wall_s: float) -> None:
+    def take(self, came_s: float) -> None:
+        """came_s: by our clock, or when it was recorded."""
         self.messages += 1
-        self.newest_s = wall_s
-        self._came.append(wall_s)
+        self._came.append(came_s)
 
     @property
     def rate_hz(self) -> float:

@@ -98,15 +98,16 @@ def message_types() -> Any:
 
 def made(kind_name: str, /, **fields: Any) -> Any:
     """A message with some fields set; all others are zero, empty or false."""
+    maker, kinds = _parts(kind_name)
+    assert fields.keys() <= kinds.keys(), f"{kind_name} has no {fields.keys() - kinds.keys()}"
+    return maker(*[fields[n] if n in fields else _empty(kind) for n, kind in kinds.items()])
+
+
+@cache
+def _parts(kind_name: str) -> tuple[Any, dict[str, Any]]:
+    """What makes a message of its values, and its fields with their kinds."""
     types = message_types()
-    names = [field for field, _ in types.FIELDDEFS[kind_name][1]]
-    unknown = set(fields) - set(names)
-    assert not unknown, f"{kind_name} has no {unknown}"
-    values = [
-        fields[field] if field in fields else _empty(kind)
-        for field, kind in types.FIELDDEFS[kind_name][1]
-    ]
-    return types.types[kind_name](*values)
+    return types.types[kind_name], dict(types.FIELDDEFS[kind_name][1])
 
 
 def _empty(kind: tuple[Any, Any]) -> Any:

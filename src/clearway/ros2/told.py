@@ -38,7 +38,7 @@ def header(time_s: float, frame: str) -> Any:
 
 
 def point(place: FloatArray, kind: str = "Point") -> Any:
-    x, y, z = (float(value) for value in place)
+    x, y, z = place.tolist()
     return made(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
 
 
@@ -133,13 +133,13 @@ def velocity_message(
 def path_message(places_m: FloatArray, time_s: float, frame: str) -> Any:
     """A nav_msgs/Path [n, 3], each pose along the way to the next."""
     ways = np.diff(places_m, axis=0, append=places_m[-1:]) if len(places_m) else places_m
-    poses, yaw = [], 0.0
-    for place, way in zip(places_m, ways, strict=True):
-        if np.hypot(way[0], way[1]) > 1e-9:
-            yaw = math.atan2(way[1], way[0])
+    poses, yaw, stamped = [], 0.0, header(time_s, frame)
+    for place, (along, aside, _) in zip(places_m, ways.tolist(), strict=True):
+        if math.hypot(along, aside) > 1e-9:
+            yaw = math.atan2(aside, along)
         pose = made("geometry_msgs/msg/Pose", position=point(place), orientation=turned(yaw))
-        poses.append(made("geometry_msgs/msg/PoseStamped", header=header(time_s, frame), pose=pose))
-    return made("nav_msgs/msg/Path", header=header(time_s, frame), poses=poses)
+        poses.append(made("geometry_msgs/msg/PoseStamped", header=stamped, pose=pose))
+    return made("nav_msgs/msg/Path", header=stamped, poses=poses)
 
 
 def decision_row(flight: FlightDecision, outcome: TickOutcome) -> dict[str, Any]:

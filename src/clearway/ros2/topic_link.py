@@ -23,7 +23,7 @@ from clearway.ros2.clouds import points_of
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kernel import dropped_datagrams
 from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard
-from clearway.ros2.messages import damages, packed, unpacked
+from clearway.ros2.messages import damages, made, packed, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import CloudParameters, Names, NodeParameters
 from clearway.ros2.placed_clouds import EMPTY, MOUNTED_ELSEWHERE, NO_MOUNTING, PlacedClouds
@@ -74,6 +74,11 @@ class TopicLink(Generic[S]):
             self.topics[heard.topic] = HeardTopic(heard.kind, heard.needed)
             bus.subscribe(heard.topic, heard.kind, heard.quality)
         self._advertise()
+        kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
+        for kind in kinds:
+            unpacked(
+                packed(made(kind)), kind
+            )  # The first of a kind takes 10 ms, here and not then.
         if parameters.ground_m is not None:
             session.hear_ground(parameters.ground_m)
 
@@ -107,10 +112,15 @@ class TopicLink(Generic[S]):
         return []
 
     def _advertise(self) -> None:
-        for name, kind, quality in (*self.told_always, DIAGNOSTICS):
+        for name, kind, quality in self._told():
             self.bus.advertise(self.names(name), kind, quality)
-        for one in self.parameters.set_points if self.parameters.act else ():
-            self.bus.advertise(self.names(one.topic), SET_POINT_KINDS[one.type], USUAL)
+
+    def _told(self) -> list[tuple[str, str, Quality]]:
+        """Topics, kinds and qualities of what is published."""
+        given = self.parameters
+        told = [*self.told_always, DIAGNOSTICS]
+        set_points = given.set_points if given.act else ()
+        return told + [(one.topic, SET_POINT_KINDS[one.type], USUAL) for one in set_points]
 
     # --- in -------------------------------------------------------------------------------
 
@@ -125,7 +135,7 @@ class TopicLink(Generic[S]):
         heard, topic = self._by_topic.get(one.topic), self.topics.get(one.topic)
         if heard is None or topic is None:
             return
-        topic.take(wall_s)
+        topic.take(wall_s if one.recorded_s is None else one.recorded_s)
         try:
             message = unpacked(one.raw, heard.kind)
             heard.take(message, wall_s, one.topic)

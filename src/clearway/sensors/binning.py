@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges, interval_of
 from clearway.base.state import IntArray
@@ -42,6 +42,14 @@ class CellTables(NamedTuple):
     column: TableArray
     row: TableArray
     steps_per_m: float
+    cone: FloatArray
+    """[6] around the grid's directions: normals (x, y) of the half-planes at its sides, zero where
+    it is no narrower than half a circle, then its lowest and highest sine, squared with their
+    signs."""
+
+
+ABOUT_RAD = 1e-6
+"""By which the cone is wider than the grid: within it, the tables decide."""
 
 
 @lru_cache(maxsize=16)
@@ -58,7 +66,20 @@ def cell_tables(grid: AvoidanceGrid) -> CellTables:
         column,
         _table(np.sin(grid.elevation_edges_rad), -1.0, STEPS / 2.0, 1),
         steps_per_m,
+        _cone(grid.azimuth_edges_rad, grid.elevation_edges_rad),
     )
+
+
+def _cone(azimuth_rad: FloatArray, elevation_rad: FloatArray) -> FloatArray:
+    right, left = azimuth_rad[0] - ABOUT_RAD, azimuth_rad[-1] + ABOUT_RAD
+    sides = [-np.sin(right), np.cos(right), np.sin(left), -np.cos(left)]
+    if left - right >= np.pi - ABOUT_RAD:
+        sides = [0.0, 0.0, 0.0, 0.0]
+    ends = np.array([elevation_rad[0] - ABOUT_RAD, elevation_rad[-1] + ABOUT_RAD])
+    sines = np.sin(np.clip(ends, -0.5 * np.pi, 0.5 * np.pi))
+    # Straight up and down rounding must leave nothing out.
+    sines += np.array([-ABOUT_RAD, ABOUT_RAD]) * (np.abs(sines) > 1.0 - ABOUT_RAD)
+    return read_only(np.array([*sides, *(sines * np.abs(sines))]))
 
 
 def _pseudo_angles(azimuth_rad: FloatArray) -> FloatArray:

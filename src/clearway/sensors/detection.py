@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 from typing import Protocol
 
@@ -19,7 +19,7 @@ from clearway.base.state import BoolArray, IntArray, State, frozen_array
 from clearway.base.variants import Variants
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.returns import REASONS, Filters, bin_returns
+from clearway.sensors.returns import REASONS, Filters, bin_returns, kept_returns
 from clearway.sensors.standing import combine_rule_named
 from clearway.sensors.visibility import surface_probability, visible_behind
 
@@ -83,6 +83,18 @@ class Detection:
     """Returns kept, outside the grid, and dropped, by reason."""
     weight: float = 1.0
     """Precision times present trust of the sensor, in (0, 1]; the rule "weighted" uses it."""
+    unplaced: tuple[FloatArray, Filters] | None = field(default=None, repr=False)
+    """Returns of the sensor frame, and how to place them: `points_m` and `radius_m` of a scan are
+    worked out when first asked for, since flight goes by what is remembered."""
+
+    def __getattr__(self, name: str) -> FloatArray:
+        """Of what is not there yet."""
+        if name not in ("points_m", "radius_m") or self.unplaced is None:
+            raise AttributeError(name)
+        points, radii = kept_returns(*self.unplaced)
+        object.__setattr__(self, "points_m", points)
+        object.__setattr__(self, "radius_m", radii)
+        return points if name == "points_m" else radii
 
     def __post_init__(self) -> None:
         cells, columns = (self.grid.cells,), (self.grid.columns * self.grid.rows,)
@@ -109,6 +121,14 @@ class Detection:
         return detection
 
     __repr__ = brief
+
+    def weighing(self, weight: float) -> Detection:
+        """The same with another weight."""
+        there = (one for one in fields(self) if one.name not in ("points_m", "radius_m"))
+        values = {one.name: getattr(self, one.name) for one in there}
+        if self.unplaced is None:
+            values |= {"points_m": self.points_m, "radius_m": self.radius_m}
+        return Detection.trusted(**values | {"weight": weight})
 
     @property
     def seen(self) -> BoolArray:
@@ -156,8 +176,7 @@ def detect(
         probability=probability,
         hindrance=hindrance,
         visibility=visibility,
-        points_m=found.points_m,
-        radius_m=found.radius_m,
+        unplaced=(scan.points_m, filters),
         counts=MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
         weight=lidar.standing.weight,
     )

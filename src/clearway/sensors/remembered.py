@@ -21,6 +21,8 @@ ALONE, IN_LINE, BETWEEN = range(3)
 """Kinds: a return as such; one of several in a line; filled in between two of those."""
 MOST_LEVELS = 7
 """Times that the pitch may double; eight levels fit into a key."""
+LEVEL_SHIFT = 60
+"""Of the level in a key."""
 SMALLEST_TABLE = 12
 """Bits of the table of voxels that a sweep begins with: while it is small it stays in the fast
 caches."""
@@ -72,7 +74,7 @@ def box_key(x: float, y: float, z: float, level: int, voxel: float) -> int:
     i = int(np.floor(x * per_voxel)) & 0xFFFFF
     j = int(np.floor(y * per_voxel)) & 0xFFFFF
     k = int(np.floor(z * per_voxel)) & 0xFFFFF
-    return (level << 60) | (i << 40) | (j << 20) | k
+    return (level << LEVEL_SHIFT) | (i << 40) | (j << 20) | k
 
 
 @borrowing
@@ -192,12 +194,12 @@ def boxes_of_returns(
     radii: [m] half the beam spacing. sizes: [m] how thick the thing is at least, 0 where unknown.
     """
     boxes = empty_boxes(len(points))
+    keys = np.empty(len(points), dtype=np.int64)
+    _keys_of(points, origin, pitch, keys)
     count = 0
     table, begin = empty_table(SMALLEST_TABLE), 0
     while True:
-        begin, count = _put_into_boxes(
-            points, radii, sizes, origin, pitch, table, begin, boxes, count
-        )
+        begin, count = _put_into_boxes(points, radii, sizes, keys, table, begin, boxes, count)
         if begin == len(points):
             break
         table = _wider_table(table, boxes, count, pitch.voxel_m)
@@ -251,12 +253,26 @@ def _wider_table(table: Table, boxes: Boxes, count: int, voxel: float) -> Table:
 
 
 @borrowing
+def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArray) -> None:
+    """Fill in the voxel of each return; where all are of one pitch, several at a time."""
+    voxel, fine = pitch.voxel_m, pitch.fine_m
+    if not fine < np.inf:
+        for n in range(len(keys)):
+            keys[n] = box_key(points[n, 0], points[n, 1], points[n, 2], 0, voxel)
+        return
+    ox, oy, oz = origin[0], origin[1], origin[2]
+    for n in range(len(keys)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
+        keys[n] = box_key(x, y, z, level_at(away, fine), voxel)
+
+
+@borrowing
 def _put_into_boxes(
     points: FloatArray,
     radii: FloatArray,
     sizes: FloatArray,
-    origin: FloatArray,
-    pitch: Pitch,
+    keys: IntArray,
     table: Table,
     begin: int,
     boxes: Boxes,
@@ -264,17 +280,10 @@ def _put_into_boxes(
 ) -> tuple[int, int]:
     """Put returns from `begin` on into boxes, of which there are `count`: up to where the table is
     half full, and how many boxes there are then."""
-    voxel, fine = pitch.voxel_m, pitch.fine_m
-    ox, oy, oz = origin[0], origin[1], origin[2]
     most = len(table.keys) // 2
     last_key, number = -1, 0
     for n in range(begin, len(points)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        level = 0
-        if fine < np.inf:
-            away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
-            level = level_at(away, fine)
-        key = box_key(x, y, z, level, voxel)
+        x, y, z, key = points[n, 0], points[n, 1], points[n, 2], keys[n]
         if key != last_key:  # neighbours in a scan mostly share their voxel
             slot = slot_of(key, table.keys, table.shift)
             if table.keys[slot] == -1:
@@ -286,17 +295,18 @@ def _put_into_boxes(
                 boxes.low_m[count, 1] = boxes.high_m[count, 1] = y
                 boxes.low_m[count, 2] = boxes.high_m[count, 2] = z
                 boxes.spacing_m[count], boxes.size_m[count] = 0.0, 0.0
-                boxes.level[count] = level
+                boxes.level[count] = key >> LEVEL_SHIFT
                 count += 1
             last_key, number = key, int(table.numbers[slot])
-        boxes.low_m[number, 0] = min(boxes.low_m[number, 0], x)
-        boxes.low_m[number, 1] = min(boxes.low_m[number, 1], y)
-        boxes.low_m[number, 2] = min(boxes.low_m[number, 2], z)
-        boxes.high_m[number, 0] = max(boxes.high_m[number, 0], x)
-        boxes.high_m[number, 1] = max(boxes.high_m[number, 1], y)
-        boxes.high_m[number, 2] = max(boxes.high_m[number, 2], z)
-        boxes.spacing_m[number] = max(boxes.spacing_m[number], radii[n])
-        boxes.size_m[number] = max(boxes.size_m[number], sizes[n])
+        at = np.uint64(number)
+        boxes.low_m[at, 0] = min(boxes.low_m[at, 0], x)
+        boxes.low_m[at, 1] = min(boxes.low_m[at, 1], y)
+        boxes.low_m[at, 2] = min(boxes.low_m[at, 2], z)
+        boxes.high_m[at, 0] = max(boxes.high_m[at, 0], x)
+        boxes.high_m[at, 1] = max(boxes.high_m[at, 1], y)
+        boxes.high_m[at, 2] = max(boxes.high_m[at, 2], z)
+        boxes.spacing_m[at] = max(boxes.spacing_m[at], radii[n])
+        boxes.size_m[at] = max(boxes.size_m[at], sizes[n])
     return len(points), count
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import cell_of_point
@@ -23,6 +24,9 @@ KEPT, OUTSIDE_GRID, NONFINITE, BLIND, BEYOND, AIRFRAME, GROUND = range(len(REASO
 
 BLOCK = 512
 """Returns at a time: their intermediate values stay in the fastest cache."""
+
+ROUNDING = 1e-9
+"""Share by which what is culled lies farther away than it must."""
 
 StepArray = npt.NDArray[np.int32]
 
@@ -46,14 +50,13 @@ class Filters(NamedTuple):
     half_spacing: float
     """Half the angle between beams, rad."""
 
+    def __repr__(self) -> str:
+        return brief(self)
+
 
 class Binned(NamedTuple):
     """Outcome of the fused pass over one scan."""
 
-    points_m: FloatArray
-    """[kept, 3] grid frame."""
-    radius_m: FloatArray
-    """[kept] half the beam spacing there."""
     hits: IntArray
     """[cells]"""
     squared_ranges_m2: FloatArray
@@ -69,7 +72,12 @@ class Binned(NamedTuple):
 class Block(NamedTuple):
     """Working memory for BLOCK returns."""
 
+    a: FloatArray
+    """Sensor frame."""
+    b: FloatArray
+    c: FloatArray
     x: FloatArray
+    """Grid frame."""
     y: FloatArray
     z: FloatArray
     squared_range: FloatArray
@@ -83,31 +91,85 @@ class Block(NamedTuple):
     cell: StepArray
     """Flat cell, OUTSIDE or more where there is none or the return is dropped."""
     reason: StepArray
+    source: StepArray
+    """Where those that are kept of a block were in it."""
 
 
 @borrowing
-def _place(points: FloatArray, filters: Filters, block: Block) -> None:
+def _cull(points: FloatArray, culled: float, block: Block) -> int:
+    """Take in the returns of a block, of those not all within a squared range only these; how many
+    there are."""
+    a, b, c, squared = block.a, block.b, block.c, block.squared_range
+    count = len(points)
+    # One output per loop, or the compiler gives up proving that they do not overlap.
+    for n in range(count):
+        a[n] = points[n, 0]
+    for n in range(count):
+        b[n] = points[n, 1]
+    for n in range(count):
+        c[n] = points[n, 2]
+    for n in range(count):
+        squared[n] = a[n] ** 2 + b[n] ** 2 + c[n] ** 2
+    m = 0
+    for n in range(count):
+        m += squared[n] <= culled
+    return m
+
+
+@borrowing
+def _gather_near(count: int, culled: float, block: Block) -> None:
+    """Move those of a block within a squared range to the front."""
+    a, b, c, squared, source = block.a, block.b, block.c, block.squared_range, block.source
+    m = 0
+    for n in range(count):
+        source[m] = n  # Written always and passed over if far: no branch.
+        m += squared[n] <= culled
+    for n in range(m):
+        k = np.uint32(source[n])
+        a[n], b[n], c[n], squared[n] = a[k], b[k], c[k], squared[k]
+
+
+@borrowing
+def _count_far(count: int, filters: Filters, culled: float, block: Block) -> tuple[int, int, int]:
+    """Of those of a block beyond a squared range: how many are not finite, beyond the sensor's
+    range, ground."""
+    squared, high = block.squared_range, filters.max_range**2
+    nonfinite, beyond, ground = 0, 0, 0
+    for n in range(count):
+        nonfinite += not squared[n] < np.inf
+    for n in range(count):
+        beyond += (squared[n] > max(high, culled)) & (squared[n] < np.inf)
+    if filters.ground == -np.inf:
+        return nonfinite, beyond, 0
+    _place(count, filters, block)
+    x, y, z, up = block.x, block.y, block.z, filters.up
+    up_x, up_y, up_z = up[0], up[1], up[2]
+    for n in range(count):
+        low = up_x * x[n] + up_y * y[n] + up_z * z[n] <= filters.ground
+        ground += low & (squared[n] > culled) & (squared[n] <= high)
+    return nonfinite, beyond, ground
+
+
+@borrowing
+def _place(count: int, filters: Filters, block: Block) -> None:
     """Grid frame and squared distances of a block."""
     r, o = filters.rotation, filters.origin
-    x, y, z = block.x, block.y, block.z
+    a, b, c, x, y, z = block.a, block.b, block.c, block.x, block.y, block.z
     squared_range, squared_distance = block.squared_range, block.squared_distance
     r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]
     r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
     r20, r21, r22, oz = r[2, 0], r[2, 1], r[2, 2], o[2]
-    # One output per loop, or the compiler gives up proving that they do not overlap.
-    for n in range(len(points)):
-        squared_range[n] = points[n, 0] ** 2 + points[n, 1] ** 2 + points[n, 2] ** 2
     # What is not finite goes to the origin: it is dropped, but its steps must lie in the tables.
-    for n in range(len(points)):
-        placed = r00 * points[n, 0] + r01 * points[n, 1] + r02 * points[n, 2] + ox
+    for n in range(count):
+        placed = r00 * a[n] + r01 * b[n] + r02 * c[n] + ox
         x[n] = placed if squared_range[n] < np.inf else 0.0
-    for n in range(len(points)):
-        placed = r10 * points[n, 0] + r11 * points[n, 1] + r12 * points[n, 2] + oy
+    for n in range(count):
+        placed = r10 * a[n] + r11 * b[n] + r12 * c[n] + oy
         y[n] = placed if squared_range[n] < np.inf else 0.0
-    for n in range(len(points)):
-        placed = r20 * points[n, 0] + r21 * points[n, 1] + r22 * points[n, 2] + oz
+    for n in range(count):
+        placed = r20 * a[n] + r21 * b[n] + r22 * c[n] + oz
         z[n] = placed if squared_range[n] < np.inf else 0.0
-    for n in range(len(points)):
+    for n in range(count):
         squared_distance[n] = x[n] ** 2 + y[n] ** 2 + z[n] ** 2
 
 
@@ -129,19 +191,62 @@ def _sort_out(count: int, filters: Filters, block: Block) -> None:
 
 
 @borrowing
+def _cull_beside(count: int, cone: FloatArray, block: Block) -> tuple[int, int, int]:
+    """Gather those of a block in the cone of `CellTables`, and those too near; how many, and how
+    many of the others are ground, and beyond the range."""
+    right_x, right_y, left_x, left_y, low, high = (
+        cone[0],
+        cone[1],
+        cone[2],
+        cone[3],
+        cone[4],
+        cone[5],
+    )
+    x, y, z, squared, reason = block.x, block.y, block.z, block.squared_distance, block.reason
+    inside, source = block.cell, block.source
+    for n in range(count):
+        steep = z[n] * abs(z[n])
+        inside[n] = (
+            (
+                (right_x * x[n] + right_y * y[n] >= 0.0)
+                & (left_x * x[n] + left_y * y[n] >= 0.0)
+                & (steep >= low * squared[n])
+                & (steep <= high * squared[n])
+            )
+            | (reason[n] == BLIND)
+            | (reason[n] == AIRFRAME)
+        )
+    m, ground, beyond = 0, 0, 0
+    for n in range(count):
+        ground += (inside[n] == 0) & (reason[n] == GROUND)
+    for n in range(count):
+        beyond += (inside[n] == 0) & (reason[n] == BEYOND)
+    for n in range(count):
+        source[m] = n
+        m += inside[n]
+    for n in range(m):
+        k = np.uint32(source[n])
+        x[n], y[n], z[n], squared[n], reason[n] = x[k], y[k], z[k], squared[k], reason[k]
+    return m, ground, beyond
+
+
+@borrowing
 def _steps(count: int, steps_per_m: float, block: Block) -> None:
     """Steps of a block in the three tables; the arithmetic of `binning.quick_column`."""
     x, y, z, squared_distance = block.x, block.y, block.z, block.squared_distance
     layer, column, row = block.layer, block.column, block.row
     last = STEPS - 1.0
+    distance = block.squared_range  # which has had its use
     for n in range(count):
-        layer[n] = np.int32(min(np.sqrt(squared_distance[n]) * steps_per_m, last))
+        distance[n] = np.sqrt(squared_distance[n])
+    for n in range(count):
+        layer[n] = np.int32(min(distance[n] * steps_per_m, last))
     for n in range(count):
         forward = y[n] / (abs(x[n]) + abs(y[n]) + TINY)
         turned = forward if x[n] >= 0.0 else np.copysign(2.0, y[n]) - forward
         column[n] = np.int32(min((turned + 2.0) * (STEPS / 4.0), last))
     for n in range(count):
-        sine = z[n] / (np.sqrt(squared_distance[n]) + TINY)
+        sine = z[n] / (distance[n] + TINY)
         row[n] = np.int32(max(min((sine + 1.0) * (STEPS / 2.0), last), 0.0))
 
 
@@ -167,36 +272,68 @@ def _cells(count: int, tables: CellTables, block: Block) -> int:
 
 @compiled
 def bin_returns(points: FloatArray, filters: Filters, tables: CellTables) -> Binned:
-    """Transform, drop for a reason, bin: one pass over the returns [n, 3] of the sensor frame."""
+    """Cull, transform, drop for a reason, bin: one pass over the returns [n, 3] of the sensor
+    frame."""
     edges = tables.edges
     columns = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
     cells = columns * (len(edges.range_m) - 1)
     # One cell more than there are: what lies outside is counted there, without a branch.
     hits, ground = np.zeros(cells + 1, dtype=np.int64), np.zeros(cells + 1, dtype=np.int64)
     squared_ranges, blocked = np.zeros(cells + 1), np.zeros(columns + 1, dtype=np.int64)
-    kept, radius = np.empty((len(points), 3)), np.empty(len(points))
     counts = np.zeros(len(REASONS), dtype=np.int64)
-    block = _new_block()
-    m = 0
+    block, culled = _new_block(), _culled_m(filters, edges.range_m[-1]) ** 2
     for start in range(0, len(points), BLOCK):
         part = points[start : start + BLOCK]
-        _place(part, filters, block)
-        _sort_out(len(part), filters, block)
-        _steps(len(part), tables.steps_per_m, block)
-        if _cells(len(part), tables, block) > 0:
-            _count_dropped(len(part), filters, tables, block, ground, blocked, counts)
-        _count_hits(len(part), block, hits, squared_ranges)
-        m += _keep(len(part), filters.half_spacing, block, kept[m:], radius[m:])
-    counts[KEPT], counts[OUTSIDE_GRID] = m, m - hits[:cells].sum()
+        near = _cull(part, culled, block)
+        if near < len(part):
+            nonfinite, beyond, low = _count_far(len(part), filters, culled, block)
+            counts[NONFINITE] += nonfinite
+            counts[BEYOND] += beyond
+            counts[GROUND] += low
+            _gather_near(len(part), culled, block)
+        _place(near, filters, block)
+        _sort_out(near, filters, block)
+        near, low, beyond = _cull_beside(near, tables.cone, block)
+        counts[GROUND] += low
+        counts[BEYOND] += beyond
+        _steps(near, tables.steps_per_m, block)
+        if _cells(near, tables, block) > 0:
+            _count_dropped(near, filters, tables, block, ground, blocked, counts)
+        _count_hits(near, block, hits, squared_ranges)
+    counts[KEPT] = len(points) - counts.sum()
+    counts[OUTSIDE_GRID] = counts[KEPT] - hits[:cells].sum()
     return Binned(
-        kept[:m],
-        radius[:m],
         hits[:cells],
         squared_ranges[:cells],
         hits[:cells] + ground[:cells],
         blocked[:columns],
         counts,
     )
+
+
+@borrowing
+def _culled_m(filters: Filters, range_m: float) -> float:
+    """Range from the sensor beyond which nothing is in the grid, blind or the own airframe."""
+    o, e = filters.origin, filters.body
+    from_grid = np.sqrt(o[0] ** 2 + o[1] ** 2 + o[2] ** 2)
+    from_body = np.sqrt((o[0] - e[0]) ** 2 + (o[1] - e[1]) ** 2 + (o[2] - e[2]) ** 2)
+    farthest = max(range_m + from_grid, filters.airframe_radius + from_body, filters.min_range)
+    return float(farthest * (1.0 + ROUNDING))
+
+
+@compiled
+def kept_returns(points: FloatArray, filters: Filters) -> tuple[FloatArray, FloatArray]:
+    """[kept, 3] grid frame and [kept] half the beam spacing there, of the returns that
+    `bin_returns` keeps, also those outside the grid."""
+    kept, radius = np.empty((len(points), 3)), np.empty(len(points))
+    block, m = _new_block(), 0
+    for start in range(0, len(points), BLOCK):
+        part = points[start : start + BLOCK]
+        _cull(part, np.inf, block)
+        _place(len(part), filters, block)
+        _sort_out(len(part), filters, block)
+        m += _keep(len(part), filters.half_spacing, block, kept[m:], radius[m:])
+    return kept[:m], radius[:m]
 
 
 @compiled
@@ -207,6 +344,10 @@ def _new_block() -> Block:
         np.empty(BLOCK),
         np.empty(BLOCK),
         np.empty(BLOCK),
+        np.empty(BLOCK),
+        np.empty(BLOCK),
+        np.empty(BLOCK),
+        np.empty(BLOCK, dtype=np.int32),
         np.empty(BLOCK, dtype=np.int32),
         np.empty(BLOCK, dtype=np.int32),
         np.empty(BLOCK, dtype=np.int32),

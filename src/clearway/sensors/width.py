@@ -162,18 +162,22 @@ def _note_sizes(
 ) -> int:
     """Fill in radii and sizes, and move the placed that are kept to the front; how many."""
     rows, m = nearest.shape[1], 0
+    # Column and row of a bin take a division, so most are looked at without.
+    nearest_at, block_at = nearest.reshape(nearest.size), blocks.reshape(blocks.size)
     for n in range(len(placed)):
         distance, at = distances[n], bins[source[n]]
         size = 0.0
         if at >= 0:
-            column = at // rows
-            row = at - column * rows
-            if distance <= (1.0 + ALIKE) * nearest[column, row] and (
-                blocks[column, row] or _is_beside_block(nearest, blocks, known, column, row)
-            ):
+            near = distance <= (1.0 + ALIKE) * nearest_at[np.uint32(at)]
+            if near and block_at[np.uint32(at)]:
                 size = 2.0 * half_spacing * distance
-            elif _is_lone(distance, fine, per_bin, nearest, column, row):
-                continue
+            else:
+                column = at // rows
+                row = at - column * rows
+                if near and _is_beside_block(nearest, blocks, known, column, row):
+                    size = 2.0 * half_spacing * distance
+                elif _is_lone(distance, fine, per_bin, nearest, column, row):
+                    continue
         placed[m, 0], placed[m, 1], placed[m, 2] = placed[n, 0], placed[n, 1], placed[n, 2]
         radii[m], sizes[m] = half_spacing * distance, size
         m += 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -67,25 +68,15 @@ def profiles(
 
     only_wanted: the first of each alone.
     """
-    around = np.concatenate([[0.0], 2.0 * np.pi * np.arange(1, COURSES - 1) / (COURSES - 1)])
-    course = np.concatenate([wanted.course_rad + around, [motion.course_rad]])
-    fast, slow = wanted.speed_mps, _slow(wanted.speed_mps, performance)
-    course, speed = np.tile(course, 2), np.repeat([fast, slow], COURSES)
-    rates = np.array([1.0, 0.75, 0.5, 0.25])
-    climb = np.concatenate(
-        [
-            [0.0, 0.0],
-            rates * performance.climb_mps,
-            -rates * performance.sink_mps,
-            [performance.climb_mps, performance.climb_mps],
-            [-performance.sink_mps, -performance.sink_mps],
-        ]
-    )
-    begins = np.concatenate([np.zeros(2 + 2 * len(rates)), LATER_S, LATER_S])
+    speed, first_climb, begins = _offered(wanted.speed_mps, performance)
+    both = np.empty((2, COURSES))
+    both[:, :-1] = wanted.course_rad + _AROUND_RAD
+    both[:, -1] = motion.course_rad
+    course, climb = both.ravel(), first_climb.copy()
     if only_wanted:
         course, speed, climb, begins = course[:1], speed[:1], climb[:1], begins[:1]
     off = wanted.height_m - float(motion.position_m[2])
-    climb[0] = np.clip(off, -performance.sink_mps, performance.climb_mps)
+    climb[0] = min(max(off, -performance.sink_mps), performance.climb_mps)
     level = _level_ways(
         motion.position_m[0],
         motion.position_m[1],
@@ -108,6 +99,28 @@ def profiles(
         ceiling_m,
     )
     return Profiles(course, speed, climb, begins, level, height)
+
+
+_AROUND_RAD = np.concatenate([[0.0], 2.0 * np.pi * np.arange(1, COURSES - 1) / (COURSES - 1)])
+
+
+@lru_cache(maxsize=16)
+def _offered(
+    speed_mps: float, performance: Performance
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Speeds [level], climbs and when these begin [climbs]: the same at every decision."""
+    rates = np.array([1.0, 0.75, 0.5, 0.25])
+    climb = np.concatenate(
+        [
+            [0.0, 0.0],
+            rates * performance.climb_mps,
+            -rates * performance.sink_mps,
+            [performance.climb_mps, performance.climb_mps],
+            [-performance.sink_mps, -performance.sink_mps],
+        ]
+    )
+    begins = np.concatenate([np.zeros(2 + 2 * len(rates)), LATER_S, LATER_S])
+    return np.repeat([speed_mps, _slow(speed_mps, performance)], COURSES), climb, begins
 
 
 def _slow(speed_mps: float, performance: Performance) -> float:
@@ -133,19 +146,25 @@ def _level_ways(
     for n in range(len(course)):
         x, y, now, v = x0, y0, course0, speed0
         left = (course[n] - course0 + np.pi) % (2.0 * np.pi) - np.pi
+        cos, sin = np.cos(now), np.sin(now)
         ways[n, 0, 0], ways[n, 0, 1] = x, y
         for k in range(1, 2 * SECONDS + 1):
             if k * step > delay:
                 most = across / max(v, 1.0) * step
                 turn = min(max(left, -most), most)
-                left -= turn
                 v += min(max(speed[n] - v, -along * step), along * step)
-                x += v * step * np.cos(now + 0.5 * turn)
-                y += v * step * np.sin(now + 0.5 * turn)
-                now += turn
-            else:
-                x += v * step * np.cos(now)
-                y += v * step * np.sin(now)
+                if turn != 0.0:
+                    left -= turn
+                    x += v * step * np.cos(now + 0.5 * turn)
+                    y += v * step * np.sin(now + 0.5 * turn)
+                    now += turn
+                    if left == 0.0:
+                        cos, sin = np.cos(now), np.sin(now)
+                    if k % 2 == 0:
+                        ways[n, k // 2, 0], ways[n, k // 2, 1] = x, y
+                    continue
+            x += v * step * cos
+            y += v * step * sin
             if k % 2 == 0:
                 ways[n, k // 2, 0], ways[n, k // 2, 1] = x, y
     return ways

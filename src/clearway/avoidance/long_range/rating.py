@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.long_range.profiles import SECONDS, Profiles
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.traffic.growth import TwoKinds
@@ -60,32 +61,44 @@ class Rated(NamedTuple):
 def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> Rated:
     """The worst of all others for tiers; probabilities as of independent ones."""
     level, climbs = len(ways.level_m), len(ways.height_m)
-    kept = volumes.volumes
-    shapes = np.array(
-        [(kept[0].kept.radius_m, kept[0].kept.half_height_m)]
-        + [(one.radius_m, one.half_height_m) for one in kept]
-    )
+    shapes = _shapes(volumes)
     tier = np.zeros((level, climbs), dtype=np.int64)
     within = np.full((level, climbs), np.inf)
-    clear = np.ones((len(kept), level, climbs))
-    ahead = np.arange(0.0, SECONDS + 1.0, EVERY_S)
+    clear = np.ones((len(shapes) - 1, level, climbs))
     for other in others:
         path = _path(other.position_m, other.velocity_mps, other.turn_rps)
         _tiers(ways.level_m, ways.height_m, path, shapes, tier, within)
         speed = math.hypot(float(other.velocity_mps[0]), float(other.velocity_mps[1]))
         of_place, of_height = other.growth
-        spread = _deviations(of_place, ahead, speed, other.position_std_m, other.velocity_std_mps)
-        heights = _deviations(of_height, ahead, 1.0, other.height_std_m, other.climb_std_mps)
+        spread = _deviations(of_place, speed, other.position_std_m, other.velocity_std_mps)
+        heights = _deviations(of_height, 1.0, other.height_std_m, other.climb_std_mps)
         _probabilities(ways.level_m, ways.height_m, path, shapes[1:], spread, heights, clear)
     return Rated(tier, within, 1.0 - clear)
 
 
-def _deviations(
-    kinds: TwoKinds, ahead_s: FloatArray, scale: float, std: float, rate_std: float
-) -> FloatArray:
+@lru_cache(maxsize=16)
+def _shapes(volumes: VolumeSet) -> FloatArray:
+    """[1 + volumes, 2] radii and half heights: the outermost with its buffer, then each itself."""
+    kept = volumes.volumes
+    return np.array(
+        [(kept[0].kept.radius_m, kept[0].kept.half_height_m)]
+        + [(one.radius_m, one.half_height_m) for one in kept]
+    )
+
+
+AHEAD_S = np.arange(0.0, SECONDS + 1.0, EVERY_S)
+
+
+@lru_cache(maxsize=32)
+def _ahead(kinds: TwoKinds) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What is known of straying at the moments that are looked at."""
+    return kinds.at(AHEAD_S)
+
+
+def _deviations(kinds: TwoKinds, scale: float, std: float, rate_std: float) -> FloatArray:
     """[3, n] share that manoeuvres, and both deviations with what is unsure of the track."""
-    share, steady, manoeuvring = kinds.at(ahead_s)
-    unsure = std**2 + (rate_std * ahead_s) ** 2
+    share, steady, manoeuvring = _ahead(kinds)
+    unsure = std**2 + (rate_std * AHEAD_S) ** 2
     found: FloatArray = np.array(
         [
             share,
@@ -180,32 +193,41 @@ def _probabilities(
 ) -> None:
     """Multiply `clear` [volumes, level, climbs] by the chance of staying outside, at the worst
     moment."""
-    moments = spread.shape[1]
-    near = np.empty((len(level), moments))
-    beside = np.empty((len(height), moments))
+    moments, climbs = spread.shape[1], len(height)
+    beside = np.empty((moments, climbs))
+    likely, across = np.empty(moments), np.empty((2, moments))
+    worst = np.empty(climbs)
     for s in range(len(shapes)):
         radius, half = shapes[s, 0], shapes[s, 1]
+        for k in range(moments):
+            t, share, likely[k] = EVERY_S * k, heights[0, k], 0.0
+            across[0, k] = _across(spread[1, k], radius)
+            across[1, k] = _across(spread[2, k], radius)
+            for m in range(climbs):
+                off = path[t, 2] - height[m, t]
+                beside[k, m] = (1.0 - share) * in_slab(off, heights[1, k], half)
+                beside[k, m] += share * in_slab(off, heights[2, k], half)
+                likely[k] = beside[k, m] if beside[k, m] > likely[k] else likely[k]
         for n in range(len(level)):
+            worst[:] = 0.0
             for k in range(moments):
-                t = EVERY_S * k
+                if likely[k] == 0.0:
+                    continue
+                t, share = EVERY_S * k, spread[0, k]
                 x, y = path[t, 0] - level[n, t, 0], path[t, 1] - level[n, t, 1]
                 apart = np.sqrt(x * x + y * y)
-                share = spread[0, k]
-                near[n, k] = (1.0 - share) * in_disc(apart, spread[1, k], radius)
-                near[n, k] += share * in_disc(apart, spread[2, k], radius)
-        for m in range(len(height)):
-            for k in range(moments):
-                t = EVERY_S * k
-                off = path[t, 2] - height[m, t]
-                share = heights[0, k]
-                beside[m, k] = (1.0 - share) * in_slab(off, heights[1, k], half)
-                beside[m, k] += share * in_slab(off, heights[2, k], half)
-        for n in range(len(level)):
-            for m in range(len(height)):
-                worst = 0.0
-                for k in range(moments):
-                    worst = max(worst, near[n, k] * beside[m, k])
-                clear[s, n, m] *= 1.0 - worst
+                near = 0.0
+                if apart <= radius + 6.0 * spread[1, k]:
+                    near = (1.0 - share) * (across[0, k] * in_slab(apart, spread[1, k], radius))
+                if apart <= radius + 6.0 * spread[2, k]:
+                    near += share * (across[1, k] * in_slab(apart, spread[2, k], radius))
+                if near == 0.0:
+                    continue
+                for m in range(climbs):
+                    inside = near * beside[k, m]
+                    worst[m] = inside if inside > worst[m] else worst[m]
+            for m in range(climbs):
+                clear[s, n, m] *= 1.0 - worst[m]
 
 
 @compiled
@@ -216,8 +238,12 @@ def in_disc(apart: float, std: float, radius: float) -> float:
     """
     if apart > radius + 6.0 * std:
         return 0.0
-    across = math.erf(0.25 * math.pi * radius / (std * math.sqrt(2.0)))
-    return across * in_slab(apart, std, radius)
+    return _across(std, radius) * in_slab(apart, std, radius)
+
+
+@borrowing
+def _across(std: float, radius: float) -> float:
+    return math.erf(0.25 * math.pi * radius / (std * math.sqrt(2.0)))
 
 
 @compiled

@@ -84,7 +84,14 @@ class LongRangeChoice:
     """Chance of being inside each volume at the worst moment, the outermost first."""
     wanted_tier: int
     """Of what would be flown without traffic."""
-    reason: str
+    off_rad: float
+    """From the course wanted."""
+    slower: bool
+    """Than what is wanted."""
+    steep_mps: float
+    """Of the climb or descent, whether it begins at once or later."""
+    begins_s: float
+    """When that begins."""
     begun_side: PassingSide = PassingSide.AHEAD
     """The side that was begun about an aircraft that is ahead yet, even where this choice is on
     none."""
@@ -96,10 +103,30 @@ class LongRangeChoice:
         """Whether it is anything but what is wanted."""
         return self.side is not PassingSide.AHEAD or self.sense is not Sense.LEVEL
 
+    @property
+    def reason(self) -> str:
+        """What it is, in words."""
+        words = []
+        if self.side is not PassingSide.AHEAD:
+            words.append(f"{math.degrees(self.off_rad):.0f} deg {self.side} of the way")
+        if self.slower:
+            words.append(f"at {self.speed_mps:.0f} m/s")
+        if self.sense is not Sense.LEVEL:
+            later = f" in {self.begins_s:.0f} s" if self.begins_s else ""
+            words.append(f"{self.sense} at {self.steep_mps:.1f} m/s{later}")
+        words = words or ["as wanted"]
+        words.append(
+            f"{self.tier} volumes ahead ({self.wanted_tier} as wanted), risk "
+            + " / ".join(f"{one:.3f}" for one in self.risk)
+        )
+        return ", ".join(words)
+
 
 QUIET = 0.005
 """Nobody weighs a detour against less risk."""
 SMALL_TURN_RAD = math.radians(5.0)
+SLOW_CLIMB_MPS = 0.01
+"""Slower is level."""
 
 
 def resolve(
@@ -148,12 +175,13 @@ def _cost(
     climb += prices.off_height * np.abs(ways.height_m[:, -1] - wanted.height_m) / high
     if before is not None:
         if before.side is not PassingSide.AHEAD:
-            sides = np.array([_side(c, wanted) for c in ways.course_rad])
-            opposite = (sides != before.side) & (sides != PassingSide.AHEAD)
+            sign = 1.0 if before.side is PassingSide.LEFT else -1.0
+            opposite = sign * wrap_angle(ways.course_rad - wanted.course_rad) < -SMALL_TURN_RAD
             level = level + prices.other_side * opposite
         if before.sense is not Sense.LEVEL:
-            senses = np.array([_sense(ways, n) for n in range(len(ways.climb_mps))])
-            opposite = (senses != before.sense) & (senses != Sense.LEVEL)
+            sign = 1.0 if before.sense is Sense.UP else -1.0
+            opposite = sign * ways.climb_mps <= -SLOW_CLIMB_MPS
+            opposite[0] = False
             climb = climb + prices.other_sense * opposite
         apart = np.abs(wrap_angle(ways.course_rad - before.course_rad)) > SMALL_TURN_RAD
         level = level + prices.rerouted * apart
@@ -176,20 +204,6 @@ def told_of(
     wanted_tier = int(found.tier[0, 0])
     begins = float(ways.begins_s[climb])
     risk = tuple(float(one[level, climb]) for one in found.probability)
-    words = []
-    if side is not PassingSide.AHEAD:
-        off = abs(math.degrees(float(wrap_angle(course - wanted.course_rad))))
-        words.append(f"{off:.0f} deg {side} of the way")
-    if ways.speed_mps[level] < wanted.speed_mps:
-        words.append(f"at {ways.speed_mps[level]:.0f} m/s")
-    if sense is not Sense.LEVEL:
-        later = f" in {begins:.0f} s" if begins else ""
-        words.append(f"{sense} at {abs(ways.climb_mps[climb]):.1f} m/s{later}")
-    words = words or ["as wanted"]
-    words.append(
-        f"{tier} volumes ahead ({wanted_tier} as wanted), risk "
-        + " / ".join(f"{one:.3f}" for one in risk)
-    )
     return LongRangeChoice(
         course,
         float(ways.speed_mps[level]),
@@ -200,7 +214,10 @@ def told_of(
         float(found.within_s[level, climb]),
         risk,
         wanted_tier,
-        ", ".join(words),
+        off_rad=abs(float(wrap_angle(course - wanted.course_rad))),
+        slower=bool(ways.speed_mps[level] < wanted.speed_mps),
+        steep_mps=abs(float(ways.climb_mps[climb])),
+        begins_s=begins,
     )
 
 
@@ -212,6 +229,6 @@ def _side(course_rad: float, wanted: Wanted) -> PassingSide:
 
 
 def _sense(ways: Profiles, climb: int) -> Sense:
-    if climb == 0 or abs(ways.climb_mps[climb]) < 0.01:
+    if climb == 0 or abs(ways.climb_mps[climb]) < SLOW_CLIMB_MPS:
         return Sense.LEVEL
     return Sense.UP if ways.climb_mps[climb] > 0.0 else Sense.DOWN

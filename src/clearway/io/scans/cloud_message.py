@@ -7,15 +7,20 @@ planning_ros_msgs. Nothing here needs ROS or a package that reads bags.
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray
 
 FIELD_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Of sensor_msgs/PointField: INT8 to FLOAT64."""
 AXES = ("x", "y", "z")
+BEYOND_M = 1e6
+"""No return comes from there."""
 OCCUPIED = 100
 """Of a voxel map's data; 0 is free, -1 unknown."""
 FLOAT_BYTES = 4
@@ -50,16 +55,42 @@ def points_of_cloud2(message: Any) -> FloatArray:
 
     Any field type, offset, padding and byte order. Raises ValueError saying what is wrong.
     """
+    return _stacked(_columns_of_cloud2(message))
+
+
+def returns_of_cloud2(message: Any) -> tuple[FloatArray, BoolArray | None]:
+    """[m, 3] of the [n] points of a sensor_msgs/PointCloud2 that are returns, and which these are.
+
+    None where all are. Some drivers tell missing returns as NaN, some as zeros; nothing is 1,000 km
+    away. Raises as `points_of_cloud2`.
+    """
+    columns = _columns_of_cloud2(message)
+    # Column by column and in their own type: this is looked at at every sweep.
+    x, y, z = (np.abs(column) for column in columns)
+    farthest = np.maximum(np.maximum(x, y), z)  # NaN where one of them is
+    good = (farthest < BEYOND_M) & (farthest > 0.0)
+    if good.all():
+        return _stacked(columns), None
+    return _stacked([column[good] for column in columns]), good
+
+
+def _columns_of_cloud2(message: Any) -> list[npt.NDArray[Any]]:
+    """x, y and z [n] each, of the floating type that the message has."""
     view = np.ndarray(
         (message.height, message.width),
         _layout(message),
         np.ascontiguousarray(message.data, dtype=np.uint8).data,
         strides=(_row_bytes(message), message.point_step),
     )
-    points = np.empty((message.height * message.width, 3))
+    columns = [view[name].ravel() for name in AXES]
+    return [one if one.dtype.kind == "f" else one.astype(np.float64) for one in columns]
+
+
+def _stacked(columns: Sequence[npt.NDArray[Any]]) -> FloatArray:
+    points = np.empty((len(columns[0]), 3))
     with np.errstate(invalid="ignore"):
-        for axis, name in enumerate(AXES):
-            points[:, axis] = view[name].ravel()
+        for axis, column in enumerate(columns):
+            points[:, axis] = column
     return points
 
 

@@ -88,6 +88,7 @@ class Session(Hearing):
         now = self.clock.now(wall_s)
         self.system.floor_m = self.floor_m
         self._take_scans()
+        self.system.followed = self._led and self._is_led
         self.system.catch_up(now)
         if self._is_led and not self._led:
             # What was planned before, nobody flew.

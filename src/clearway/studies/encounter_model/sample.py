@@ -17,6 +17,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 from clearway.studies.encounter_model.network import EncounterModel, Node
+from clearway.studies.encounter_model.seconds import flown_on, stepped, tables_of
 
 MOST_TRIES = 1000
 """Draws of an aircraft before a model counts as impossible."""
@@ -48,9 +49,9 @@ def sample_initial(model: EncounterModel, count: int, rng: np.random.Generator) 
 
 def step_bins(model: EncounterModel, bins: IntArray, rng: np.random.Generator) -> IntArray:
     """[n, variables] bins a second on; configurations that nobody counted keep theirs."""
-    after = bins.copy()
-    for variable, node in model.transition.items():
-        after[:, variable] = _drawn(node, bins, bins[:, variable], rng)
+    tables, after = tables_of(model), np.empty_like(bins)
+    shares = rng.random(len(tables.nodes) * len(bins))
+    stepped(tables.nodes, tables.parents, tables.cumulative, bins, shares, after)
     return after
 
 
@@ -85,14 +86,15 @@ def sample_tracks(
     scale, altitude above its lowest. Raises ClearwayError where no such aircraft is found.
     """
     bins, values = _plausible(model, count, rng, layers)
-    all_bins, all_values = [bins], [values]
-    for _ in range(duration_s):
-        bins, values = _a_second_on(model, bins, values, rng)
-        all_bins.append(bins)
-        all_values.append(values)
-    stacked = np.stack(all_values, axis=1)
+    tables = tables_of(model)
+    all_bins = np.empty((duration_s + 1, *bins.shape), dtype=np.int64)
+    all_values = np.empty(all_bins.shape)
+    all_bins[0], all_values[0] = bins, values
+    shares = rng.random((duration_s, len(tables.nodes) * count + 2 * bins.size))
+    flown_on(*tables, shares, all_bins, all_values)
+    stacked = np.ascontiguousarray(all_values.transpose(1, 0, 2))
     time_s, position, velocity = _flown(model, stacked, steps_per_s)
-    return SampledTracks(time_s, position, velocity, np.stack(all_bins, axis=1), stacked)
+    return SampledTracks(time_s, position, velocity, all_bins.transpose(1, 0, 2), stacked)
 
 
 def _drawn(node: Node, bins: IntArray, kept: IntArray, rng: np.random.Generator) -> IntArray:
@@ -120,18 +122,6 @@ def _plausible(
         if len(bins) >= count:
             return bins[:count], values[:count]
     raise ClearwayError(f"{model.source}: no aircraft found in altitude layers {layers}")
-
-
-def _a_second_on(
-    model: EncounterModel, bins: IntArray, values: FloatArray, rng: np.random.Generator
-) -> tuple[IntArray, FloatArray]:
-    after = step_bins(model, bins, rng)
-    fresh = values_of(model, after, rng)
-    rates = np.array([variable.resample_rate for variable in model.variables])
-    moving = np.zeros(len(rates), dtype=np.bool_)
-    moving[list(model.transition)] = True
-    again = (after != bins) | (rng.random(bins.shape) < rates)
-    return after, np.where(again & moving, fresh, values)
 
 
 def _flown(

@@ -8,13 +8,15 @@ that straight flight would meet are drawn more often, and weigh less.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
-from clearway.studies.encounter_model import EncounterModel, sample_tracks
+from clearway.studies.encounter_model import EncounterModel, SampledTracks, sample_tracks
+from clearway.studies.risk.candidates import WantedKinds, entered, taken
 from clearway.studies.risk.entry import Entries
 from clearway.studies.risk.settings import RiskSettings
 
@@ -63,16 +65,64 @@ def draw_encounter(
     """The encounter of a number: it depends on that, the seed, the model and the settings alone."""
     rng = np.random.default_rng([seed, number, 70])
     while True:
-        encounter = _drawn(model, number, settings, rng)
+        candidates = [
+            candidate for _ in range(settings.tracks) for candidate in _drawn(model, settings, rng)
+        ]
         # What does not enter has no weight in any sum, so it need not be flown.
-        above_ground = encounter.own_height_m >= settings.floor_ft * FOOT_M
-        if encounter.weight > 0.0 and (above_ground or not settings.vehicle):
-            return encounter
+        weights = np.array([each.weight for each in candidates])
+        if len(candidates) == 1:
+            if candidates[0].weight > 0.0:
+                return candidates[0].encounter(number, settings)
+            continue
+        of = settings.wanted
+        found = taken(weights, of.want[[each.kind(of) for each in candidates]], rng)
+        if found is not None:
+            chosen, weight = found
+            return replace(candidates[chosen], weight=weight).encounter(number, settings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Candidate:
+    """A track and where it enters."""
+
+    tracks: SampledTracks
+    layer: int
+    path_m: FloatArray
+    """[n, 3] from the entry on, turned to its course."""
+    velocity_mps: FloatArray
+    """[n, 3]"""
+    drift_m: FloatArray
+    """[n, 3] relative to the ownship that flies straight on."""
+    entry_m: FloatArray
+    weight: float
+    """0 for what does not enter, or must not."""
+    nearest: int
+    """Sample at which it comes nearest to straight flight."""
+    last: int
+    """Sample until which it is flown."""
+
+    def kind(self, of: WantedKinds) -> int:
+        """Which cylinder straight flight enters first of all, the smallest first."""
+        return entered(self.entry_m, self.drift_m, self.last + 1, of.radius_m, of.half_height_m)
+
+    def encounter(self, number: int, settings: RiskSettings) -> ModelEncounter:
+        velocity, tracks = self.velocity_mps, self.tracks
+        return ModelEncounter(
+            number,
+            self.weight,
+            time_s=tracks.time_s,
+            position_m=self.path_m + self.entry_m,
+            velocity_mps=np.concatenate([velocity[:1], velocity[:-1]]),
+            lasts_s=self.nearest / STEPS_PER_S + settings.afterwards_s,
+            layer=self.layer,
+            own_height_m=_own_height_m(tracks, self.entry_m),
+        )
 
 
 def _drawn(
-    model: EncounterModel, number: int, settings: RiskSettings, rng: np.random.Generator
-) -> ModelEncounter:
+    model: EncounterModel, settings: RiskSettings, rng: np.random.Generator
+) -> Iterator[_Candidate]:
+    """Ways in which one track enters."""
     seconds = int(np.ceil(settings.within_s + settings.afterwards_s))
     tracks = sample_tracks(model, 1, seconds, rng, settings.layers, STEPS_PER_S)
     course = 2.0 * np.pi * rng.random()
@@ -82,16 +132,19 @@ def _drawn(
     velocity = tracks.velocity_mps[0] @ turned.T
     own = np.array([settings.own_mps, 0.0, 0.0])
     drift = path - tracks.time_s[:, None] * own
+    layer = int(tracks.bins[0, 0, model.index("L")])
     met = drift[: int(settings.within_s * STEPS_PER_S) + 1]
-    entry, weight = Entries(settings.shells, velocity[0] - own, met).draw(rng)
-    nearest = int(np.argmin(np.linalg.norm((entry + met) * [1.0, 1.0, settings.stretch], axis=1)))
-    return ModelEncounter(
-        number,
-        weight,
-        time_s=tracks.time_s,
-        position_m=path + entry,
-        velocity_mps=np.concatenate([velocity[:1], velocity[:-1]]),
-        lasts_s=nearest / STEPS_PER_S + settings.afterwards_s,
-        layer=int(tracks.bins[0, 0, model.index("L")]),
-        own_height_m=float(tracks.position_m[0, 0, 2] - entry[2]),
-    )
+    entries = Entries(settings.shells, velocity[0] - own, met)
+    upwards = np.array([1.0, 1.0, settings.stretch])
+    for _ in range(settings.entries):
+        entry, weight = entries.draw(rng)
+        if settings.vehicle and _own_height_m(tracks, entry) < settings.floor_ft * FOOT_M:
+            weight = 0.0
+        nearest = int(np.argmin(np.linalg.norm((entry + met) * upwards, axis=1)))
+        last = nearest + int(settings.afterwards_s * STEPS_PER_S)
+        yield _Candidate(tracks, layer, path, velocity, drift, entry, weight, nearest, last)
+
+
+def _own_height_m(tracks: SampledTracks, entry_m: FloatArray) -> float:
+    """Of the ownship's straight flight above ground."""
+    return float(tracks.position_m[0, 0, 2] - entry_m[2])

@@ -39,7 +39,13 @@ class Steer(NamedTuple):
     """-1 right of the way, 1 left, 0 neither."""
     sense: int
     """-1 down, 1 up, 0 neither."""
-    reason: str = ""
+    choice: LongRangeChoice | None = None
+    """Where it comes from, for those that have one."""
+
+    @property
+    def reason(self) -> str:
+        """Why, in words; empty for those that tell none."""
+        return "" if self.choice is None else self.choice.reason
 
 
 @dataclass(slots=True)
@@ -78,7 +84,7 @@ def by_resolver(view: LongView, prices: RiskPrices | None = None) -> Steer:
     side = {"left": 1, "right": -1}.get(str(choice.side), 0)
     sense = {Sense.UP: 1, Sense.DOWN: -1}.get(choice.sense, 0)
     climb = choice.climb_mps
-    return Steer(choice.course_rad, choice.speed_mps, climb, side, sense, choice.reason)
+    return Steer(choice.course_rad, choice.speed_mps, climb, side, sense, choice)
 
 
 def straight_on(view: LongView) -> Steer:

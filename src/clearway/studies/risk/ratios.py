@@ -86,19 +86,25 @@ def risk(study: RiskStudy, planner: str, measure: str) -> Risk:
     induced = bad & ~without
     unseen = _weight_of_one(study, planner, measure, weights)
     before = poisson_sum(weights[without], unseen)
-    every = float(weights.sum())
     unresolved = weighted_share(bad[without], weights[without])
     of_induced = ratio_of(poisson_sum(weights[induced], unseen), before)
     if not np.any(without):
         unresolved = Interval(np.nan, 0.0, np.inf)
     return Risk(
-        rate=Interval(*(end / every for end in poisson_sum(weights[bad], unseen))),
+        rate=ratio_of(poisson_sum(weights[bad], unseen), _total(weights)),
         ratio=sum_of(unresolved, of_induced),
         unresolved=unresolved,
         induced=of_induced,
         cases=tuple(int(number) for number in numbers[bad]),
         induced_cases=tuple(int(number) for number in numbers[induced]),
     )
+
+
+def _total(weights: FloatArray) -> Interval:
+    """Sum of the weights, which stands for all that enters."""
+    total, count = float(weights.sum()), len(weights)
+    unsure = 1.0 + 1.96 * float(weights.std()) / float(weights.mean()) / count**0.5
+    return Interval(total, total / unsure, total * unsure)
 
 
 def mean_aside_m(study: RiskStudy, planner: str) -> float:

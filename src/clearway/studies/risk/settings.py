@@ -14,6 +14,7 @@ from typing import Any
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
+from clearway.studies.risk.candidates import WantedKinds, wanted
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.entry import Shells
 from clearway.traffic.surveillance import SURVEILLANCES
@@ -28,8 +29,18 @@ COLLISION = Cylinder(15.0, 5.0)
 """Two aircraft touch: about half of both spans, and of both heights."""
 STRAIGHT = "straight"
 """Straight flight needs no simulation: what happens without any avoidance."""
+TRACKS, ENTRIES = 6, 6
+"""Candidates for one encounter at real scale."""
 WIDER = 1.5
 """What intruders are drawn into, over well clear: some that just miss may be made worse."""
+
+
+def _wider(times: float) -> Cylinder:
+    return Cylinder(times * WELL_CLEAR.radius_m, times * WELL_CLEAR.half_height_m)
+
+
+NEAR = _wider(3.0)
+"""What comes no nearer is hardly led astray by any avoidance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +93,10 @@ class RiskSettings:
     """Likewise above."""
     surveillance_seed: int = 0
     """Of its errors, beside the number of the encounter."""
+    tracks: int = 1
+    """Drawn for every encounter that is flown."""
+    entries: int = 1
+    """Of each of them: one of all is flown, see `candidates`."""
 
     def __post_init__(self) -> None:
         problems = [
@@ -96,6 +111,11 @@ class RiskSettings:
             if not 0.0 <= getattr(self, name) < math.inf
         ]
         problems += self._real_scale_problems()
+        problems += [
+            f"{name}: must be a whole number >= 1, got {getattr(self, name)}"
+            for name in ("tracks", "entries")
+            if getattr(self, name) < 1
+        ]
         if self.range_movements < 3:
             problems.append(f"range_movements: must be at least 3, got {self.range_movements}")
         if not problems and not (
@@ -145,7 +165,7 @@ class RiskSettings:
             vehicle=vehicle,
             surveillance=surveillance,
             range_m=range_m,
-            **others,
+            **{"tracks": TRACKS, "entries": ENTRIES} | others,
         )
 
     @property
@@ -160,8 +180,19 @@ class RiskSettings:
     @property
     def shells(self) -> Shells:
         """Four fifths of the intruders are drawn so that straight flight meets them."""
-        wide = Cylinder(WIDER * WELL_CLEAR.radius_m, WIDER * WELL_CLEAR.half_height_m)
-        return Shells(self.outer, (wide, NEAR_COLLISION, COLLISION), (0.4, 0.25, 0.15))
+        if self.vehicle:
+            return Shells(
+                self.outer,
+                (NEAR, _wider(1.05), NEAR_COLLISION, COLLISION),
+                (0.25, 0.35, 0.2, 0.03),
+            )
+        return Shells(self.outer, (_wider(WIDER), NEAR_COLLISION, COLLISION), (0.4, 0.25, 0.15))
+
+    @property
+    def wanted(self) -> WantedKinds:
+        """What is flown of the candidates: three in four lose well clear without avoidance."""
+        inner = (COLLISION, NEAR_COLLISION, WELL_CLEAR, NEAR)
+        return wanted(self.outer, inner, (0.03, 0.32, 0.4, 0.15))
 
     @property
     def margin_m(self) -> float:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import compiled
+from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.traffic.surveillance.heard import HeardOf
 
@@ -58,8 +58,8 @@ class SmoothTrack(NamedTuple):
         return self._replace(
             time_s=time_s,
             mean=mean,
-            level=_grown(self.level, elapsed, LEVEL_MPS2),
-            height=_grown(self.height, elapsed, CLIMB_MPS2),
+            level=np.array(_grown(self.level, elapsed, LEVEL_MPS2)),
+            height=np.array(_grown(self.height, elapsed, CLIMB_MPS2)),
         )
 
 
@@ -89,63 +89,74 @@ def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
     elapsed = heard.time_s - track.time_s
     if elapsed <= 0.0:
         return track
-    there = track.at(heard.time_s)
-    mean, level, height = there.mean.copy(), there.level.copy(), there.height.copy()
     told = heard.velocity_mps is not None
-    velocity = heard.velocity_mps if heard.velocity_mps is not None else np.zeros(3)
-    for axis in range(3):
-        upright = axis == 2
-        std = heard.height_std_m if upright else heard.position_std_m
-        rate = heard.climb_std_mps if upright else heard.velocity_std_mps
-        spread = height if upright else level
-        mean[axis], mean[axis + 3], after = _updated(
-            mean[axis], mean[axis + 3], spread, heard.position_m[axis], std,
-            velocity[axis], rate, told,
-        )  # fmt: skip
-        if axis == 1:
-            level = after
-        elif upright:
-            height = after
-    before, now = track.mean[3:5], mean[3:5]
-    cross = float(before[0] * now[1] - before[1] * now[0])
-    turned = float(np.arctan2(cross, float(before @ now))) / elapsed
-    keep = float(np.exp(-elapsed / FADES_S))
-    rate_rps = keep * track.turn_rps + (1.0 - keep) * turned
+    velocity = heard.velocity_mps if heard.velocity_mps is not None else _NONE_MPS
+    mean, level, height = np.empty(6), np.empty(3), np.empty(3)
+    rate_rps = _followed(
+        track.mean, track.level, track.height, track.turn_rps, elapsed, heard.position_m,
+        velocity, told, heard.position_std_m, heard.height_std_m, heard.velocity_std_mps,
+        heard.climb_std_mps, mean, level, height,
+    )  # fmt: skip
     return SmoothTrack(heard.time_s, mean, level, height, rate_rps, track.reports + 1)
 
 
-@compiled
-def _grown(spread: FloatArray, elapsed: float, push: float) -> FloatArray:
-    place, both, rate = spread
-    grown = np.empty(3)
-    grown[0] = place + 2.0 * elapsed * both + elapsed**2 * rate + 0.25 * push**2 * elapsed**4
-    grown[1] = both + elapsed * rate + 0.5 * push**2 * elapsed**3
-    grown[2] = rate + push**2 * elapsed**2
-    return grown
+_NONE_MPS = np.zeros(3)
 
 
-@compiled
-def _updated(
-    place: float,
-    rate: float,
-    spread: FloatArray,
-    told_place: float,
-    place_std: float,
-    told_rate: float,
-    rate_std: float,
+@borrowing
+def _followed(
+    before: FloatArray,
+    before_level: FloatArray,
+    before_height: FloatArray,
+    turn_rps: float,
+    elapsed: float,
+    told_m: FloatArray,
+    told_mps: FloatArray,
     with_rate: bool,
-) -> tuple[float, float, FloatArray]:
-    """Place, rate and spread of one axis after a report of it."""
-    p, c, r = spread
-    after = np.empty(3)
-    off, noise = told_place - place, place_std**2
-    gain, swing = p / (p + noise), c / (p + noise)
-    place, rate = place + gain * off, rate + swing * off
-    p, c, r = (1.0 - gain) * p, (1.0 - gain) * c, r - swing * c
-    if with_rate:
-        off, noise = told_rate - rate, rate_std**2
-        gain, swing = r / (r + noise), c / (r + noise)
-        place, rate = place + swing * off, rate + gain * off
-        p, c, r = p - swing * c, (1.0 - gain) * c, (1.0 - gain) * r
-    after[0], after[1], after[2] = p, c, r
-    return place, rate, after
+    place_std: float,
+    height_std: float,
+    rate_std: float,
+    climb_std: float,
+    mean: FloatArray,
+    level: FloatArray,
+    height: FloatArray,
+) -> float:
+    """Set mean, level and height to those after a report; the turn rate."""
+    for axis in range(3):
+        upright = axis == 2
+        if upright:
+            p, c, r = _grown(before_height, elapsed, CLIMB_MPS2)
+        else:
+            p, c, r = _grown(before_level, elapsed, LEVEL_MPS2)
+        std, fast = (height_std, climb_std) if upright else (place_std, rate_std)
+        place, rate = before[axis] + elapsed * before[axis + 3], before[axis + 3]
+        off, noise = told_m[axis] - place, std**2
+        gain, swing = p / (p + noise), c / (p + noise)
+        place, rate = place + gain * off, rate + swing * off
+        p, c, r = (1.0 - gain) * p, (1.0 - gain) * c, r - swing * c
+        if with_rate:
+            off, noise = told_mps[axis] - rate, fast**2
+            gain, swing = r / (r + noise), c / (r + noise)
+            place, rate = place + swing * off, rate + gain * off
+            p, c, r = p - swing * c, (1.0 - gain) * c, (1.0 - gain) * r
+        mean[axis], mean[axis + 3] = place, rate
+        if upright:
+            height[0], height[1], height[2] = p, c, r
+        else:
+            level[0], level[1], level[2] = p, c, r
+    cross = before[3] * mean[4] - before[4] * mean[3]
+    along = before[3] * mean[3] + before[4] * mean[4]
+    turned = np.arctan2(cross, along) / elapsed
+    keep = np.exp(-elapsed / FADES_S)
+    rate_rps: float = keep * turn_rps + (1.0 - keep) * turned
+    return rate_rps
+
+
+@borrowing
+def _grown(spread: FloatArray, elapsed: float, push: float) -> tuple[float, float, float]:
+    place, both, rate = spread[0], spread[1], spread[2]
+    return (
+        place + 2.0 * elapsed * both + elapsed**2 * rate + 0.25 * push**2 * elapsed**4,
+        both + elapsed * rate + 0.5 * push**2 * elapsed**3,
+        rate + push**2 * elapsed**2,
+    )
