@@ -15,8 +15,11 @@ from clearway.mavlink.set_points import HOLD
 from clearway.mavlink.simulated_habits import Habits
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.obstacles.world import CombinedWorld
 from clearway.sim.scripted import ScriptedIntruder
-from companion_missions import mission
+from companion_missions import CALM, mission
 from mavlink_for_tests import SET_POINT, Bench, attitude, heartbeat, in_the_air, position, sent
 from simulated_flight import SimulatedFlight
 
@@ -74,6 +77,25 @@ def test_a_pilot_who_hands_back_is_not_chased_after(calm: Any) -> None:
     assert len(flight.leads_m) > 100
     # 0.3 s at 3 m/s, and what it flies in a tick; the plan itself ran on for 15 m meanwhile.
     assert max(flight.leads_m) <= 0.3 * 3.0 + 0.5
+
+
+def test_handed_back_far_from_the_last_goal_it_is_led_there_and_not_told_to_hold_it() -> None:
+    file, setup = mission(
+        mission={"name": "near", "waypoints_m": [[12, 0, 7]], "reach_radius_m": 2},
+        safety={"margin_m": 2.0},
+    )
+    habits = Habits(acceleration_mps2=3.0, pauses_s=(9.0, 17.0), led_away_mps=(1.5, 3.0, 0.0))
+    flight = SimulatedFlight(file, setup, habits)
+    while flight.autopilot.time_s < 9.0:
+        flight.step()
+    assert flight.states[-1] == "arrived"
+    flight.run(60.0)
+    assert flight.autopilot.has_arrived
+    assert flight.states[-2:] == ["flying", "arrived"]
+    goal = np.array([12.0, 0.0, 7.0])
+    assert np.linalg.norm(flight.autopilot.truth.position_m - goal) < 1.0
+    # An autopilot flies straight to a place that is to be held, as fast as it may.
+    assert max(flight.hold_leads_m[180:]) < 4.0
 
 
 def test_the_floor_is_the_home_plus_the_margin_even_in_an_emergency(calm: Any) -> None:
@@ -242,3 +264,36 @@ def test_another_target_is_noticed() -> None:
     following.hear_target(np.array([80.0, 0.0, 0.0]))
     following.hear_target(np.array([80.0, 0.0, 0.0]))
     assert following.flaw == "the autopilot flies to another target"
+
+
+# --- sectors of the autopilot's own sensor ------------------------------------------------------
+
+
+def past_posts(**habits: Any) -> SimulatedFlight:
+    """Between posts and out into the open, with the autopilot's own sensor of distances."""
+    file, setup = mission(
+        mission={"name": "open", "waypoints_m": [[30, 0, 7]], "reach_radius_m": 1.5},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 1.0, "pitch_limit_deg": 0},
+        grid={**CALM["grid"], "range_m": 10},
+        safety={"margin_m": 0.6},
+        lidar=[{"max_range_m": 10}],
+    )
+    places = [(-6, 0), (6, 6), (-6, 6), (-6, -6), (6, -6), (0, 7), (0, -7), (8, 0.5)]
+    posts = [Obstacle.line_between((x, y, 0), (x, y, 14), 0.3) for x, y in places]
+    setup = replace(setup, world=CombinedWorld([ObstacleMap(posts)]))
+    return SimulatedFlight(file, setup, Habits(sectors=True, acceleration_mps2=3.0, **habits))
+
+
+def test_silence_of_a_healthy_sensor_is_free_space() -> None:
+    flight = past_posts()
+    flight.run(70.0)
+    assert flight.autopilot.shown == set(range(8))
+    assert flight.autopilot.has_arrived
+    assert not {"blind", "sensor lost"} & set(flight.states)
+    assert flight.autopilot.nearest_obstacle_m >= 0.6
+
+
+def test_silence_of_a_sensor_that_is_not_healthy_is_none() -> None:
+    flight = past_posts(sensor_dies_s=9.0)
+    flight.run(30.0)
+    assert flight.states[-2:] == ["blind", "sensor lost"]

@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.frames import geodetic_from_enu
 from clearway.live.link.session import Session
+from clearway.mavlink import dialect as known
 from clearway.mavlink.distances import BODY_FRD
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.outbox import Outbox, Packer
@@ -52,6 +53,37 @@ def test_it_asks_for_what_does_not_come_one_at_a_time_and_again_later() -> None:
     assert not Streams(streams_for(act=False, pitches=True, sensor=False), asks=False).to_ask(
         9.0, 1, 1
     )
+
+
+def answer(command: int, result: int, component: int = 196) -> Any:
+    return mavlink.MAVLink_command_ack_message(command, result, 0, 0, 1, component)
+
+
+def test_what_is_refused_and_not_needed_is_asked_for_once_a_minute() -> None:
+    streams = Streams(streams_for(act=True, pitches=True, sensor=True), asks=True)
+    asked: list[int] = []
+    for n in range(500):
+        for message in streams.to_ask(0.1 * n, 1, 1):
+            number = int(message.param1)
+            asked.append(number)
+            # ArduPilot sends no OBSTACLE_DISTANCE of its own; all else is accepted, and lost.
+            streams.hear_answer(answer(511, 2 if number == known.OBSTACLE_DISTANCE else 0))
+    assert asked.count(known.OBSTACLE_DISTANCE) == 1
+    assert asked.count(known.HOME_POSITION) >= 9
+
+
+def test_what_others_are_refused_is_not_what_we_asked_for() -> None:
+    streams = Streams(streams_for(act=True, pitches=True, sensor=False), asks=True)
+    (first,) = streams.to_ask(0.0, 1, 1)
+    assert first.param1 == known.ATTITUDE
+    streams.hear_answer(answer(400, 4))
+    streams.hear_answer(answer(511, 2, component=190))
+    assert "asked for" in streams.how(("ATTITUDE",))
+    assert not streams.to_ask(0.1, 1, 1)  # Its own answer is waited for, but not for ever.
+    (second,) = streams.to_ask(0.4, 1, 1)
+    assert second.param1 != first.param1
+    streams.hear_answer(answer(511, 2))
+    assert "denied" in streams.how(("LOCAL_POSITION_NED",))
 
 
 def test_what_is_missing_is_said_every_five_seconds_with_its_parameters() -> None:
@@ -216,6 +248,10 @@ def test_parameters_are_held_against_the_mission() -> None:
     assert "WPNAV_SPEED allows 2 m/s, the mission asks for 3 m/s" in said[1]
     assert "AVD_ENABLE is 1" in said[2]
     assert not parameters.news(3.0)
+    # Keeping to fences is what the docs ask for; the way ahead is ours.
+    for value, told in ((1.0, []), (3.0, ["AVOID_ENABLE is 3"]), (2.0, ["AVOID_ENABLE is 2"])):
+        parameters.hear(parameter("AVOID_ENABLE", value))
+        assert [words.partition(":")[0] for words in parameters.news(3.0)] == told
     asked_again = [m.param_id for n in range(1, 9) for m in parameters.to_ask(3.0 * n, 1, 1)]
     assert "GUID_TIMEOUT" not in asked_again
     assert Counter(asked_again)["CP_DIST"] == 2

@@ -85,6 +85,8 @@ class SimulatedFlight:
         self.outcomes: list[TickOutcome] = []
         self.leads_m: list[float] = []
         """How far set-points were from where the vehicle was."""
+        self.hold_leads_m: list[float] = []
+        """The same of those to hold, tick by tick; 0 for others, and where the mode ignores it."""
 
     @property
     def wall_s(self) -> float:
@@ -104,12 +106,21 @@ class SimulatedFlight:
             self.session.take(arrival, self.wall_s)
         outcome = self.session.tick(self.wall_s)
         self.outcomes.append(outcome)
-        if outcome.set_point is not None and outcome.set_point.velocity_mps is not None:
-            ahead = outcome.set_point.position_m - self.autopilot.truth.position_m
-            self.leads_m.append(float(np.linalg.norm(ahead)))
+        self._measure_lead(outcome)
         self._answer(outcome.messages)
         self.autopilot.fly(self.autopilot.time_s + self.period_s)
         return outcome
+
+    def _measure_lead(self, outcome: TickOutcome) -> None:
+        held_m = 0.0
+        if outcome.set_point is not None:
+            ahead = outcome.set_point.position_m - self.autopilot.truth.position_m
+            lead_m = float(np.linalg.norm(ahead))
+            if outcome.set_point.velocity_mps is not None:
+                self.leads_m.append(lead_m)
+            elif self.autopilot.follows:
+                held_m = lead_m
+        self.hold_leads_m.append(held_m)
 
     def end(self) -> None:
         """As the command does when it is told to end."""

@@ -9,6 +9,7 @@ from typing import Any
 from clearway.base.errors import MissingExtraError
 
 HEARTBEAT = 0
+SYS_STATUS = 1
 GPS_RAW_INT = 24
 ATTITUDE = 30
 LOCAL_POSITION_NED = 32

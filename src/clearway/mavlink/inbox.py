@@ -18,6 +18,7 @@ from clearway.mavlink.wire import LONGEST, MavlinkFrame, frames_in
 
 KEPT = {
     known.HEARTBEAT: 16,
+    known.SYS_STATUS: 4,
     known.ATTITUDE: 32,
     known.LOCAL_POSITION_NED: 32,
     known.GLOBAL_POSITION_INT: 32,

@@ -107,10 +107,11 @@ class MavlinkSession(Generic[S]):
             known.GPS_RAW_INT: self._take_geoid,
             known.OBSTACLE_DISTANCE: self._surroundings.take_circle,
             known.DISTANCE_SENSOR: self._take_sector,
+            known.SYS_STATUS: self._surroundings.take_health,
             known.OBSTACLE_DISTANCE_3D: self._take_obstacle,
             known.POSITION_TARGET_LOCAL_NED: self._take_target,
             known.PARAM_VALUE: lambda message, _: self.parameters.hear(message),
-            known.COMMAND_ACK: lambda message, _: self._streams.hear_refusal(message.result),
+            known.COMMAND_ACK: lambda message, _: self._streams.hear_answer(message),
         }
 
     # --- in -------------------------------------------------------------------------------
@@ -186,7 +187,8 @@ class MavlinkSession(Generic[S]):
 
     def _take_sector(self, message: Message, wall_s: float) -> None:
         time_s = time_of(message.time_boot_ms, self.core.clock.newest_s)
-        self._surroundings.take_sector(message, time_s, wall_s)
+        own = message.get_srcComponent() == self.terms.component
+        self._surroundings.take_sector(message, time_s, wall_s, by_autopilot=own)
 
     def _take_obstacle(self, message: Message, _wall_s: float) -> None:
         time_s = time_of(message.time_boot_ms, self.core.clock.newest_s)

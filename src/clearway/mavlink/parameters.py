@@ -16,6 +16,8 @@ OTHERS = {
     "CP_DIST": "PX4's collision prevention holds the vehicle off in manual flight (CP_*)",
 }
 """That act beside us, where they are above 0."""
+HARMLESS = {"AVOID_ENABLE": 1}
+"""Bits of them that do not count: fences alone are kept."""
 LONGEST_TIMEOUT_S = 1.0
 ASKED = (*TIMEOUTS, *SPEEDS, *OTHERS)
 ASK_AGAIN_S, MOST_ASKED = 2.0, 3
@@ -78,6 +80,12 @@ class Parameters:
         found += [
             f"{name} is {self.values[name]:g}: {words}"
             for name, words in OTHERS.items()
-            if self.values.get(name, 0.0) > 0.0
+            if _acts(name, self.values.get(name, 0.0))
         ]
         return found
+
+
+def _acts(name: str, value: float) -> bool:
+    """Whether a setting of `OTHERS` makes the autopilot act beside us."""
+    bits = HARMLESS.get(name, 0)
+    return value > 0.0 and not (bits and int(value) & ~bits == 0)

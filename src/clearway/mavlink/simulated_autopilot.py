@@ -24,7 +24,7 @@ from clearway.mavlink.links import FrameLink
 from clearway.mavlink.outbox import Packer
 from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits
-from clearway.mavlink.simulated_targets import Target, target_of
+from clearway.mavlink.simulated_targets import Target, VelocityTarget, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
 from clearway.mavlink.simulated_vehicle import VehicleTruth
 from clearway.mavlink.wire import frames_in
@@ -39,6 +39,7 @@ SOMEWHERE = (52.0, 4.3, 10.0)
 """Origin of missions that have none."""
 TARGET = 84
 STATUSTEXT, SET_MESSAGE_INTERVAL = 253, 511
+ACCEPTED, DENIED = 0, 2
 HEARD = (known.HEARTBEAT, TARGET, 247, STATUSTEXT, known.COMMAND_LONG, 20)
 """Beside them COLLISION and PARAM_REQUEST_READ."""
 
@@ -84,6 +85,8 @@ class SimulatedAutopilot:
         told = file.lidar[0].max_range_m if file.lidar else None
         self._range_m = told or setup.planner.grid.range_m
         self._asked: set[int] = set()
+        self.shown: set[int] = set()
+        """Sectors that have shown anything."""
         self.nearest_obstacle_m = math.inf
         self.lowest_m = math.inf
         self.fastest_mps = 0.0
@@ -142,8 +145,9 @@ class SimulatedAutopilot:
         late = target is not None and target.velocity_mps is not None
         if late and self.time_s - self._target_s > self.habits.timeout_s:
             target = None
+        away = np.array(self.habits.led_away_mps)
         if not self.follows:
-            target = None
+            target = VelocityTarget(away, 0.0) if away.any() else None
         cruise = self._setup.planner.speed_mps
         self.truth = self.truth.after(step, target or hover, cruise, self.habits.acceleration_mps2)
 
@@ -187,6 +191,7 @@ class SimulatedAutopilot:
                 telemetry.landed(state),
                 telemetry.local_origin(origin),
                 telemetry.home(self._origin, self.ground_m),
+                telemetry.health(proximity=self.time_s < self.habits.sensor_dies_s),
             ]
         messages += self._traffic.told(self.mission_s, self.time_s)
         if self.target is not None and not self.habits.deaf:
@@ -197,7 +202,7 @@ class SimulatedAutopilot:
             world = CombinedWorld([self._setup.world, bodies])
             far = telemetry.nearest(truth, world, self._range_m)
             if self.habits.sectors:
-                messages += telemetry.eighths(far, boot_ms, self._range_m)
+                messages += telemetry.eighths(far, boot_ms, self._range_m, self.shown)
             else:
                 messages.append(telemetry.circle(far, boot_ms, self._range_m))
         there = replace(truth, position_m=truth.position_m - local)
@@ -222,9 +227,18 @@ class SimulatedAutopilot:
         if number == STATUSTEXT:
             self.texts.append(str(message.text))
         elif number == known.COMMAND_LONG and message.command == SET_MESSAGE_INTERVAL:
-            self._asked.add(int(message.param1))
+            self._take_question(int(message.param1))
         elif number == TARGET and not self.habits.deaf:
             self._take_target(message)
+
+    def _take_question(self, wanted: int) -> None:
+        """For a message, to come from now on."""
+        refused = wanted in self.habits.refuses
+        if not refused:
+            self._asked.add(wanted)
+        result = DENIED if refused else ACCEPTED
+        told = telemetry.answer(SET_MESSAGE_INTERVAL, result, 1, known.OBSTACLE_AVOIDANCE)
+        self._link.send(self._packer.pack(told))
 
     def _take_target(self, message: Message) -> None:
         if not self._took_off:
@@ -243,7 +257,7 @@ class SimulatedAutopilot:
     def has_arrived(self) -> bool:
         """Whether it holds a place and has come to rest there."""
         target = self.target
-        if target is None or target.velocity_mps is not None:
+        if target is None or target.velocity_mps is not None or not self.follows:
             return False
         still = float(np.linalg.norm(self.truth.velocity_mps))
         return still < 0.1 * self._setup.planner.speed_mps

@@ -20,6 +20,8 @@ class Habits:
     """Its mode follows set-points from then on."""
     pauses_s: tuple[float, float] = (math.inf, math.inf)
     """From when until when another mode brakes and holds."""
+    led_away_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """With which velocity a pilot flies it meanwhile; east, north, up."""
     deaf: bool = False
     """Takes no set-point, and says nothing of it, as one that asks for signatures."""
     timeout_s: float = math.inf
@@ -39,8 +41,11 @@ class Habits:
     asks_first: bool = False
     """Streams come only when they are asked for; heartbeats come anyway."""
     sectors: bool = False
-    """Distances come as DISTANCE_SENSOR, one for each of eight sectors."""
+    """Distances come as DISTANCE_SENSOR, one for each of eight sectors: those that have ever shown
+    anything, and none while none shows anything."""
     sensor_dies_s: float = math.inf
+    refuses: tuple[int, ...] = ()
+    """Messages of these numbers are not sent, and that is said when they are asked for."""
     height_off_m: float = 0.0
     """Of the local frame's zero above the home."""
     seed: int = 0

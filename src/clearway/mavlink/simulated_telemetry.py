@@ -19,6 +19,7 @@ from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.distances import BODY_FRD, UNKNOWN
 from clearway.mavlink.simulated_targets import Target, VelocityTarget
 from clearway.mavlink.simulated_vehicle import VehicleTruth
+from clearway.mavlink.surroundings import PROXIMITY
 from clearway.mavlink.wishes import NO_PLACE
 from clearway.obstacles.world import World
 from clearway.traffic import Intruder
@@ -47,6 +48,19 @@ def pulse(*, armed: bool, follows: bool) -> Message:
 def landed(state: int) -> Message:
     """EXTENDED_SYS_STATE."""
     return dialect().MAVLink_extended_sys_state_message(0, state)
+
+
+def health(proximity: bool) -> Message:
+    """SYS_STATUS: whether a sensor of distances works."""
+    known, healthy = PROXIMITY, PROXIMITY if proximity else 0
+    return dialect().MAVLink_sys_status_message(
+        known, known, healthy, 0, 12_000, -1, -1, 0, 0, 0, 0, 0, 0
+    )
+
+
+def answer(command: int, result: int, system: int, component: int) -> Message:
+    """COMMAND_ACK."""
+    return dialect().MAVLink_command_ack_message(command, result, 0, 0, system, component)
 
 
 def local_origin(origin_geodetic: FloatArray) -> Message:
@@ -119,17 +133,23 @@ def circle(distance_m: FloatArray, boot_ms: int, range_m: float) -> Message:
     )
 
 
-def eighths(distance_m: FloatArray, boot_ms: int, range_m: float) -> list[Message]:
-    """DISTANCE_SENSOR of eight sectors."""
+def eighths(distance_m: FloatArray, boot_ms: int, range_m: float, shown: set[int]) -> list[Message]:
+    """DISTANCE_SENSOR of the sectors that have shown anything yet, of eight; they are added to.
+
+    None while none shows anything.
+    """
     reach = round(100.0 * range_m)
     each = SECTORS // 8
     # The first sector is centred on the nose, and so is its eighth.
     around = np.roll(distance_m, each // 2)[: 8 * each].reshape(8, each).min(axis=1)
+    shows = {number for number, far in enumerate(around.tolist()) if 100.0 * far < reach}
+    shown |= shows
     return [
         dialect().MAVLink_distance_sensor_message(
             boot_ms, 0, reach, int(min(100.0 * far, reach)), 0, 0, number, 0, 0.0, 0.0, [0.0] * 4
         )
         for number, far in enumerate(around.tolist())
+        if shows and number in shown
     ]
 
 

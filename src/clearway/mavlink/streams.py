@@ -12,6 +12,11 @@ CIRCLES = (known.OBSTACLE_DISTANCE, known.DISTANCE_SENSOR, known.OBSTACLE_DISTAN
 SET_MESSAGE_INTERVAL = 511
 """MAV_CMD."""
 ASK_AGAIN_S, SAY_AGAIN_S = 5.0, 5.0
+ANSWER_S = 0.3
+"""An answer is waited for so long before the next question, since it names no message."""
+REFUSED_AGAIN_S = 60.0
+"""What was refused, and flight goes without, is asked for again so seldom: some autopilots tell the
+pilot of every such question."""
 SPARE = 3.0
 """A message is missing when it is late by so many of its periods, and a second."""
 REFUSED = {2: "denied", 3: "unsupported", 4: "failed"}
@@ -40,7 +45,8 @@ def streams_for(*, act: bool, pitches: bool, sensor: bool) -> tuple[Stream, ...]
         Stream(known.GPS_GLOBAL_ORIGIN, "GPS_GLOBAL_ORIGIN", 0.2, "none", needed=False),
         Stream(known.EXTENDED_SYS_STATE, "EXTENDED_SYS_STATE", 2.0, "EXT_STAT", needed=act),
         Stream(known.HOME_POSITION, "HOME_POSITION", 0.5, "none", needed=act and pitches),
-        Stream(known.ADSB_VEHICLE, "ADSB_VEHICLE", 5.0, "ADSB", needed=False),
+        # One aircraft at a time, each of the list in turn.
+        Stream(known.ADSB_VEHICLE, "ADSB_VEHICLE", 25.0, "ADSB", needed=False),
         Stream(
             known.POSITION_TARGET_LOCAL_NED, "POSITION_TARGET_LOCAL_NED", 2.0, "none", needed=False
         ),
@@ -51,6 +57,7 @@ def streams_for(*, act: bool, pitches: bool, sensor: bool) -> tuple[Stream, ...]
             Stream(known.OBSTACLE_DISTANCE, "OBSTACLE_DISTANCE", 10.0, "EXTRA3", needed=False)
         )
         found.append(Stream(known.DISTANCE_SENSOR, "DISTANCE_SENSOR", 10.0, "EXTRA3", needed=False))
+        found.append(Stream(known.SYS_STATUS, "SYS_STATUS", 2.0, "EXT_STAT", needed=False))
     return tuple(found)
 
 
@@ -62,17 +69,25 @@ class Streams:
         self._heard_s: dict[int, float] = {}
         self._asked_s: dict[int, float] = {}
         self._refused: dict[int, str] = {}
-        self._last_asked = -1
+        self._open: tuple[int, float] | None = None  # What was asked last, and when.
         self._said_s = -math.inf
         self._before: tuple[str, ...] = ()
 
     def hear(self, number: int, wall_s: float) -> None:
         self._heard_s[number] = wall_s
 
-    def hear_refusal(self, result: int) -> None:
-        """COMMAND_ACK of what was asked last; which message it is about it does not tell."""
-        if result in REFUSED and self._last_asked >= 0:
-            self._refused[self._last_asked] = REFUSED[result]
+    def hear_answer(self, message: Message) -> None:
+        """COMMAND_ACK of what was asked last; which message it is about it does not tell.
+
+        Of other commands, and to others than us, it is none of ours.
+        """
+        ours = message.target_component in (0, known.OBSTACLE_AVOIDANCE)
+        if self._open is None or message.command != SET_MESSAGE_INTERVAL or not ours:
+            return
+        number, self._open = self._open[0], None
+        self._refused.pop(number, None)
+        if message.result in REFUSED:
+            self._refused[number] = REFUSED[message.result]
 
     def missing(self, wall_s: float) -> list[Stream]:
         """What does not come, or too seldom."""
@@ -84,11 +99,14 @@ class Streams:
 
     def to_ask(self, wall_s: float, system: int, component: int) -> list[Message]:
         """One SET_MESSAGE_INTERVAL at a time, for what is missing and was not asked for lately."""
-        if not self._asks:
+        waits = self._open is not None and wall_s - self._open[1] < ANSWER_S
+        if not self._asks or waits:
             return []
         for each in self.missing(wall_s):
-            if wall_s - self._asked_s.get(each.number, -math.inf) >= ASK_AGAIN_S:
-                self._asked_s[each.number], self._last_asked = wall_s, each.number
+            refused = each.number in self._refused and not each.needed
+            again_s = REFUSED_AGAIN_S if refused else ASK_AGAIN_S
+            if wall_s - self._asked_s.get(each.number, -math.inf) >= again_s:
+                self._asked_s[each.number], self._open = wall_s, (each.number, wall_s)
                 return [
                     dialect().MAVLink_command_long_message(
                         system,

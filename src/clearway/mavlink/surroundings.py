@@ -3,12 +3,16 @@
 Whole circles come as OBSTACLE_DISTANCE; a proximity sensor of the autopilot's comes as one
 DISTANCE_SENSOR for each of its sectors; single obstacles come as OBSTACLE_DISTANCE_3D. The first
 counts before the second. What none of them tells of is unknown.
+
+ArduPilot tells of no sector while none shows anything. A sensor that died is silent alike, but for
+SYS_STATUS, which says whether it is healthy.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -35,17 +39,20 @@ TOGETHER_S = 0.5
 CIRCLES_S = 1.0
 """After OBSTACLE_DISTANCE, single sectors tell nothing new for so long."""
 MOST_OBSTACLES = 1000
+PROXIMITY = 0x2000000
+"""MAV_SYS_STATUS_SENSOR_PROXIMITY."""
 
 NOT_LEVEL = "distances: a sensor that looks neither level nor ahead"
 UNREADABLE = "distances: no number"
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Sector:
     time_s: float
     distance_m: float
     reach_m: float
     width_deg: float
+    by_autopilot: bool
 
 
 @dataclass(slots=True)
@@ -57,6 +64,7 @@ class Surroundings:
     counts: Counter[str]
     _circle_s: float = -math.inf
     _sectors: dict[int, _Sector] = field(default_factory=dict)
+    _sectors_s: float = -math.inf  # When one was told, by our clock.
     _news: bool = False
     _last: tuple[float, Sectors] | None = None
     _obstacles: list[tuple[float, FloatArray]] = field(default_factory=list)
@@ -68,7 +76,9 @@ class Surroundings:
             self._circle_s = wall_s
             self._tell(message.time_usec * 1e-6, sectors, wall_s)
 
-    def take_sector(self, message: Message, time_s: float, wall_s: float) -> None:
+    def take_sector(
+        self, message: Message, time_s: float, wall_s: float, *, by_autopilot: bool = True
+    ) -> None:
         """DISTANCE_SENSOR: one of eight sectors round the vehicle."""
         if message.orientation >= LEVEL_ORIENTATIONS:
             self.counts[NOT_LEVEL] += 1
@@ -83,9 +93,26 @@ class Surroundings:
         wide = math.degrees(message.horizontal_fov)
         width = wide if 0.0 < wide < SECTOR_DEG else SECTOR_DEG
         far = distance >= reach
-        sector = _Sector(time_s, math.inf if far else distance, reach, width)
+        sector = _Sector(time_s, math.inf if far else distance, reach, width, by_autopilot)
         self._sectors[message.orientation] = sector
-        self._news = True
+        self._sectors_s, self._news = wall_s, True
+
+    def take_health(self, message: Message, wall_s: float) -> None:
+        """SYS_STATUS: silent sectors of the autopilot's healthy sensor show nothing within reach.
+
+        Those that never told anything may be where it does not look.
+        """
+        health = message.onboard_control_sensors_present
+        health &= message.onboard_control_sensors_enabled & message.onboard_control_sensors_health
+        if not health & PROXIMITY or wall_s - max(self._sectors_s, self._circle_s) <= TOGETHER_S:
+            return
+        free = {
+            number: replace(each, distance_m=math.inf)
+            for number, each in self._sectors.items()
+            if each.by_autopilot
+        }
+        if free and not self._news:
+            self._tell(None, _joined(free), wall_s)
 
     def take_obstacle(self, message: Message, time_s: float) -> None:
         """OBSTACLE_DISTANCE_3D: one obstacle, forward, right, down of the vehicle."""
@@ -102,7 +129,9 @@ class Surroundings:
         if self._news:
             self._news = False
             newest = max(sector.time_s for sector in self._sectors.values())
-            self._tell(newest, self._joined(newest), wall_s)
+            oldest = newest - TOGETHER_S
+            lately = {n: each for n, each in self._sectors.items() if each.time_s >= oldest}
+            self._tell(newest, _joined(lately), wall_s)
         if not self._obstacles:
             return
         newest = max(time_s for time_s, _ in self._obstacles)
@@ -122,28 +151,27 @@ class Surroundings:
 
         self.session.hear_scan(newest, scan_at, wall_s)
 
-    def _joined(self, newest_s: float) -> Sectors:
-        """All sectors told lately, as a circle of small ones."""
-        count = round(360.0 / FINE_DEG)
-        distance = np.full(count, np.nan)
-        reach = math.inf
-        middles = FINE_DEG * np.arange(count)
-        for orientation, sector in self._sectors.items():
-            if newest_s - sector.time_s > TOGETHER_S:
-                continue
-            off = (middles - SECTOR_DEG * orientation + 180.0) % 360.0 - 180.0
-            within = np.abs(off) <= max(0.5 * sector.width_deg, 0.5 * FINE_DEG - 1e-9)
-            # On the border of two sectors the nearer one counts.
-            distance[within] = np.fmin(distance[within], sector.distance_m)
-            reach = min(reach, sector.reach_m)
-        return Sectors(distance, math.radians(FINE_DEG), 0.0, False, reach)
-
-    def _tell(self, told_s: float, sectors: Sectors, wall_s: float) -> None:
+    def _tell(self, told_s: float | None, sectors: Sectors, wall_s: float) -> None:
         lidar, counts = self.sensor, self.counts
-        self._last = (told_s, sectors)
+        self._last = None if told_s is None else (told_s, sectors)
 
         def scan_at(state: State, heading_rad: float) -> Scan:
             assert lidar is not None
             return scan_of(sectors, lidar, state, heading_rad, counts)
 
         self.session.hear_scan(told_s, scan_at, wall_s)
+
+
+def _joined(told: Mapping[int, _Sector]) -> Sectors:
+    """Sectors by where they look, as a circle of small ones."""
+    count = round(360.0 / FINE_DEG)
+    distance = np.full(count, np.nan)
+    reach = math.inf
+    middles = FINE_DEG * np.arange(count)
+    for orientation, sector in told.items():
+        off = (middles - SECTOR_DEG * orientation + 180.0) % 360.0 - 180.0
+        within = np.abs(off) <= max(0.5 * sector.width_deg, 0.5 * FINE_DEG - 1e-9)
+        # On the border of two sectors the nearer one counts.
+        distance[within] = np.fmin(distance[within], sector.distance_m)
+        reach = min(reach, sector.reach_m)
+    return Sectors(distance, math.radians(FINE_DEG), 0.0, False, reach)

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearway.base.frames import FloatArray
+from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.link.approach import PredictedApproach, approaches
@@ -28,6 +28,8 @@ from clearway.sensors import Lidar
 MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
 """At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
 new one is decided."""
+BACK_RADII = 2.0
+"""Farther from the last goal, in reach radii, it is flown to anew where a pilot hands back."""
 FARTHEST_GOAL_M = 1e6
 """From the vehicle: beyond it a goal is a mistake."""
 
@@ -94,6 +96,7 @@ class Session(Hearing):
             # What was planned before, nobody flew.
             self.system.leave_plan()
             self._following.begin()
+            self._return_if_carried_off(now)
         self._led = self._is_led
         self.state = self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
@@ -125,6 +128,18 @@ class Session(Hearing):
         started = time.perf_counter()
         flight = self.system.decide(now)
         return flight, why, time.perf_counter() - started
+
+    def _return_if_carried_off(self, now: float) -> None:
+        """Led again far from the last goal, the vehicle is led back: told to hold it, it would fly
+        straight there."""
+        mission = self.system.mission
+        if self._own is None or not self.system.progress.done(mission):
+            return
+        counts = LEVEL if self.system.planner.automaton.stays_level else np.ones(3)
+        away_m = float(np.linalg.norm((self._own.position_m - mission.goals_m[-1]) * counts))
+        if away_m > BACK_RADII * mission.reach_radius_m:
+            self._held_height_m = None
+            self.system.fly_to(mission.goals_m[-1:], now)
 
     def _off_plan(self) -> str | None:
         """Why the plan is not what is flown: then it shows nothing that keeps clear."""
