@@ -15,7 +15,6 @@ from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
-
 SURELY = 1.0 + 1e-9
 """Factor by which something must be farther, for all the rounding."""
 
