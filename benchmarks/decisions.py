@@ -114,6 +114,7 @@ def many_returns(
         # It stands still for the benchmark's sake: no detour for want of progress.
         patient = DataLimits(patience_turns=1e9)
         system = AvoidanceSystem(setup.planner, setup.mission, (far,), limits=patient)
+        system.followed = False  # Nor is what holds it any wind.
         clock = count()
 
         def run() -> None:

@@ -145,3 +145,34 @@ def test_what_needs_a_public_file_says_how_to_get_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="clearway data --fetch DIR"):
         read_mission(tmp_path / "tree.toml")
     assert where_from("somebody's.las") == ""
+
+
+def test_public_files_are_looked_for_in_the_folder_of_data_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = tmp_path / "kept" / "lidar" / "aerial" / "nebraska_tree_building.las"
+    asked = tmp_path / "shared" / kept.name
+    monkeypatch.delenv(public_data.FOLDER, raising=False)
+    kept.parent.mkdir(parents=True)
+    kept.write_bytes(b"")
+    assert public_data.at_hand(asked) == asked
+    monkeypatch.setenv(public_data.FOLDER, str(tmp_path / "kept"))
+    assert public_data.at_hand(asked) == kept
+    assert public_data.at_hand(tmp_path / "own.las") == tmp_path / "own.las"
+    asked.parent.mkdir()
+    asked.write_bytes(b"")
+    assert public_data.at_hand(asked) == asked
+
+
+@pytest.mark.parametrize(
+    "name", ["tree-and-building", "power-line", "delft-streets", "cologne-masts"]
+)
+def test_examples_fly_from_anywhere_by_the_folder_of_data(
+    name: str, tmp_path: Path, data_dir: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / f"{name}.toml"
+    copy.write_text((REPOSITORY / "examples" / "missions" / copy.name).read_text())
+    monkeypatch.setenv(public_data.FOLDER, str(data_dir))
+    file = read_mission(copy)
+    named = file.map.files if file.map else (file.point_cloud.file,)
+    assert all(Path(one).is_relative_to(data_dir) for one in named)

@@ -137,12 +137,13 @@ def test_a_rating_and_a_rule_are_named_on_the_command_line(folder: Path) -> None
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (("fly", "short.toml", "--planner", "brokn:make"), "did you mean 'broken'?"),
         (("fly", "short.toml", "--planner", "nowhere:make"), "no module 'nowhere' in"),
         (("fly", "short.toml", "--planner", "own_planner:mak"), "did you mean 'make'?"),
         (("fly", "short.toml", "--planner", "own_planner:AHEAD_M"), "no function but float"),
         (("fly", "short.toml", "--planner", "own_planner:swerve"), "called with (craft)"),
         (("fly", "short.toml", "--planner", "broken:of_nothing"), "called with (craft)"),
-        (("fly", "short.toml", "--planner", "broken:forgetful"), "a Manoeuvre is needed"),
+        (("fly", "short.toml", "--planner", "broken:forgetful"), "a Manoeuvre is needed (clearway"),
         (("fly", "short.toml", "--planner", "broken:mistaken"), "'Sideways'; at least"),
         (("fly", "short.toml", "--planner", "broken:late"), "RuntimeError: out of ideas"),
         (("compare", "forest", "--planners", "clearway,broken:late"), "broken.py, line 13"),

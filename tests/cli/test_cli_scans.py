@@ -191,12 +191,28 @@ def test_real_scans_are_played_in_words(data_dir: Path, tmp_path: Path) -> None:
     assert lines[0].endswith("frame velodyne: 4 decided, left out 0")
     assert lines[1] == "beams       file: vlp16"
     assert lines[2] == "poses       none: hovering, goal straight ahead, no memory"
-    assert [line.split()[:3] for line in lines[4:]] == [
+    assert [line.split()[:3] for line in lines[4:8]] == [
         ["0", "0.000", "14885"],
         ["1", "0.100", "14845"],
         ["2", "0.200", "14868"],
         ["3", "0.301", "14816"],
     ]
+
+
+def test_a_bench_about_the_sensor_is_told_and_what_is_near_beyond_it(
+    data_dir: Path, tmp_path: Path
+) -> None:
+    run = assessed("--scan", data_dir / BAG, "--all", "--no-plots", cwd=tmp_path)
+    told = " ".join(run.stderr.split())
+    assert "probably a rig or a bench about the sensor" in told
+    assert "--airframe-radius 1.2, leaves them out" in told
+    assert "as near as 0.50 m" in run.stdout.splitlines()[-1]
+    run = assessed(
+        *("--scan", data_dir / BAG, "--all", "--no-plots", "--airframe-radius", "1.2"),
+        cwd=tmp_path,
+    )
+    assert "still in each of" not in run.stderr
+    assert "as near as 1.20 m" in run.stdout.splitlines()[-1]
 
 
 def test_scans_of_no_use_are_counted(tmp_path: Path) -> None:

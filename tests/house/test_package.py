@@ -41,7 +41,12 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
     subprocess.run([*install, str(place), str(wheel)], check=True, capture_output=True)
     code = (
         "import clearway; from clearway.missions.mission_file import read_mission_file;"
-        "print(clearway.__file__); print(read_mission_file('static-obstacles').mission.name)"
+        "print(clearway.__file__); print(read_mission_file('static-obstacles').mission.name);"
+        "from clearway.studies.campaigns.families import PLACES;"
+        "from clearway.studies.campaigns.file import read_campaign; from pathlib import Path;"
+        "named = [f.parameters['mission'] for f in read_campaign('standard').file.family"
+        "         if f.family == 'place'];"
+        "print(len(named), all((PLACES / Path(name).name).is_file() for name in named))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -54,6 +59,7 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
     assert done.stdout.splitlines() == [
         str(place / "clearway" / "__init__.py"),
         "static-obstacles",
+        "4 True",
     ]
     version = subprocess.run(
         [sys.executable, "-c", "from clearway.cli.app import main; main()", "--version"],
@@ -70,7 +76,7 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
 def test_a_wheel_with_compiled_code_flies_without_compiling(tmp_path):
     tree, kept = tmp_path / "tree", tmp_path / "kept"
     tree.mkdir()
-    for name in ("src", "tools"):
+    for name in ("src", "tools", "examples"):
         shutil.copytree(
             REPOSITORY / name,
             tree / name,

@@ -237,3 +237,24 @@ def test_what_is_not_there_is_not_called_damaged(tmp_path: Path, command: tuple[
     assert done.returncode == 2
     assert "No such file" in done.stderr or "no such" in done.stderr
     assert "flight.mcap" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("names", "taken"),
+    [
+        (("metadata.yaml", "a_0.db3"), "clearway assess --scan"),
+        (("0.pcd", "1.pcd"), "clearway assess --scan"),
+        (("run.mcap", "summary.json", "mission.toml"), "clearway replay"),
+    ],
+)
+def test_a_folder_brings_the_command_that_takes_it(
+    tmp_path: Path, names: tuple[str, ...], taken: str
+) -> None:
+    (tmp_path / "given").mkdir()
+    for name in names:
+        (tmp_path / "given" / name).write_text("")
+    for command in (("assess",), ("fly",), ("map",), ("traffic",)):
+        done = clearway(*command, "given", cwd=tmp_path)
+        assert done.returncode == 2
+        assert "it looks like" in done.stderr
+        assert f"`{taken}` takes it" in done.stderr

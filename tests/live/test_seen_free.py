@@ -47,6 +47,21 @@ def test_a_jump_beyond_the_margin_takes_back_what_was_seen(off_m: float, kept: b
     assert system.counts[COUNT] == (not kept)
 
 
+@pytest.mark.parametrize(
+    ("place_m", "kept"),
+    [((0.0, 0.0, 0.0), True), ((0.0, 1.0, 0.0), True), ((-1.5, 0.5, 0.0), True),
+     ((0.0, 1.7, 0.0), False)],
+)  # fmt: skip
+def test_where_others_fly_only_what_nobody_can_fly_is_a_jump(
+    place_m: tuple[float, float, float], kept: bool
+) -> None:
+    system = after_one_decision()
+    system.followed = False
+    system.update(State(np.array(place_m), time_s=1.0))  # It does 1 m/s, and the margin is 0.6 m.
+    system.situation(1.0)
+    assert system.counts[COUNT] == (not kept)
+
+
 def test_what_is_declared_free_ends_at_what_is_seen_to_stand_there() -> None:
     free = after_one_decision()
     assert sees_free(free, (-0.6, 0.0, 0.0), 0.0), "behind the start nobody looks"

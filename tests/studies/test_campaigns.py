@@ -356,6 +356,19 @@ def test_who_cannot_know_is_neither_beaten_nor_a_failure(uninterrupted: list[Fli
     assert re.search(r"\| 0 / 1 \| n/a \| 1 / 0 \|$", short, re.MULTILINE)
 
 
+def test_planners_that_flew_less_often_say_so_in_the_short_table(
+    uninterrupted: list[FlightRow],
+) -> None:
+    rows = [row for row in uninterrupted if row.planner == "clearway" or row.seed < 3]
+    short = short_form(rows, {"campaign": "c", "version": "0"}, {})
+    cells = re.search(r"^\| several \| 4 \|(.*)\|$", short, re.MULTILINE)
+    assert cells is not None
+    first, *others = [cell.strip() for cell in cells[1].split("|")]
+    assert re.fullmatch(r"\d / \d", first)
+    assert others
+    assert all(re.fullmatch(r"\d / \d of 3|n/a", cell) for cell in others)
+
+
 def test_results_come_back_from_parquet_as_they_went_in(
     uninterrupted: list[FlightRow], tmp_path: Path
 ) -> None:

@@ -47,28 +47,19 @@ def chain_was_seen(
     unseen: float,
     terms: EscapeTerms,
 ) -> bool:
-    """Whether all movements may be flown, through seen space, so far from the unseen.
-
-    Those half way along come first, each time: most chains are loops, and fail there.
-    """
+    """Whether all movements may be flown, through seen space, so far from the unseen."""
     count = len(movements)
     poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
     at = np.empty(count + 1, dtype=np.int64)
     poses[0], times[0], at[0] = pose, start_s, start
-    for n in range(count):
-        m = movements[n]
-        at[n + 1], times[n + 1] = legs.following[at[n], m], times[n] + legs.duration_s[m]
-        if at[n + 1] < 0:
+    if not _may_be_flown(movements, legs, poses, times, at):
+        return False
+    for turn in range(count):
+        n = _far_first(turn, count)
+        m, when = movements[n], (times[n], times[n + 1])
+        path, sagitta = legs.path[at[n], m], legs.sagitta_m[at[n], m]
+        if not leg_was_seen(poses[n], path, sagitta, when, unseen, terms):
             return False
-        step_on(poses, n, legs.path[at[n], m])
-    stride = max(1, count // 4)
-    for begins in range(stride):
-        for lap in range((count - begins + stride - 1) // stride):
-            n = (count // 2 + begins + lap * stride) % count
-            m, when = movements[n], (times[n], times[n + 1])
-            path, sagitta = legs.path[at[n], m], legs.sagitta_m[at[n], m]
-            if not leg_was_seen(poses[n], path, sagitta, when, unseen, terms):
-                return False
     return True
 
 
@@ -82,15 +73,45 @@ def chain_keeps_margin(
     terms: EscapeTerms,
 ) -> bool:
     """Whether all movements may be flown, with the margin."""
-    at = start
-    for m in movements:
-        if legs.following[at, m] < 0:
+    count = len(movements)
+    poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
+    at = np.empty(count + 1, dtype=np.int64)
+    poses[0], times[0], at[0] = pose, start_s, start
+    if not _may_be_flown(movements, legs, poses, times, at):
+        return False
+    for turn in range(count):
+        n = _far_first(turn, count)
+        m, when = movements[n], (times[n], times[n + 1])
+        path, sagitta = legs.path[at[n], m], legs.sagitta_m[at[n], m]
+        if not leg_keeps_margin(poses[n], path, sagitta, when, terms):
             return False
-        path, times = legs.path[at, m], (start_s, start_s + legs.duration_s[m])
-        if not leg_keeps_margin(pose, path, legs.sagitta_m[at, m], times, terms):
-            return False
-        pose, at, start_s = pose_after(pose, path), legs.following[at, m], times[1]
     return True
+
+
+@borrowing
+def _may_be_flown(
+    movements: IntArray, legs: Legs, poses: FloatArray, times: FloatArray, at: IntArray
+) -> bool:
+    """Whether movements may follow each other; fills in poses, times and attitudes after each."""
+    for n in range(len(movements)):
+        m = movements[n]
+        at[n + 1], times[n + 1] = legs.following[at[n], m], times[n] + legs.duration_s[m]
+        if at[n + 1] < 0:
+            return False
+        step_on(poses, n, legs.path[at[n], m])
+    return True
+
+
+@borrowing
+def _far_first(turn: int, count: int) -> int:
+    """Which of so many movements is looked at in its turn: those half way along come first, each
+    time, since most chains are loops, and fail there."""
+    stride = max(1, count // 4)
+    begins = 0
+    while turn >= (count - begins + stride - 1) // stride:
+        turn -= (count - begins + stride - 1) // stride
+        begins += 1
+    return (count // 2 + begins + turn * stride) % count
 
 
 @compiled

@@ -162,6 +162,8 @@ def first_escape(
     best, best_room = -1, -np.inf
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
+        if terms.must_see and not _is_clear(placed[0], unseen, terms):
+            continue  # All begin here.
         seen[0] = KEEPS
         following = 0
         while following < escapes:
@@ -251,6 +253,12 @@ def _first_left(
         begin, loop = ways.begins[e], ways.loop[e]
         if looped[e] == FAILS or cleared[e] == FAILS or clear[begin] == FAILS:
             continue
+        if seen[begin] == UNKNOWN and terms.must_see:
+            beyond = seen[ways.parent[begin]] == FAILS
+            if beyond or not _is_clear(placed[begin], unseen, terms):
+                seen[begin] = FAILS
+        if seen[begin] == FAILS:
+            continue
         if looped[e] == KEEPS and not _places_were_seen(
             places,
             ways.loop_at[loop],
@@ -262,8 +270,7 @@ def _first_left(
             terms.window,
         ):
             continue
-        if seen[begin] != FAILS:
-            return e
+        return e
     return last
 
 
@@ -334,6 +341,14 @@ def _look_at(
                     looped[e] = FAILS
                     break
     return known
+
+
+@borrowing
+def _is_clear(placed: FloatArray, unseen: float, terms: EscapeTerms) -> bool:
+    """Whether about a place, by `_placed_at`, so much was seen: quick to tell that what begins or
+    ends there did not."""
+    x, y, z = placed[0], placed[1], placed[2]
+    return is_free(terms.free, terms.window, x, y, z, NEARLY * unseen)
 
 
 @compiled

@@ -15,11 +15,14 @@ import re
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from clearway.base.errors import ClearwayError, OwnCodeError
+from clearway.base.suggest import MOST_SEEN, did_you_mean
 
 FORM = "module:name"
 SHOWN = 8
@@ -133,6 +136,15 @@ def _file_of(place: str, folder: Path | None) -> Path | None:
     return None
 
 
+def _modules_in(folder: Path | None) -> list[str]:
+    """Names of the Python files where modules are looked for."""
+    found = []
+    for each in _folders(folder):
+        with suppress(OSError):
+            found += [file.stem for file in islice(each.glob("*.py"), MOST_SEEN)]
+    return found
+
+
 def _module(label: str, place: str, folder: Path | None) -> ModuleType:
     file = _file_of(place, folder)
     if file is None and place.endswith(".py"):
@@ -147,8 +159,9 @@ def _module(label: str, place: str, folder: Path | None) -> ModuleType:
     except ModuleNotFoundError as cause:
         if file is None and cause.name is not None and f"{place}.".startswith(f"{cause.name}."):
             looked = ", ".join(str(each) for each in _folders(folder))
+            near = did_you_mean(place, _modules_in(folder))
             raise OwnCodeError(
-                label, f"no module {cause.name!r} in {looked}, or among installed packages"
+                label, f"no module {cause.name!r}{near} in {looked}, or among installed packages"
             ) from None
         raise OwnCodeError(label, _importing(cause, file)) from cause
     except SyntaxError as cause:

@@ -19,8 +19,9 @@ def data(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Fetch what is missing into this folder, each file held against its sha256; the "
-            "examples look for `shared/data` beside the checkout.",
+            help="Fetch what is missing into this folder, each file held against its sha256. "
+            "CLEARWAY_DATA=DIR tells where they are; else examples of a checkout look for "
+            "`shared/data` beside it.",
         ),
     ] = None,
     only: Annotated[

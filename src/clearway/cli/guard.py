@@ -10,32 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.guard_words import GuardWatch, guarded, in_words, told_by
 from clearway.cli.live_ends import stop_rule
-from clearway.cli.mavlink_options import (
-    Act,
-    Component,
-    Fan,
-    Heartbeat,
-    Icao,
-    LockStep,
-    Rate,
-    SigningKey,
-    System,
-    TrafficMargin,
-)
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import (
-    CHECKED_S,
-    Backend,
-    Bag,
-    Check,
-    Domain,
-    Namespace,
-    Remap,
-    bus_for,
-    refuse_other_backend,
-)
+from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_other_backend
 
 if TYPE_CHECKING:
     from clearway.live.guard.guard_session import GuardSession
@@ -62,14 +41,14 @@ def guard(
     commands: Annotated[
         str, typer.Option(help="MAVLink: where wishes come from, an address likewise.")
     ] = "udpin:127.0.0.1:14560",
-    act: Act = False,
-    check: Check = False,
-    bag: Bag = None,
-    backend: Backend = "auto",
-    domain: Domain = None,
-    namespace: Namespace = "",
-    remap: Remap = None,
-    rate: Rate = 20.0,
+    act: mavlink_options.Act = False,
+    check: ros2_bus.Check = False,
+    bag: ros2_bus.Bag = None,
+    backend: ros2_bus.Backend = "auto",
+    domain: ros2_bus.Domain = None,
+    namespace: ros2_bus.Namespace = "",
+    remap: ros2_bus.Remap = None,
+    rate: mavlink_options.Rate = 20.0,
     hold_s: Annotated[
         float, typer.Option(min=0.05, max=10.0, help="MAVLink: a wish is verified for so long.")
     ] = 0.5,
@@ -80,14 +59,14 @@ def guard(
     timeout_s: Annotated[
         float, typer.Option(min=0.05, max=10.0, help="MAVLink: a wish counts for so long.")
     ] = 0.5,
-    signing_key: SigningKey = None,
-    system: System = 1,
-    component: Component = 1,
-    icao: Icao = None,
-    traffic_margin_m: TrafficMargin = 0.0,
-    fan_deg: Fan = 0.0,
-    heartbeat_s: Heartbeat = 3.0,
-    lock_step: LockStep = False,
+    signing_key: mavlink_options.SigningKey = None,
+    system: mavlink_options.System = 1,
+    component: mavlink_options.Component = 1,
+    icao: mavlink_options.Icao = None,
+    traffic_margin_m: mavlink_options.TrafficMargin = 0.0,
+    fan_deg: mavlink_options.Fan = 0.0,
+    heartbeat_s: mavlink_options.Heartbeat = 3.0,
+    lock_step: mavlink_options.LockStep = False,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
     ] = None,

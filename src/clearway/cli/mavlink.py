@@ -13,19 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import mavlink_options
 from clearway.cli.live_ends import stop_rule
-from clearway.cli.mavlink_options import (
-    Act,
-    Component,
-    Fan,
-    Heartbeat,
-    Icao,
-    LockStep,
-    Rate,
-    SigningKey,
-    System,
-    TrafficMargin,
-)
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 
 if TYPE_CHECKING:
@@ -52,8 +41,8 @@ def mavlink(
         str | None,
         typer.Argument(help="A mission by name, a mission file (TOML), or a flight plan."),
     ] = None,
-    rate: Rate = 10.0,
-    act: Act = False,
+    rate: mavlink_options.Rate = 10.0,
+    act: mavlink_options.Act = False,
     check: Annotated[
         bool,
         typer.Option("--check", help="Listen for 10 s, tell what would keep it from flying, end."),
@@ -67,13 +56,13 @@ def mavlink(
     ask: Annotated[
         bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
     ] = False,
-    signing_key: SigningKey = None,
-    system: System = 1,
-    component: Component = 1,
-    icao: Icao = None,
-    traffic_margin_m: TrafficMargin = 0.0,
-    fan_deg: Fan = 0.0,
-    heartbeat_s: Heartbeat = 3.0,
+    signing_key: mavlink_options.SigningKey = None,
+    system: mavlink_options.System = 1,
+    component: mavlink_options.Component = 1,
+    icao: mavlink_options.Icao = None,
+    traffic_margin_m: mavlink_options.TrafficMargin = 0.0,
+    fan_deg: mavlink_options.Fan = 0.0,
+    heartbeat_s: mavlink_options.Heartbeat = 3.0,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
     ] = None,
@@ -83,7 +72,7 @@ def mavlink(
     speedup: Annotated[
         float, typer.Option(min=0.1, help="Of a simulated vehicle's clock against ours.")
     ] = 1.0,
-    lock_step: LockStep = False,
+    lock_step: mavlink_options.LockStep = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the log of decisions and the summary.")
     ] = None,

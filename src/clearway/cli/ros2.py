@@ -10,19 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli import ros2_bus
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import (
-    CHECKED_S,
-    Backend,
-    Bag,
-    Check,
-    Domain,
-    Namespace,
-    Remap,
-    bus_for,
-    refuse_other_backend,
-)
+from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_other_backend
 
 if TYPE_CHECKING:
     from clearway.live.link.loop import LoopReport
@@ -33,12 +24,12 @@ if TYPE_CHECKING:
 
 def ros2(
     parameters: Annotated[Path, typer.Argument(help="The node's parameters (YAML of ROS 2).")],
-    check: Check = False,
-    bag: Bag = None,
-    backend: Backend = "auto",
-    domain: Domain = None,
-    namespace: Namespace = "",
-    remap: Remap = None,
+    check: ros2_bus.Check = False,
+    bag: ros2_bus.Bag = None,
+    backend: ros2_bus.Backend = "auto",
+    domain: ros2_bus.Domain = None,
+    namespace: ros2_bus.Namespace = "",
+    remap: ros2_bus.Remap = None,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
     ] = None,

@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 from clearway.base.errors import InputError, naming
 
+FOLDER = "CLEARWAY_DATA"
+"""Environment variable: a folder of data, looked into for files that are nowhere else."""
 CHUNK = 1 << 16
 TIMEOUT_S = 30.0
 MIT, BSD2, BSD3, APACHE = "MIT", "BSD-2-Clause", "BSD-3-Clause", "Apache-2.0"
@@ -121,10 +123,30 @@ FILES = (
 
 def where_from(path: str | Path) -> str:
     """The end of a message about a file that is not there: how to get it, where that is known."""
-    known = next((one for one in FILES if Path(one.name).name == Path(path).name), None)
+    known = _known(path)
     if known is None:
         return ""
-    return f"; it is public and no part of clearway: `clearway data --fetch DIR` gets {known.name}"
+    return (
+        f"; it is public and no part of clearway: `clearway data --fetch DIR` gets {known.name}, "
+        f"and {FOLDER}=DIR tells where it is"
+    )
+
+
+def at_hand(path: Path) -> Path:
+    """A file where it is said to be; a public one that is not there, in the folder of data.
+
+    The folder is that of the environment variable CLEARWAY_DATA. Returns the path as given where
+    the file is in neither place.
+    """
+    known, folder = _known(path), os.environ.get(FOLDER)
+    if known is None or not folder or path.exists():
+        return path
+    kept = Path(folder).absolute() / known.name
+    return kept if kept.exists() else path
+
+
+def _known(path: str | Path) -> PublicFile | None:
+    return next((one for one in FILES if Path(one.name).name == Path(path).name), None)
 
 
 def is_there(file: PublicFile, folder: Path) -> bool:

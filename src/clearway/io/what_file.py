@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
 from clearway.base.errors import InputError, naming
+from clearway.base.suggest import MOST_SEEN
 
 HEAD = 4096
 LOOKS_LIKE = "it looks like"
@@ -77,12 +79,27 @@ def what_file(path: str | Path, *, likely: bool = False) -> str:
     likely: guesses count too that say nothing against a file which can be read.
     """
     try:
+        if Path(path).is_dir():
+            return _what_folder(Path(path))
         if not Path(path).is_file():
             return ""
         with Path(path).open("rb") as file:
             return what_content(file.read(HEAD), likely=likely)
     except (OSError, ValueError):
         return ""
+
+
+def _what_folder(folder: Path) -> str:
+    """The same of a folder, by the names in it."""
+    names = {entry.name for entry in islice(folder.iterdir(), MOST_SEEN)}
+    suffixes = {Path(name).suffix.lower() for name in names}
+    if {"run.mcap", "summary.json"} <= names:
+        return f"; {LOOKS_LIKE} a flight of clearway: `clearway replay` takes it"
+    if "metadata.yaml" in names or suffixes & {".db3", ".zstd"}:
+        return f"; {LOOKS_LIKE} a ROS 2 bag: `clearway assess --scan` takes it"
+    if suffixes & {".pcd", ".ply", ".las", ".laz", ".npy"}:
+        return f"; {LOOKS_LIKE} a folder of scans: `clearway assess --scan` takes it"
+    return ""
 
 
 def require_file(path: Path) -> None:

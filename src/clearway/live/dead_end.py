@@ -128,13 +128,14 @@ def _turn(knowledge: Knowledge) -> tuple[float, float]:
 def warm_up_ways(knowledge: Knowledge, state: State) -> None:
     """Compile and load what ways are looked for with."""
     goal = knowledge.mission.goals_m[0]
-    way_round(knowledge, state.position_m, goal)
     free, routes = knowledge.sensing.free_space, knowledge.route_map
-    if free is not None and routes is not None:
-        _take_in(knowledge, routes, free.seen, state)
-        routes.aim(state.position_m[None])
-        routes.came_nearer(state.position_m, 1.0)
-        seen_route(routes.cells(), state.position_m, goal, (goal,))
+    if free is None or routes is None:
+        way_round(knowledge, state.position_m, goal)
+        return
+    _take_in(knowledge, routes, free.seen, state)
+    routes.aim(state.position_m[None])
+    routes.came_nearer(state.position_m, 1.0)
+    seen_route(routes.cells(), state.position_m, goal, (goal,))
 
 
 def way_round(

@@ -186,11 +186,15 @@ class Knowledge:
 
     def _has_jumped(self, latest: State | None, state: State, flown_m: FloatArray | None) -> bool:
         """Whether an own state lies farther off what was flown, which leads to `flown_m`, than
-        margin and deviations cover."""
+        margin and deviations cover; where others fly, than the vehicle gets in that time."""
         if latest is None or flown_m is None:
             return False
         settings = self.planner.settings
-        off_m = self.wind.unexplained_m(latest, state, flown_m)
+        if self.followed:
+            off_m = self.wind.unexplained_m(latest, state, flown_m)
+        else:
+            moved_m = float(np.linalg.norm(state.position_m - latest.position_m))
+            off_m = moved_m - self.planner.speed_mps * (state.time_s - latest.time_s)
         unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
         unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)
         return off_m > settings.safety_margin_m + unsure_m + self.planner.speed_mps * unknown_s

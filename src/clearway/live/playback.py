@@ -42,7 +42,9 @@ class PlayedScan:
     hits: int
     """Returns within the grid."""
     nearest_m: float
-    """Distance of the nearest return from the sensor; inf without any."""
+    """Distance of the nearest return that counts from the vehicle; inf without any.
+
+    Returns of the own airframe, in the sensor's blind range or beyond its range do not count."""
     decision: FlightDecision
 
     __repr__ = brief
@@ -82,12 +84,15 @@ def play(system: AvoidanceSystem, moments: Iterable[Moment]) -> Iterator[PlayedS
         system.update(moment.scan)
         time_s = moment.state.time_s
         situation, _ = system.situation(time_s)
-        points = moment.scan.points_m
-        squared = np.einsum("ij,ij->i", points, points)
+        squared = [
+            float(np.einsum("ij,ij->i", detection.points_m, detection.points_m).min())
+            for detection in situation.detections
+            if len(detection.points_m)
+        ]
         yield PlayedScan(
             moment,
             planned,
             sum(int(detection.hits.sum()) for detection in situation.detections),
-            float(np.sqrt(squared.min())) if len(points) else np.inf,
+            float(np.sqrt(min(squared, default=np.inf))),
             system.decide(time_s),
         )

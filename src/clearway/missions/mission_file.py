@@ -17,7 +17,7 @@ from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 from clearway.base.suggest import did_you_mean, file_nearby
 from clearway.base.version import SCHEMA_VERSION
-from clearway.io.public_data import where_from
+from clearway.io.public_data import at_hand, where_from
 from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
 from clearway.live.mission import Mission
@@ -264,10 +264,10 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     """Files that a mission names are looked for beside its own."""
     _refuse_absent_data(path, mission)
     if mission.point_cloud is not None:
-        file = beside(path, mission.point_cloud.file)
+        file = str(at_hand(Path(beside(path, mission.point_cloud.file))))
         mission = mission.changed("point_cloud", file=file)
     if mission.map is not None:
-        files = tuple(beside(path, file) for file in mission.map.files)
+        files = tuple(str(at_hand(Path(beside(path, file)))) for file in mission.map.files)
         mission = mission.changed("map", files=files)
     if mission.vehicle.automaton is not None:
         file = beside(path, mission.vehicle.automaton)
@@ -281,7 +281,11 @@ def _refuse_absent_data(path: Path, mission: MissionFile) -> None:
     """Raise InputError for public files that are not there, saying how to get them."""
     named = [] if mission.point_cloud is None else [mission.point_cloud.file]
     named += [] if mission.map is None else mission.map.files
-    absent = [file for file in named if not Path(beside(path, file)).exists() and where_from(file)]
+    absent = [
+        file
+        for file in named
+        if where_from(file) and not at_hand(Path(beside(path, file))).exists()
+    ]
     if absent:
         raise InputError(str(path), [f"no file {file}{where_from(file)}" for file in absent])
 

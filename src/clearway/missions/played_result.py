@@ -9,6 +9,7 @@ import numpy as np
 
 from clearway.base.brief import runs
 from clearway.io.json_values import finite
+from clearway.live.mission import Mode
 from clearway.live.playback import PlayedScan
 from clearway.missions.played_scene import Playback
 from clearway.missions.recorded_scan import beams_in_words
@@ -73,7 +74,19 @@ def in_words(result: Mapping[str, Any]) -> str:
             f"{_number(one['p_decision'], 7)}{_number(one['clearance_m'], 13)}  "
             f"{one['mode']}: {_runs(one['movements'])}"
         )
-    return "\n".join(lines)
+    return "\n".join([*lines, *_why_all_are_emergencies(scans)])
+
+
+def _why_all_are_emergencies(scans: list[dict[str, Any]]) -> list[str]:
+    """What stands too near, where nothing at all keeps the margin."""
+    near = [one["nearest_m"] for one in scans if one["nearest_m"] is not None]
+    if not near or any(one["mode"] != Mode.EMERGENCY for one in scans):
+        return []
+    return [
+        f"why         nothing keeps {scans[0]['margin_m']:.2f} m: what counts is as near as "
+        f"{min(near):.2f} m. Beside walls or on a bench that is so; --airframe-radius leaves out "
+        "what flies along, --speed and safety_margin_m of a scene are the vehicle's"
+    ]
 
 
 def _number(value: float | None, width: int = 11) -> str:

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import numpy as np
-
 MISSION = """\
 # Two waypoints, and a ball and a house in the way that no map shows.
 [mission]
@@ -154,51 +150,3 @@ name = "near"
 radius_m = 150
 half_height_m = 30
 """
-
-
-def write_mission(path: Path, rng: np.random.Generator) -> None:
-    """A mission with obstacles of its own and an intruder."""
-    del rng
-    path.write_text(MISSION)
-
-
-def write_survey_mission(path: Path, rng: np.random.Generator) -> None:
-    """A mission through a surveyed point cloud."""
-    del rng
-    path.write_text(SURVEYED)
-
-
-def write_map_mission(path: Path, rng: np.random.Generator) -> None:
-    """A mission over a map, with its origin on the earth."""
-    del rng
-    path.write_text(MAPPED)
-
-
-def write_scene(path: Path, rng: np.random.Generator) -> None:
-    """One moment: a scan, a map and an intruder."""
-    del rng
-    path.write_text(SCENE)
-
-
-def write_robot_mission(path: Path, rng: np.random.Generator) -> None:
-    """A mission for a node."""
-    del rng
-    path.write_text(ROBOT)
-
-
-def write_node(path: Path, rng: np.random.Generator) -> None:
-    """Parameters of a node."""
-    del rng
-    path.write_text(NODE)
-
-
-def write_guarded(path: Path, rng: np.random.Generator) -> None:
-    """Parameters of a guardian."""
-    del rng
-    path.write_text(GUARDED)
-
-
-def write_volumes(path: Path, rng: np.random.Generator) -> None:
-    """Volumes of one's own."""
-    del rng
-    path.write_text(VOLUMES)

@@ -15,6 +15,9 @@ from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
+SURELY = 1.0 + 1e-9
+"""Factor by which something must be farther, for all the rounding."""
+
 
 def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayLike) -> BoolArray:
     """[cells] cells that meet the ball of any point [m, 3] of the grid frame, (3.8), (3.9).
@@ -52,6 +55,10 @@ def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArra
     cos_elevation, sin_elevation = np.cos(elevation), np.sin(elevation)
     nearest, farthest = ranges[0], ranges[layers]
     tolerance = RANGE_TOLERANCE * farthest
+    # Of a grid no wider than half a circle, most balls lie beyond the planes at its sides.
+    sided = azimuth[columns] - azimuth[0] <= np.pi
+    right_x, right_y = -sin_azimuth[0], cos_azimuth[0]
+    left_x, left_y = sin_azimuth[columns], -cos_azimuth[columns]
     coated = np.zeros(layers * columns * rows, dtype=np.bool_)
     for n in range(len(points)):
         x, y, z, radius = points[n, 0], points[n, 1], points[n, 2], radii[n] + tolerance
@@ -59,6 +66,8 @@ def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArra
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared)
         if distance - radius > farthest or distance + radius < nearest:
+            continue
+        if sided and min(right_x * x + right_y * y, left_x * x + left_y * y) < -SURELY * radius:
             continue
         own_azimuth = np.arctan2(y, x)
         for j in range(columns):

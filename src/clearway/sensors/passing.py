@@ -24,6 +24,8 @@ from clearway.sensors.simulate import sensor_pose
 MAX_COLUMNS, MAX_ROWS = 2048, 1024
 MAX_WINDOW = 8
 """Columns on either side looked at, however narrow they are towards the poles."""
+BLOCK = 512
+"""Returns at a time: their coordinates stay in the fastest cache."""
 REACH_OF_BEAM = 1.2
 """Half beam spacings within which a beam counts as pointing at something."""
 
@@ -215,9 +217,22 @@ def directions_of(points: FloatArray, raster: BeamRaster) -> Directions:
     """Bins and distances of returns [n, 3], sensor frame."""
     distance, bins = np.empty(len(points)), np.empty(len(points), dtype=np.int32)
     columns, rows = raster.low.shape
-    _sort_into_bins(
-        points, columns, rows, raster.per_column, raster.per_row, raster.bottom, distance, bins
-    )
+    x, y, z = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for begin in range(0, len(points), BLOCK):
+        end = min(begin + BLOCK, len(points))
+        _sort_into_bins(
+            points[begin:end],
+            columns,
+            rows,
+            raster.per_column,
+            raster.per_row,
+            raster.bottom,
+            x,
+            y,
+            z,
+            distance[begin:end],
+            bins[begin:end],
+        )
     return Directions(distance, bins)
 
 
@@ -229,19 +244,30 @@ def _sort_into_bins(
     per_column: float,
     per_row: float,
     bottom: float,
+    x: FloatArray,
+    y: FloatArray,
+    z: FloatArray,
     distance: FloatArray,
     bins: npt.NDArray[np.int32],
 ) -> None:
-    """`bin_of` of all returns, without a branch: the compiler takes several at a time."""
+    """`bin_of` of a block of returns, without a branch: the compiler takes several at a time.
+
+    x, y, z: [BLOCK] room for the block, axis by axis.
+    """
     last = np.int32(columns - 1)
     for n in range(len(points)):
-        distance[n] = np.sqrt(points[n, 0] ** 2 + points[n, 1] ** 2 + points[n, 2] ** 2)
+        x[n] = points[n, 0]
     for n in range(len(points)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        forward = y / (abs(x) + abs(y) + TINY)
-        turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
+        y[n] = points[n, 1]
+    for n in range(len(points)):
+        z[n] = points[n, 2]
+    for n in range(len(points)):
+        distance[n] = np.sqrt(x[n] ** 2 + y[n] ** 2 + z[n] ** 2)
+    for n in range(len(points)):
+        forward = y[n] / (abs(x[n]) + abs(y[n]) + TINY)
+        turned = forward if x[n] >= 0.0 else np.copysign(2.0, y[n]) - forward
         column = min(np.int32((turned + 2.0) * per_column), last)
-        offset = (z / (distance[n] + TINY) - bottom) * per_row
+        offset = (z[n] / (distance[n] + TINY) - bottom) * per_row
         inside = (offset >= 0.0) & (offset < rows) & (distance[n] < np.inf)
         bins[n] = column * np.int32(rows) + np.int32(offset) if inside else -1
 

@@ -65,10 +65,14 @@ class Sample(NamedTuple):
         return any(find_spec(name) is None for name in PACKAGES.get(self.needs, ()))
 
 
-def _own_planner(path: Path, rng: np.random.Generator) -> None:
-    """A planner of one's own: straight to the waypoint, whatever is in the way."""
-    del rng
-    path.write_text(PLANNER)
+def _text(content: str) -> Write:
+    """A writer of a file that no seed changes."""
+
+    def write(path: Path, rng: np.random.Generator) -> None:
+        del rng
+        path.write_text(content)
+
+    return write
 
 
 def _model(path: Path, rng: np.random.Generator) -> None:
@@ -76,12 +80,6 @@ def _model(path: Path, rng: np.random.Generator) -> None:
     del rng
     shipped = resources.files("clearway.studies") / "encounter_model" / "made-up.txt"
     path.write_text(shipped.read_text(encoding="utf-8"))
-
-
-def _campaign(path: Path, rng: np.random.Generator) -> None:
-    """A campaign: two families, two planners, two cases each."""
-    del rng
-    path.write_text(CAMPAIGN)
 
 
 CAMPAIGN = """\
@@ -137,9 +135,9 @@ def _map(name: str, about: str, write: Write, more: str = "") -> Sample:
 
 POSED = "clearway assess --scan velodyne --poses {} --all"
 SAMPLES = (
-    Sample("my-mission.toml", "mission", "obstacles, an intruder, a LiDAR", own.write_mission,
+    Sample("my-mission.toml", "mission", "obstacles, an intruder, a LiDAR", _text(own.MISSION),
            "clearway fly my-mission.toml"),
-    Sample("my-scene.toml", "scene", "one moment: scan, map, intruder", own.write_scene,
+    Sample("my-scene.toml", "scene", "one moment: scan, map, intruder", _text(own.SCENE),
            "clearway assess my-scene.toml"),
     _scan("sweep.pcd", "PCD, binary", scans.write_pcd),
     _scan("sweep-text.pcd", "PCD, text", scans.write_pcd_text),
@@ -172,13 +170,13 @@ SAMPLES = (
     Sample("livox", "recording", "ROS 2 bag of Livox's CustomMsg", recordings.write_livox2,
            "clearway assess --scan livox --airframe-radius 0.5", "lidar"),
     Sample("robot-mission.toml", "mission", "vehicle and sensor of a robot on ROS 2 topics",
-           own.write_robot_mission, ""),
+           _text(own.ROBOT), ""),
     Sample("commanded", "recording", "ROS 2 bag of a robot that somebody flies at a house",
            recordings.write_commanded, "", "ros2"),
     Sample("robot.yaml", "parameters", "of a node on ROS 2 topics",
-           own.write_node, "clearway ros2 robot.yaml --bag commanded", "ros2"),
+           _text(own.NODE), "clearway ros2 robot.yaml --bag commanded", "ros2"),
     Sample("guarded.yaml", "parameters", "the same, to hold those commands against the scans",
-           own.write_guarded, "clearway guard guarded.yaml --bag commanded", "ros2"),
+           _text(own.GUARDED), "clearway guard guarded.yaml --bag commanded", "ros2"),
     Sample("os1.json", "recording", "metadata of the packets", packets.write_metadata, "",
            "ouster"),
     Sample("os1.pcap", "recording", "packets of an Ouster LiDAR", packets.write_packets,
@@ -187,7 +185,7 @@ SAMPLES = (
     _scan("sweep.laz", "LAZ", scans.write_las, "lidar"),
     Sample("survey.laz", "survey", "LAZ, the world of survey-mission.toml", scans.write_survey,
            "clearway fly survey-mission.toml", "lidar"),
-    Sample("survey-mission.toml", "mission", "through that survey", own.write_survey_mission, ""),
+    Sample("survey-mission.toml", "mission", "through that survey", _text(own.SURVEYED), ""),
     Sample("log.ulg", "traffic", "log of PX4: own way, and aircraft heard of", ulog.write_ulog,
            "clearway traffic log.ulg", "ulog"),
     Sample("flight.tlog", "traffic", "telemetry log of MAVLink", telemetry.write_telemetry,
@@ -225,9 +223,9 @@ SAMPLES = (
     _map("place.osm.pbf", "OpenStreetMap, PBF", gis.write_osm_packed),
     _map("N50E008.hgt", "tile of SRTM", gis.write_hgt),
     _map("n50.dt0", "tile of DTED", gis.write_dted),
-    Sample("map-mission.toml", "mission", "over that map, 10 m/s", own.write_map_mission,
+    Sample("map-mission.toml", "mission", "over that map, 10 m/s", _text(own.MAPPED),
            "clearway fly map-mission.toml", "map"),
-    Sample("volumes.toml", "volumes", "what two aircraft should not share", own.write_volumes,
+    Sample("volumes.toml", "volumes", "what two aircraft should not share", _text(own.VOLUMES),
            "clearway alerts encounter.daa --volumes volumes.toml"),
     Sample("plan.plan", "plan", "QGroundControl, with a fence", plans.write_plan,
            "clearway fly plan.plan", "map"),
@@ -239,9 +237,9 @@ SAMPLES = (
            "clearway fly dji.kmz"),
     Sample("model.txt", "encounter model", "made-up numbers, MIT-LL's text format", _model,
            "clearway risk model.txt --count 20"),
-    Sample("my.toml", "campaign", "two families, two planners", _campaign,
+    Sample("my.toml", "campaign", "two families, two planners", _text(CAMPAIGN),
            "clearway campaign my.toml", "parquet"),
-    Sample("own_planner.py", "planner", "one's own, as module:name", _own_planner,
+    Sample("own_planner.py", "planner", "one's own, as module:name", _text(PLANNER),
            "clearway compare my-mission.toml --planners clearway,own_planner:make"),
 )  # fmt: skip
 """Add a sample here: README.md of the folder and the tests are made from it."""

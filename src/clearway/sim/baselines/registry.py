@@ -104,7 +104,10 @@ def _checked(label: str, found: Any, craft: Craft) -> Rule:
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         answer = asked(situation, before)
         if not isinstance(answer, Manoeuvre):
-            raise OwnCodeError(said, f"gave {type(answer).__name__}; a Manoeuvre is needed")
+            raise OwnCodeError(
+                said,
+                f"gave {type(answer).__name__}; a Manoeuvre is needed (clearway.sim.baselines)",
+            )
         unknown = [repr(name) for name in answer.movements if name not in names]
         if unknown or not answer.movements:
             raise OwnCodeError(

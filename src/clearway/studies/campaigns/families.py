@@ -11,13 +11,16 @@ from typing import Any
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.suggest import did_you_mean
-from clearway.io.public_data import where_from
+from clearway.io.public_data import at_hand, where_from
 from clearway.io.toml import Section, parse_model
 from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
 from clearway.studies.campaigns.made_worlds import MADE, MadeFamily
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
+
+PLACES = Path(__file__).parent / "places"
+"""The surveyed places of the examples: a wheel has them here, a checkout where they stand."""
 
 
 class AbsentDataError(ClearwayError):
@@ -92,6 +95,8 @@ def _mission(case: CaseOf) -> MissionFile:
 
 def _place(case: CaseOf) -> MissionFile:
     path = case.folder / case.parameters.mission
+    if not path.exists() and (PLACES / path.name).exists():
+        path = PLACES / path.name
     if not path.exists():
         raise AbsentDataError(f"no file {case.parameters.mission}{where_from(path)}")
     file = read_mission_file(str(path))
@@ -111,7 +116,7 @@ def _conflict(kind: str) -> Callable[[CaseOf], MissionFile]:
 
 def _model(case: CaseOf) -> Path | None:
     name = case.parameters.model
-    path = None if name is None else case.folder / name
+    path = None if name is None else at_hand(case.folder / name)
     if path is not None and not path.exists():
         raise AbsentDataError(f"no file {name}{where_from(path)}")
     return path

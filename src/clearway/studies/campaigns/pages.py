@@ -68,7 +68,7 @@ def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dic
     for label in dict.fromkeys(standing.label for standing in table):
         there = [cells.get((label, planner)) for planner in planners]
         flights = max(each.safe.flights for each in there if each is not None)
-        lines.append((label, str(flights), *(_short(each) for each in there)))
+        lines.append((label, str(flights), *(_short(each, flights) for each in there)))
     said = [*not_known_in(table), *shared(planners)]
     beside = f"\n{_listed(said)}" if said else ""
     return f"{_markdown(lines)}{beside}{_below(rows, settings, skipped)}"
@@ -79,12 +79,15 @@ def not_known_in(table: Sequence[FamilyStanding]) -> list[str]:
     return not_known((each.planner, each.hidden) for each in table)
 
 
-def _short(standing: FamilyStanding | None) -> str:
+def _short(standing: FamilyStanding | None, flights: int) -> str:
+    """Reached with margin and crashed; of how many, where that are not as many as in the row."""
     if standing is None:
         return ""
     if standing.hidden:
         return NOT_APPLICABLE
-    return f"{standing.safe.number} / {standing.crashed.number}"
+    fewer = standing.safe.flights
+    of = "" if fewer == flights else f" of {fewer}"
+    return f"{standing.safe.number} / {standing.crashed.number}{of}"
 
 
 def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]) -> str:
