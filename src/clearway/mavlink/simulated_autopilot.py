@@ -153,7 +153,13 @@ class SimulatedAutopilot:
         if not self.follows:
             target = VelocityTarget(away, 0.0) if away.any() else None
         cruise = self._setup.planner.speed_mps
-        self.truth = self.truth.after(step, target or hover, cruise, self.habits.acceleration_mps2)
+        self.truth = self.truth.after(
+            step,
+            target or hover,
+            cruise,
+            self.habits.acceleration_mps2,
+            self.habits.climb_acceleration_mps2,
+        )
 
     def _take_off(self, step: float) -> None:
         """Straight up, unless a set-point has ended it."""
