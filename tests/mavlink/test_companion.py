@@ -109,6 +109,23 @@ def test_the_floor_is_the_home_plus_the_margin_even_in_an_emergency(calm: Any) -
     assert min(p.position_m[2] for o in flight.outcomes if (p := o.set_point) is not None) >= 5.0
 
 
+def test_the_floor_is_kept_by_a_vehicle_that_brakes_its_sinking_slowly() -> None:
+    """As ArduCopter does, at 1 m/s^2: told to sink to the floor at 1.5 m/s it overshot by 1.4 m."""
+    file, setup = mission(
+        mission={"name": "low", "waypoints_m": [[80, 0, 7]], "reach_radius_m": 4},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 3.0, "kind": "multirotor"},
+    )
+    velocity = 20.0 * np.array([np.cos(1.3), np.sin(1.3), 0.0])
+    meets = np.array([42.0, 0.0, 9.0])
+    who = ScriptedIntruder("FAST", 1.0, meets - 13.0 * velocity, velocity, radius_m=6.0,
+                           spawn="world")  # fmt: skip
+    habits = Habits(acceleration_mps2=2.5, climb_acceleration_mps2=1.0, dead_s=0.3)
+    flight = SimulatedFlight(file, replace(setup, script=(who,)), habits)
+    flight.run(20.0)
+    assert flight.autopilot.lowest_m < 6.0  # It does sink.
+    assert flight.autopilot.lowest_m >= 5.0 - 0.05
+
+
 @pytest.mark.parametrize(("height_m", "said"), [
     (3.5, "refused: goal 1 at 3.5 m is below the floor of 5.0 m (home at 0.0 m"),
 ])  # fmt: skip

@@ -85,7 +85,7 @@ class WaysOut:
         self._start = library.nearest(roll, pitch)
         self._tilt = (roll, pitch)
         # A movement under way that ends where loops close is flown to its end first. One that ends
-        # off those attitudes as well, as of a vehicle that began off them, is not worth waiting for:
+        # off those attitudes as well, of a vehicle that began off them, is not worth waiting for:
         # who always asks a moment late would wait for ever.
         self._closes = (
             under_way is None
