@@ -12,7 +12,7 @@ from clearway.live.route_map import Cells, RouteMap
 from clearway.live.seen_route import SeenRoute, seen_route
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import NOTHING_SEEN
+from clearway.sensors.free_space import NOTHING_SEEN, FreeSpace
 
 MARGIN_M, RADIUS_M, VOXEL_M, REACH_M = 0.6, 3.82, 0.25, 15.0
 START, GOAL = np.zeros(3), np.array([30.0, 0.0, 0.0])
@@ -169,6 +169,34 @@ def test_a_door_that_is_never_come_nearer_to_gives_way_to_another() -> None:
             break
     assert -18.0 < crossed_m(route, 12.0) < -10.0
     assert routes.cells().in_vain.max() > 0.0
+
+
+@pytest.mark.parametrize(("top_m", "above"), [(17.0, True), (4.0, False)])
+def test_a_gap_that_came_to_nothing_is_no_other_at_another_height(
+    top_m: float, above: bool
+) -> None:
+    """What was tried in a wall as tall as can be seen costs more at all heights; where the wall was
+    seen to end, the way over it costs what it did."""
+    returns = np.concatenate([wall((12.0, -20.0), (12.0, -3.0)), wall((12.0, 3.0), (12.0, 20.0))])
+    returns = returns[returns[:, 2] <= top_m]
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
+    seen = FreeSpace(VOXEL_M, START).seen
+    routes.take(seen._replace(free=np.ones_like(seen.free)), balls(returns), START, 100.0)
+    routes.aim(np.array([START, [12.0, 0.0, 0.0]]))
+    assert not routes.came_nearer(START, 6.0)
+    cells = routes.cells()
+    at = cells.cell_of(np.array([12.0, 0.0, 15.0])).astype(np.int64)
+    assert (cells.in_vain[tuple(at)] > 0.0) == above
+
+
+def test_no_way_leads_through_a_wall_at_a_height_nobody_saw_while_a_door_is_open() -> None:
+    """All round the start stands a wall, seen between -3 and 3 m; its door is behind."""
+    corners = [(12.0, -12.0), (12.0, 12.0), (-12.0, 12.0), (-12.0, 4.5)]
+    corners_below = [(12.0, -12.0), (-12.0, -12.0), (-12.0, -4.5)]
+    sides = [*pairwise(corners), *pairwise(corners_below)]
+    returns = np.concatenate([wall(start, end) for start, end in sides])
+    routes = mapped(returns[np.abs(returns[:, 2]) <= 3.0])
+    assert abs(crossed_m(seen_route(routes.cells(), START, GOAL), 12.0)) > 12.0
 
 
 def test_flying_along_a_way_costs_nothing() -> None:

@@ -26,7 +26,13 @@ from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.flown import flown_from, turns_of
 from clearway.reach.store import ReachLibrary
 from clearway.sim.plants import PLANTS
-from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings, measure, round_of_pairs
+from clearway.sim.plants.measuring import (
+    MeasuredPlant,
+    MeasureSettings,
+    measure,
+    round_of_pairs,
+    tube_of,
+)
 from clearway.sim.plants.plant import PlantKind, own_plant
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.measured import with_exact_rounds
@@ -85,6 +91,20 @@ def test_what_was_measured_predicts_far_better_than_the_closed_form(measured: Me
     assert list(table.tube_m) == sorted(table.tube_m)
     inside = [(each <= table.tube_m[n]).mean() for n, each in enumerate(measured.error_m)]
     assert min(inside) >= 0.99
+
+
+def test_the_tube_holds_the_pair_that_strays_most_also_where_it_is_flown_over_and_over():
+    """Random rounds fly each pair once; a flight may fly the worst again and again."""
+    rng = np.random.default_rng(5)
+    near, far = rng.normal(0.0, 0.02, 990), rng.normal(0.0, 0.1, 10)
+    first, second = np.abs(np.concatenate([near, far])), np.full(1000, 0.4)
+    tube_m = tube_of([first, second], worst_m=0.1)
+    worst = np.abs(rng.normal(0.0, 0.1, 10_000))
+    assert (worst <= tube_m[0]).mean() >= 0.985
+    assert tube_m[1] / tube_m[0] == pytest.approx(0.4 / tube_of([first], 0.0)[0])
+    # Where no pair strays more than the others, errors alone say how wide it is.
+    assert tube_of([first, second], worst_m=0.01) == (np.sort(first)[-1], 0.4)
+    assert tube_of([np.zeros(9)], worst_m=0.0) == (0.0,)
 
 
 def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: MeasuredPlant):

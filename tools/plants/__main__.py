@@ -37,6 +37,7 @@ def main(arguments: Sequence[str]) -> None:
     parts = (
         page.predicted(page.automata()),
         page.shown(shown),
+        page.said(flights),
         page.flown(flights),
         page.held(flights),
     )

@@ -82,7 +82,7 @@ def fly_all(journal: Path) -> Sequence[Shown]:
         if file.stem in found:
             continue
         one = found[file.stem] = fly(file)
-        print(one, file=sys.stderr, flush=True)
+        print(f"{one.name}: {one.time_s:g} s in {one.cpu_s:g} s", file=sys.stderr, flush=True)
         journal.parent.mkdir(parents=True, exist_ok=True)
         with journal.open("a", encoding="utf-8") as out:
             out.write(json.dumps(asdict(one)) + "\n")

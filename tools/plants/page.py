@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -73,6 +74,26 @@ def flown(flights: Sequence[Flown]) -> list[str]:
                 f"{sum(one.decisions for one in some)} | {inside:.1f} % of {looks} | {factor:.2g} |"
             )
     return rows
+
+
+def said(flights: Sequence[Flown]) -> list[str]:
+    """What all flights together show, and how little so many can."""
+    if not flights:
+        return []
+    touched, lost = (sum(getattr(one, what) for one in flights) for what in ("hit", "lost"))
+    whole = [one for one in flights if FAMILIES[one.family].fault is None]
+    arrived = sum(one.reached for one in whole)
+    looks, strayed = (sum(getattr(one, what) for one in flights) for what in ("looks", "strayed"))
+    inside = 100.0 * (1.0 - strayed / max(looks, 1))
+    told = (
+        f"{len(flights)} flights through random worlds: {touched} touched something, {lost} came "
+        f"nearer than the margin; of {len(whole)} in which nothing went wrong {arrived} arrived. "
+        f"{inside:.2f} % of {looks} own states lay within the tube."
+    )
+    if not touched:
+        most = 100.0 * (1.0 - 0.05 ** (1.0 / len(flights)))
+        told += f" At 95 % confidence that leaves up to {most:.1f} % of such flights that do."
+    return textwrap.wrap(told, 104)
 
 
 def held(flights: Sequence[Flown]) -> list[str]:

@@ -15,6 +15,7 @@ from clearway.missions.setup import FlightSetup, prepare
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sim import Run
+from tools.plants.search import way_left
 from tools.plants.worlds import FAMILIES, SCALES, Scale, fault_s, mission, wall_ahead
 
 STRAYED = "state: outside the tube of its plan"
@@ -44,6 +45,16 @@ class Flown:
     escape: str
     ended: str
     """In which mode, and why, where it did not arrive."""
+    way_left: bool | None = None
+    """Where it hit something after a wall appeared: whether a search finds a way clear of it."""
+
+    def __str__(self) -> str:
+        came = "arrived" if self.reached else self.ended
+        touched = ", touched something" if self.hit else ""
+        return (
+            f"{self.plant} {self.family} {self.seed}: {came}{touched}, {self.nearest_m:g} m near, "
+            f"{self.time_s:g} s flown in {self.cpu_s:g} s"
+        )
 
 
 def fly(scale: Scale, family: str, seed: int) -> Flown:
@@ -54,13 +65,14 @@ def fly(scale: Scale, family: str, seed: int) -> Flown:
     run = _with_wall(scale, setup, seed) if kind.fault == "wall" else setup.fly()
     cpu_s = time.process_time() - began
     nearest_m = float(run.nearest_surface_m.min())
+    hit = nearest_m <= scale.body_m
     last = run.decisions[-1].flight.mode_state
     return Flown(
         scale.plant,
         family,
         seed,
         run.reached,
-        nearest_m <= scale.body_m,
+        hit,
         run.metrics.margin_violations > 0,
         round(nearest_m, 3),
         round(run.metrics.time_s, 2),
@@ -71,7 +83,17 @@ def fly(scale: Scale, family: str, seed: int) -> Flown:
         run.counts.get(STRAYED, 0),
         "" if run.ways_out is None else run.ways_out.flown,
         "" if run.reached else f"{last.mode}: {last.why}",
+        _way_left(scale, setup, run, seed) if hit and kind.fault == "wall" else None,
     )
+
+
+def _way_left(scale: Scale, setup: FlightSetup, run: Run, seed: int) -> bool:
+    """Whether a way was left when the wall appeared: the search knows all that stands there."""
+    entry = next(one for one in run.decisions if one.flight.time_s >= fault_s(scale, seed))
+    state = entry.flight.decision.state.vector
+    wall = ObstacleMap([wall_ahead(scale, state)])
+    world = CombinedWorld([setup.world, wall])
+    return way_left(setup.planner.automaton, world, state, scale.body_m)
 
 
 def _with_wall(scale: Scale, setup: FlightSetup, seed: int) -> Run:

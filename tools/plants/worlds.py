@@ -146,6 +146,8 @@ def mission(scale: Scale, family: Family, seed: int) -> MissionFile:
     strength = family.wind * scale.speed_mps
     wind = [strength * float(np.cos(from_rad)), strength * float(np.sin(from_rad)), 0.0]
     at_s = fault_s(scale, seed)
+    # Without a sensor it only holds: three times the leg's time is enough to see that.
+    until_s = at_s + 3.0 * scale.leg_m / scale.speed_mps if family.fault == "dead" else None
     faults: dict[str, dict[str, Any]] = {
         "dead": {"dead_from_s": at_s},
         "late": {"late_from_s": at_s, "late_s": 3.0},
@@ -167,6 +169,7 @@ def mission(scale: Scale, family: Family, seed: int) -> MissionFile:
             "seed": seed,
             "wind_mps": wind,
             "gusts_mps": family.gusts * scale.speed_mps,
+            **({} if until_s is None else {"time_limit_s": until_s}),
         },
         "faults": faults.get(family.fault or "", {}),
         "obstacle": masts(scale, family, seed),

@@ -51,6 +51,8 @@ class Commitment:
     certain_within: int | None = None
     """After how many decisions without a certain way out to stay where one is likely; None for
     never."""
+    had_certain: bool = False
+    """Whether a certain way out was in hand before, in this flight."""
     long_range: LongRangeChoice | None = None
     """Side and sense begun about aircraft kilometres away."""
 

@@ -92,6 +92,8 @@ class Prices:
     __repr__ = brief
 
 
+Climbing = tuple[float, float]
+"""What a metre of height costs besides the way flown, and a radian of turns on the way."""
 StageCost = Callable[[ReachSet, Prices], FloatArray]
 """Cost [nodes] of each movement of a reach set, in metres; evaluated once per reach set."""
 
@@ -162,12 +164,17 @@ def curved_distance_to_go(
     goal: Goal,
     arrived: Arrival,
     automaton: MovementAutomaton,
+    prices: Prices | None = None,
 ) -> FloatArray:
     """Shortest turn-then-straight length to the goal and on to the next; the default terminal cost.
 
     Turning circles count, so a waypoint behind or inside the turning circle is flown away from
     first; a waypoint steeper than the pitch limit costs the spiral up to it. A vehicle that stays
     level goes by level distance. What can turn on the spot may do so first.
+
+    prices: where given, for a vehicle that climbs only on its way ahead: what it climbs yet costs
+    as much as it will, and what is too steep the turns that lead away from it and back. Else to
+    wait below would cost less than to climb, at every decision anew.
     """
     steepest = automaton.steepest_rad
     radius = automaton.turning_radius_m
@@ -175,6 +182,8 @@ def curved_distance_to_go(
     pitches = np.isfinite(radius) and not climbs_level
     return _to_go(
         reach_set.states,
+        reach_set.parent,
+        reach_set.length_m,
         nodes,
         reach_set.start_pitch_rad,
         arrived.reached,
@@ -184,7 +193,17 @@ def curved_distance_to_go(
         (radius, radius if pitches else 0.0, automaton.spot_turn_m_per_rad),
         automaton.stays_level,
         STEEPEST_PITCH_RAD if steepest is None else max(steepest, SLIGHTEST_PITCH_RAD),
+        (0.0, 0.0) if prices is None else _climbing(automaton, prices),
+        prices is not None,
     )
+
+
+def _climbing(automaton: MovementAutomaton, prices: Prices) -> Climbing:
+    """What a metre of height costs besides its length, and a radian of turns below a steep goal."""
+    steepest = max(automaton.steepest_rad or 0.0, SLIGHTEST_PITCH_RAD)
+    radian_m = min(automaton.turning_radius_m, automaton.spot_turn_m_per_rad)
+    turns_m = radian_m if np.isfinite(radian_m) else 0.0
+    return prices.vertical + prices.turn / float(np.sin(steepest)), turns_m
 
 
 @compiled
@@ -267,9 +286,32 @@ def _turn_then_straight(
     return float(best)
 
 
+@borrowing
+def _climbed(
+    ahead: float, left: float, turn: float, rise: float, steepest: float, climbing: Climbing
+) -> float:
+    """What a way to (ahead, left, rise) costs to who climbs only as it goes ahead.
+
+    turn: what it takes to turn towards it. Where the straight way is too short for the climb, two
+    sides of a triangle are as long as it takes: straight on and back, or away and back.
+    """
+    metre, radian = climbing
+    away, price = np.hypot(ahead, left), metre * abs(rise)
+    needed = abs(rise) / np.tan(steepest)
+    if needed <= away:
+        return float(np.sqrt(away * away + rise * rise) + turn + price)
+    wide = np.arccos(away / needed)
+    turned = abs(abs(np.arctan2(left, ahead)) - wide) + 2.0 * wide
+    on = 0.5 * (needed * needed - away * away) / (needed - ahead)
+    turned = min(turned, abs(np.arctan2(left, ahead - on)))
+    return float(abs(rise) / np.sin(steepest) + price + radian * turned)
+
+
 @compiled
 def _to_go(
     states: FloatArray,
+    parent: IndexArray,
+    length_m: FloatArray,
     nodes: IntArray,
     start_pitch: float,
     reached: BoolArray,
@@ -279,29 +321,52 @@ def _to_go(
     turning: tuple[float, float, float],
     stays_level: bool,
     steepest: float,
+    climbing: Climbing,
+    ahead_only: bool,
 ) -> FloatArray:
-    """turning: radius in flight, what a turn of pitch takes, and cost per radian on the spot."""
+    """turning: radius in flight, what a turn of pitch takes, and cost per radian on the spot.
+
+    climbing: what a metre of height costs, and a radian of turns below a steep goal. ahead_only:
+    whether that is how it climbs.
+    """
     result = np.empty(len(nodes))
     radius, pitching, spot = turning
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
     leg = np.sqrt(np.sum((following - target) ** 2))
-    for at, n in enumerate(nodes):
-        x = cos_start * states[n, 0] + sin_start * states[n, 2]
-        z = -sin_start * states[n, 0] + cos_start * states[n, 2]
-        goal = following if reached[n] else target
-        dx, dy = goal[0] - x, goal[1] - states[n, 1]
-        dz = 0.0 if stays_level else goal[2] - z
-        cos_yaw, sin_yaw = np.cos(states[n, 5]), np.sin(states[n, 5])
-        ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
-        turn = radius * np.cos(states[n, 4])
-        level = _turn_then_straight(ahead, left, turn, reach_radius, spot)
-        if abs(dz) <= level * np.tan(steepest):
-            length = np.sqrt(level * level + dz * dz)
-        else:
-            length = abs(dz) / np.sin(steepest)
-        wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))
-        off = wanted_pitch - states[n, 4]
-        result[at] = length + 0.5 * pitching * off * off
-        if not reached[n]:
+    if ahead_only and not stays_level:
+        along = np.hypot(following[0] - target[0], following[1] - target[1])
+        leg = _climbed(along, 0.0, 0.0, following[2] - target[2], steepest, climbing)
+    for at, end in enumerate(nodes):
+        n, back = end, 0.0
+        while True:
+            x = cos_start * states[n, 0] + sin_start * states[n, 2]
+            z = -sin_start * states[n, 0] + cos_start * states[n, 2]
+            goal = following if reached[n] else target
+            dx, dy = goal[0] - x, goal[1] - states[n, 1]
+            dz = 0.0 if stays_level else goal[2] - z
+            cos_yaw, sin_yaw = np.cos(states[n, 5]), np.sin(states[n, 5])
+            ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
+            turn = radius * np.cos(states[n, 4])
+            level = _turn_then_straight(ahead, left, turn, reach_radius, spot)
+            away = np.hypot(dx, dy)
+            steep = abs(dz) > (away if ahead_only else level) * np.tan(steepest)
+            if ahead_only:
+                length = _climbed(ahead, left, level - away, dz, steepest, climbing) - back
+            elif steep:
+                length = abs(dz) / np.sin(steepest)
+            else:
+                length = np.sqrt(level * level + dz * dz)
+            wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))
+            off = wanted_pitch - states[n, 4]
+            if n == end:
+                result[at] = length + 0.5 * pitching * off * off
+            elif steep:
+                result[at] = min(result[at], length)
+            if not ahead_only or steep or parent[n] < 0 or reached[parent[n]] != reached[end]:
+                break
+            # Who has climbed enough may turn back before: it need not fly on to the end.
+            n = parent[n]
+            back = length_m[end] - length_m[n]
+        if not reached[end]:
             result[at] += leg
     return result

@@ -272,6 +272,7 @@ def decide(
         None if commitment is None else commitment.certain_within,
         narrow_price_m,
         settings.smallest_object_m is not None,
+        commitment is not None and (commitment.had_certain or _certain(commitment.way_out)),
     )
     taken = choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
@@ -308,6 +309,10 @@ def decide(
         wind_mps=situation.wind_mps,
         long_range=None if afar is None else afar.told(choice.node),
     )
+
+
+def _certain(way: WayOut | None) -> bool:
+    return way is not None and way.certain
 
 
 def _afar(

@@ -69,6 +69,8 @@ class Leaving:
     by this; inf where the mission does not allow it."""
     thin: bool = False
     """Whether thin things are declared, which show late."""
+    had_certain: bool = False
+    """As of `Commitment`."""
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
@@ -189,9 +191,10 @@ class Leaving:
     def _waits(self, ways: WaysOut) -> bool:
         """Whether the first certain way out is waited for until one keeps the whole margin: where
         thin things are declared, for as long as it takes to look round. Of those nothing is seen
-        from afar, so that the first one to be had leads near what is seen next."""
+        from afar, so that the first one to be had leads near what is seen next. Where one was lost
+        in flight, a lesser certain one is safer than none."""
         held = self.held
-        if not self.thin or not ways.strict or ways.drift or (held is not None and held.certain):
+        if not self.thin or not ways.strict or ways.drift or self.had_certain:
             return False
         if held is not None and self._has_looked_round(held, held.unsure + 1):
             return False

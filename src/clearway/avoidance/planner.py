@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import get_args
 
 import numpy as np
@@ -220,6 +220,8 @@ class Planner:
                 (pitch, _without_turning_back(prepared, automaton, previous, settings.prices))
                 for previous, (pitch, prepared) in enumerate(prepared_sets)
             )
+        if terminal_cost is curved_distance_to_go and automaton.climbs_ahead:
+            terminal_cost = partial(curved_distance_to_go, prices=settings.prices)
         return cls(
             library.automaton,
             library.grid,

@@ -39,6 +39,8 @@ class Plan:
     """What the decision would fly if every later one agreed."""
     way_out: WayOut | None = None
     """What the buffer ends with, flown for ever if no later decision comes."""
+    had_certain: bool = False
+    """Whether a certain way out was in hand at any time of the flight."""
 
     def after(self, decision: Decision, now_s: float, goal: int) -> Plan:
         """The plan that a decision makes, flown from `now_s` on."""
@@ -59,6 +61,7 @@ class Plan:
             self._side_after(decision),
             intended,
             way,
+            self.had_certain or (decision.way_out is not None and decision.way_out.certain),
         )
 
     def _flown_from(
@@ -161,6 +164,7 @@ class Plan:
             way,
             under_way,
             certain_within=certain_within,
+            had_certain=self.had_certain,
             long_range=afar,
         )
 

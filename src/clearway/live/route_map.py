@@ -14,17 +14,16 @@ import numpy.typing as npt
 
 from clearway.avoidance.hazards import PointHazards
 from clearway.base.arrays import BoolArray, IntArray
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
+from clearway.live.cell_marking import SHAPE, add_ball, mark_balls, mostly_seen
 from clearway.live.distance_field import HALF_DIAGONAL
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SeenSpace, Voxels
+from clearway.sensors.free_space import SeenSpace
 from clearway.vehicle.automaton import MovementAutomaton
 
 Number = TypeVar("Number", np.float64, np.bool_)
 
-SHAPE = (64, 64, 16)
-"""Cells along each axis, the vehicle about their middle."""
 FINE, COARSE = 4, 8
 """Voxels of free space along a cell: for vehicles that turn in little room, and for others."""
 OF_TURN = 0.6
@@ -37,9 +36,9 @@ NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 """Price of a metre within a turning radius, and half of one, of something, beside the margin."""
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
-TALL = 50.0
-"""Price of a metre that nobody has seen above or below what stands, in coarse cells; in fine ones a
-cell costs as much: most of it stands on."""
+TALL, TALL_FINE = 100.0, 10.0
+"""Price of a metre that nobody has seen above or below what stands, in coarse cells and in fine
+ones: most of it stands on, but who can stop may look."""
 IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
@@ -112,7 +111,7 @@ class RouteMap:
         """Take in what is known now; within a distance of the vehicle nothing of it is missing."""
         low = self._follow(position_m)
         fresh = np.full(SHAPE, np.inf)
-        _mark_balls(
+        mark_balls(
             fresh,
             read_only(remembered.position_m),
             read_only(remembered.radius_m),
@@ -127,7 +126,7 @@ class RouteMap:
         away = ticks[0][:, None, None] ** 2 + ticks[1][:, None] ** 2 + ticks[2] ** 2
         in_reach = away <= max(reach_m - self.rooms_m[1] - self.width_m, 0.0) ** 2
         self._nearest = np.where(in_reach, fresh, np.minimum(fresh, self._nearest))
-        self._seen |= _mostly_seen(seen.free, seen.low, low, self._per_cell)
+        self._seen |= mostly_seen(seen.free, seen.low, low, self._per_cell)
         inside = [
             (lowest <= tick + place) & (tick + place <= highest)
             for tick, place, lowest, highest in zip(
@@ -178,13 +177,29 @@ class RouteMap:
         if left[0] - left[at] - off[at] >= NEARER * flown_m:
             return True
         cell = np.floor(way[-1] / self.width_m).astype(np.int64) - self._low
-        _add_ball(
-            self._in_vain,
-            cell,
-            max(self.rooms_m[1] / self.width_m, IN_VAIN_VOXELS / self._per_cell),
-            IN_VAIN,
-        )
+        reach = max(self.rooms_m[1] / self.width_m, IN_VAIN_VOXELS / self._per_cell)
+        add_ball(self._in_vain, cell, reach, *self._alike(cell, reach), IN_VAIN)
         return False
+
+    def _alike(self, cell: IntArray, reach: float) -> tuple[int, int]:
+        """Lowest and highest layer that differ in nothing from that of a cell, as far as was seen:
+        what stands about it goes on above and below until a layer is seen to be free of it.
+
+        Who comes back at another height sees anew what was seen already, of the same gap.
+        """
+        far = int(np.ceil(reach))
+        about = tuple(slice(max(0, at - far), max(0, at + far + 1)) for at in cell[:2].tolist())
+        stands = np.minimum(self._nearest, self._mapped)[about] < self._barred_m
+        free = self._seen[about].any(axis=(0, 1)) & ~stands.any(axis=(0, 1))
+        layers = len(free)
+        low = high = min(max(int(cell[2]), 0), layers - 1)
+        if free[low]:
+            return low, high
+        while low > 0 and not free[low - 1]:
+            low -= 1
+        while high < layers - 1 and not free[high + 1]:
+            high += 1
+        return low, high
 
     # --- prices ---------------------------------------------------------------------------
 
@@ -196,7 +211,7 @@ class RouteMap:
         price = np.where(self._seen, 1.0, UNSEEN)
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
-        price[~self._seen & stands] *= TALL * COARSE / self._per_cell
+        price[~self._seen & stands] = TALL if self._per_cell == COARSE else TALL_FINE
         price[nearest < self.rooms_m[1]] *= self._no_room
         price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
@@ -225,72 +240,3 @@ def _moved(values: npt.NDArray[Number], by: IntArray, fill: float) -> npt.NDArra
         of.append(slice(max(shift, 0), max(min(count + shift, count), 0)))
     moved[tuple(to)] = values[tuple(of)]
     return moved
-
-
-@compiled
-def _mostly_seen(free: Voxels, free_low: IntArray, low: IntArray, per_cell: int) -> BoolArray:
-    """[nx, ny, nz] whether most of a cell was seen to be free, by the middles of its eighths."""
-    nx, ny, nz = SHAPE
-    quarter = per_cell // 4
-    mostly = np.zeros((nx, ny, nz), dtype=np.bool_)
-    columns, rows = free.shape[0], free.shape[2]
-    for a in range(nx):
-        u0 = (low[0] + a) * per_cell
-        if u0 < free_low[0] or u0 + per_cell > free_low[0] + columns:
-            continue
-        for b in range(ny):
-            v0 = (low[1] + b) * per_cell
-            if v0 < free_low[1] or v0 + per_cell > free_low[1] + columns:
-                continue
-            for c in range(nz):
-                w0 = (low[2] + c) * per_cell
-                if w0 < free_low[2] or w0 + per_cell > free_low[2] + rows:
-                    continue
-                count = 0
-                for eighth in range(8):
-                    u = u0 + quarter * (1 + 2 * (eighth & 1))
-                    v = v0 + quarter * (1 + (eighth & 2))
-                    w = w0 + quarter * (1 + (eighth & 4) // 2)
-                    count += free[u & (columns - 1), v & (columns - 1), w & (rows - 1)]
-                mostly[a, b, c] = count >= 4
-    return mostly
-
-
-@compiled
-def _mark_balls(
-    nearest: FloatArray,
-    position: FloatArray,
-    radius: FloatArray,
-    low: FloatArray,
-    width: float,
-    reach: float,
-) -> None:
-    """Lower the distance of cells' centres to what balls leave."""
-    shape = nearest.shape
-    for n in range(len(radius)):
-        far = reach + radius[n]
-        first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
-        for axis in range(3):
-            at = (position[n, axis] - low[axis]) / width - 0.5
-            first[axis] = max(0, int(np.ceil(at - far / width)))
-            last[axis] = min(shape[axis] - 1, int(np.floor(at + far / width)))
-        for a in range(first[0], last[0] + 1):
-            dx = low[0] + (a + 0.5) * width - position[n, 0]
-            for b in range(first[1], last[1] + 1):
-                dy = low[1] + (b + 0.5) * width - position[n, 1]
-                for c in range(first[2], last[2] + 1):
-                    dz = low[2] + (c + 0.5) * width - position[n, 2]
-                    away = np.sqrt(dx * dx + dy * dy + dz * dz) - radius[n]
-                    nearest[a, b, c] = min(nearest[a, b, c], away)
-
-
-@borrowing
-def _add_ball(values: FloatArray, at: IntArray, reach: float, added: float) -> None:
-    """Add to the cells about one, as far as some cells away, and twice as far up and down."""
-    far = int(np.ceil(reach))
-    for a in range(max(0, at[0] - far), min(values.shape[0], at[0] + far + 1)):
-        for b in range(max(0, at[1] - far), min(values.shape[1], at[1] + far + 1)):
-            for c in range(max(0, at[2] - 2 * far), min(values.shape[2], at[2] + 2 * far + 1)):
-                dx, dy, dz = a - at[0], b - at[1], 0.5 * (c - at[2])
-                if dx * dx + dy * dy + dz * dz <= reach * reach:
-                    values[a, b, c] += added

@@ -161,8 +161,8 @@ def _cheapest(
         if beyond and (a == 0 or b == 0 or a == nx - 1 or b == ny - 1):
             rest = np.sqrt((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)
             heapq.heappush(queue, (spent + UNSEEN * rest, -here - 1))
-        here_price = min(price[a, b, c], BARRED)
         begins_barred = price[a, b, c] == np.inf
+        here_price = BARRED if begins_barred else price[a, b, c]
         for da in range(-1, 2):
             for db in range(-1, 2):
                 for dc in range(-1, 2):
@@ -175,7 +175,8 @@ def _cheapest(
                     if begins_barred and nearest[u, v, w] + nearest[a, b, c] <= apart:
                         continue
                     length = np.sqrt(da * da + db * db + (VERTICAL * dc) ** 2)
-                    cost = spent + 0.5 * length * (here_price + min(price[u, v, w], BARRED))
+                    there_price = BARRED if price[u, v, w] == np.inf else price[u, v, w]
+                    cost = spent + 0.5 * length * (here_price + there_price)
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here

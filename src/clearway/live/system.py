@@ -321,7 +321,7 @@ class AvoidanceSystem:
 
     def leave_plan(self) -> None:
         """Nobody flies the plan any more: the next question asks for a decision."""
-        self._plan = Plan(self.planner.automaton)
+        self._plan = Plan(self.planner.automaton, had_certain=self._plan.had_certain)
 
     def fly_to(self, place_m: FloatArray, now_s: float) -> None:
         """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due."""

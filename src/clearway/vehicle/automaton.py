@@ -357,6 +357,17 @@ class MovementAutomaton:
         return bool(np.all(np.abs(self._level_ends[:, 2:5]) <= PITCH_TOLERANCE_RAD))
 
     @cached_property
+    def climbs_ahead(self) -> bool:
+        """Whether climbing is a movement, and always one that leads ahead: none goes straight up or
+        down, and no pitch is held."""
+        if not self.keeps_attitude and self.pairs is None:
+            return False
+        ends = self._level_ends
+        climbing = np.abs(ends[:, 2]) > 0.02 * self.step_m
+        ahead_m = np.hypot(ends[climbing, 0], ends[climbing, 1])
+        return bool(climbing.any() and np.all(ahead_m > 0.1 * self.step_m))
+
+    @cached_property
     def steepest_rad(self) -> float | None:
         """Steepest way up or down: the pitch limit, or a movement that climbs steeper by itself.
 

@@ -39,7 +39,7 @@ class Sense(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RiskPrices:
-    """What risk and detours cost, beside each other; tuned on 47 encounters of seed 77, copter and
+    """What risk and detours cost, beside each other; tuned on encounters of seed 77, copter and
     wing, that no comparison flies."""
 
     inner: float = 30.0
@@ -51,13 +51,13 @@ class RiskPrices:
     manoeuvres."""
     fades_s: float = 60.0
     """Time constant with which that weighs less for what is entered later."""
-    turn: float = 0.4
+    turn: float = 0.2
     """For a course right opposed to the one wanted."""
-    slow: float = 0.15
+    slow: float = 0.05
     """For the slower speed."""
-    climb: float = 0.12
+    climb: float = 0.05
     """For the steepest climb or descent."""
-    off_height: float = 0.06
+    off_height: float = 0.03
     """For being as far off the height wanted as the outermost volume is high."""
     other_side: float = 3.0
     """For leaving the side begun."""

@@ -134,6 +134,7 @@ class Guardian:
         """What is flown if nobody asks any more."""
         self._why = ""
         self._passings: tuple[Passing, ...] = ()
+        self._had_certain = False
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
@@ -317,6 +318,8 @@ class Guardian:
         return abs(off_kept_pitch(float(state.attitude_rad[1]), self.planner.automaton)) > LEVEL_RAD
 
     def _settle(self) -> None:
+        held = self.held
+        self._had_certain = self._had_certain or (held is not None and _certain(held.way_out))
         self._known.news, self._known.unchecked = "", False
 
     def _decide(
@@ -329,7 +332,7 @@ class Guardian:
         return decide(
             self.planner,
             self._nearness.towards(wished, in_calm(situation), self.planner, unsure_m),
-            Commitment(passings=self._passings, way_out=held),
+            Commitment(passings=self._passings, way_out=held, had_certain=self._had_certain),
         )
 
     def _threat(self, held: Held, around: Situation, now: float) -> bool:

@@ -4,7 +4,8 @@ A flight is a random round that uses each pair of movements once (an Eulerian ci
 every pair comes after whatever may come before it. Some flights make the table, others, held out,
 tell how far predictions are off by the number of movements since the own state was known. The tube
 is calibrated on all of them, each predicted by a table that the others make (split conformal, by
-leaving one out), so that no flight vouches for itself.
+leaving one out), so that no flight vouches for itself. A flight on its way repeats few pairs, which
+random rounds fly rarely: so the tube is never less than what holds the pair that strays most.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ NOWHERE = 0.02
 """Share of the longest movement within which a trimmed one leads nowhere."""
 TUBE = 0.999
 """Share of places that lie within the tube."""
+WORST = 2.576
+"""Deviations of the end of the pair that strays most that lie within it: 99 % of a normal one's."""
 Progress = Callable[[int, int], None]
 """(flights done, flights in all)"""
 
@@ -105,7 +108,7 @@ def measure(
     made, held_out = flights[: settings.flights], flights[settings.flights :]
     steady = {name: _steady(kind, asked, settings, name) for name in asked.names}
     table = table_of(asked, [one for flight in made for one in flight], steady)
-    tube_m = _tube(_left_out(asked, flights, steady))
+    tube_m = tube_of(_left_out(asked, flights, steady), max(table.spread_m.values(), default=0.0))
     measured = replace(asked, table=replace(table, tube_m=tube_m))
     errors = tuple(_errors(measured, held_out, moves) for moves in _lengths())
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
@@ -244,10 +247,16 @@ def _left_out(
     return tuple(np.concatenate(each) for each in errors)
 
 
-def _tube(errors: Sequence[FloatArray]) -> tuple[float, ...]:
-    """Radii that hold nearly all errors, and the next one as likely; they never shrink."""
+def tube_of(errors: Sequence[FloatArray], worst_m: float) -> tuple[float, ...]:
+    """Radii that hold nearly all errors, and the next one as likely; they never shrink.
+
+    worst_m: deviation of the end of the pair that strays most. Where its own ends would leave the
+    first radius, whoever flies that pair over and over would: all radii grow by as much.
+    """
     radii = [0.0]
     for each in errors:
         rank = min(int(np.ceil(TUBE * (len(each) + 1))), len(each))
         radii.append(max(radii[-1], float(np.sort(each)[rank - 1]) if rank else 0.0))
-    return tuple(radii[1:])
+    first = radii[1] if len(radii) > 1 else 0.0
+    grown = max(1.0, WORST * worst_m / first) if first > 0.0 else 1.0
+    return tuple(grown * radius for radius in radii[1:])

@@ -71,3 +71,31 @@ def _point(
         [at], [value], yerr=[[value - low], [high - value]], color=colour, marker=mark,
         markersize=6, capsize=3, linestyle="none", label=label,
     )  # fmt: skip
+
+
+def draw_detour_curves(told: dict[str, Any]) -> Figure:
+    """Ratios against detour, a curve for each planner: its variants, from little detour to much.
+
+    told: `curves` by planner, rows with `aside_m` and a ratio with its interval by measure, as
+    `tools.equal_detour` writes them.
+    """
+    figure = Figure(figsize=(12.0, 4.6), layout="constrained")
+    for axes, (measure, title) in zip(figure.subplots(1, 2), MEASURES, strict=True):
+        highest = 0.0
+        for number, (planner, rows) in enumerate(told["curves"].items()):
+            rows = sorted(rows, key=lambda row: row["aside_m"])
+            aside = [row["aside_m"] for row in rows]
+            value, low, high = zip(*(row[measure] for row in rows), strict=True)
+            colour = COLOURS[number % len(COLOURS)]
+            axes.plot(aside, value, color=colour, marker="o", markersize=5, label=planner)
+            axes.fill_between(aside, low, high, color=colour, alpha=0.12, linewidth=0.0)
+            highest = max(highest, *value)
+        # Intervals of so few flights go far beyond: what they hold of the curves is drawn.
+        axes.set_ylim(-0.02, max(1.25 * highest, 0.1))
+        axes.set_xlim(0.0, None)
+        axes.set_xlabel("farthest aside, mean over all that enter, m")
+        axes.set_ylabel(f"risk ratio, {title}")
+        axes.grid(alpha=0.25)
+    figure.axes[0].legend(frameon=False)
+    figure.suptitle(f"{told['kind']}: {told['encounters']} encounters", fontsize=11)
+    return figure

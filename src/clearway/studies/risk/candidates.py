@@ -18,6 +18,10 @@ from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.studies.risk.cylinder import Cylinder
 
+PARTS = 5
+"""Looked at between two moments, as straight flight is judged: what cuts a corner for an instant
+counts, and must not weigh what those do that stay outside."""
+
 
 class WantedKinds(NamedTuple):
     """How much encounters are wanted by the smallest cylinder that straight flight enters."""
@@ -51,15 +55,20 @@ def entered(
     entry: FloatArray, drift: FloatArray, count: int, radius: FloatArray, half: FloatArray
 ) -> int:
     """The first of the cylinders that a drift [n, 3] enters from a place [3] within its first
-    `count` moments; their number for none."""
+    `count` moments, straight between them; their number for none."""
     found = len(radius)
     for k in range(count):
-        x, y, z = entry[0] + drift[k, 0], entry[1] + drift[k, 1], entry[2] + drift[k, 2]
-        apart = np.sqrt(x * x + y * y)
-        for kind in range(found):
-            if apart < radius[kind] and abs(z) < half[kind]:
-                found = kind
-                break
+        after = min(k + 1, count - 1)
+        for part in range(PARTS):
+            share = part / PARTS
+            x = entry[0] + (1.0 - share) * drift[k, 0] + share * drift[after, 0]
+            y = entry[1] + (1.0 - share) * drift[k, 1] + share * drift[after, 1]
+            z = entry[2] + (1.0 - share) * drift[k, 2] + share * drift[after, 2]
+            apart = np.sqrt(x * x + y * y)
+            for kind in range(found):
+                if apart < radius[kind] and abs(z) < half[kind]:
+                    found = kind
+                    break
         if found == 0:
             break
     return found

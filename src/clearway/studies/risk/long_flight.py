@@ -11,9 +11,9 @@ import numpy as np
 
 from clearway.avoidance.long_range.profiles import Motion, Wanted
 from clearway.avoidance.long_range.rating import Other
-from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
+from clearway.studies.risk.dynamics import advance
 from clearway.studies.risk.encounter import ModelEncounter
 from clearway.studies.risk.long_planners import LONG_PLANNERS, LongPlanner, LongView, Steer
 from clearway.studies.risk.settings import RiskSettings
@@ -117,9 +117,9 @@ def fly_long(
             steered.append((time_s, steer))
         due = time_s - able.reaction_s
         flown = steered[max(0, math.floor(due))][1] if due >= 0.0 else flown
-        _advance(state, flown.course_rad, flown.speed_mps, flown.climb_mps, able.turn_mps2,
-                 able.acceleration_mps2, able.turn_onset_s, able.climb_onset_s, 1.0 / STEPS_PER_S,
-                 view.floor_m, view.ceiling_m)  # fmt: skip
+        advance(state, flown.course_rad, flown.speed_mps, flown.climb_mps, able.turn_mps2,
+                able.acceleration_mps2, able.turn_onset_s, able.climb_onset_s, 1.0 / STEPS_PER_S,
+                view.floor_m, view.ceiling_m)  # fmt: skip
     time = np.arange(count) / STEPS_PER_S
     return LongFlight(time, own, encounter.at_all(time), tuple(steered), heard, tuple(took))
 
@@ -145,43 +145,11 @@ def _others(track: SmoothTrack | None, time_s: float) -> tuple[Other, ...]:
         Other(
             now.mean[:3],
             now.mean[3:],
-            math.sqrt(float(now.level[0])),
-            math.sqrt(float(now.height[0])),
+            now.position_std_m,
+            now.height_std_m,
             math.sqrt(float(track.level[2])),
             math.sqrt(float(track.height[2])),
             growth,
             track.turn_rps if track.turns else 0.0,
         ),
     )
-
-
-@borrowing
-def _advance(
-    state: FloatArray,
-    course: float,
-    speed: float,
-    climb: float,
-    across: float,
-    along: float,
-    turn_onset: float,
-    climb_onset: float,
-    step: float,
-    floor: float,
-    ceiling: float,
-) -> None:
-    """Move x, y, z, course, speed, climb and turn rate on by a step, towards what is commanded."""
-    most = across / max(state[4], 1.0)
-    off = (course - state[3] + np.pi) % (2.0 * np.pi) - np.pi
-    # The rate from which the turn can be ended on the course, within its onset.
-    asked = min(max(off / max(turn_onset + step, step), -most), most)
-    state[6] += (asked - state[6]) * min(1.0, step / max(turn_onset, step))
-    if (state[2] <= floor and climb < 0.0) or (state[2] >= ceiling and climb > 0.0):
-        climb = 0.0
-    state[5] += (climb - state[5]) * min(1.0, step / max(climb_onset, step))
-    state[4] += min(max(speed - state[4], -along * step), along * step)
-    turn = state[6] * step
-    middle = state[3] + 0.5 * turn
-    state[0] += state[4] * step * np.cos(middle)
-    state[1] += state[4] * step * np.sin(middle)
-    state[2] += state[5] * step
-    state[3] += turn

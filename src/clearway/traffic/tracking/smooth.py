@@ -6,6 +6,7 @@ The same filter as `tracks.Track` where both have the same noise; for thousands 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +42,20 @@ class SmoothTrack(NamedTuple):
     """[3] likewise."""
     turn_rps: float
     reports: int
+    stated_m: float
+    """Deviation of place per axis that the last report states, and of height."""
+    stated_height_m: float
+
+    @property
+    def position_std_m(self) -> float:
+        """Of the place, per axis. Errors of one aircraft's reports hold on from one to the next, so
+        that many of them know no better than one."""
+        return max(math.sqrt(float(self.level[0])), self.stated_m)
+
+    @property
+    def height_std_m(self) -> float:
+        """Likewise of the height: an altimeter that is off stays off."""
+        return max(math.sqrt(float(self.height[0])), self.stated_height_m)
 
     @property
     def turns(self) -> bool:
@@ -79,6 +94,8 @@ def begun(heard: HeardOf) -> SmoothTrack:
         np.array([heard.height_std_m**2, 0.0, steep**2]),
         0.0,
         1,
+        heard.position_std_m,
+        heard.height_std_m,
     )
 
 
@@ -97,7 +114,10 @@ def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
         velocity, told, heard.position_std_m, heard.height_std_m, heard.velocity_std_mps,
         heard.climb_std_mps, mean, level, height,
     )  # fmt: skip
-    return SmoothTrack(heard.time_s, mean, level, height, rate_rps, track.reports + 1)
+    return SmoothTrack(
+        heard.time_s, mean, level, height, rate_rps, track.reports + 1,
+        heard.position_std_m, heard.height_std_m,
+    )  # fmt: skip
 
 
 _NONE_MPS = np.zeros(3)
