@@ -17,12 +17,10 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.free_space import (
-    BOX_FREE,
     NO_VOXELS,
-    UNSEEN,
     Voxels,
-    ball_free,
     box_about,
+    is_box_free,
     is_declared,
 )
 
@@ -148,21 +146,17 @@ def _way_was_seen(
         dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
         dz = corners[s + 1, 2] - corners[s, 2]
         half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
-    # A place on a chord lies no farther than this from a corner, however far aside it is.
-    around = np.sqrt(radius * radius + half * half)
     known = NO_VOXELS  # Boxes of neighbours share most of their voxels.
     for at in range(len(corners)):
         s = last - at
         x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
         y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
         z = origin[2] + corners[s, 2]
-        if not is_declared(window, x, y, z, around):
-            box = box_about(window, x, y, z, around)
-            if box != known:
-                found = ball_free(free, window, (x, y, z, around), box, known)
-                if found == UNSEEN:
-                    return False
-                known = box if found == BOX_FREE else NO_VOXELS
+        if not is_declared(window, x, y, z, radius + half):
+            box = box_about(window, x, y, z, radius + half)
+            if box != known and not is_box_free(free, window, box, known):
+                return False
+            known = box
     return True
 
 

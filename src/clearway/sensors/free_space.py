@@ -44,10 +44,6 @@ WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 VoxelBox = tuple[int, int, int, int, int, int]
 """First and last voxel along each axis."""
 NO_VOXELS: VoxelBox = (0, -1, 0, -1, 0, -1)
-Ball = tuple[float, float, float, float]
-"""Middle and radius, world frame."""
-UNSEEN, BALL_FREE, BOX_FREE = 0, 1, 2
-"""Of a ball, what of it and of the box about it was seen to be free."""
 
 
 class SeenSpace(NamedTuple):
@@ -91,14 +87,13 @@ NOTHING_SEEN = SeenSpace(
 
 @borrowing
 def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
-    """Whether a ball in the world was seen to be free, by all voxels that it meets.
+    """Whether a ball in the world was seen to be free, by all voxels that its box meets.
 
     free, window: of a `SeenSpace`.
     """
     if is_declared(window, x, y, z, radius):
         return True
-    ball = (x, y, z, radius)
-    return ball_free(free, window, ball, box_about(window, x, y, z, radius), NO_VOXELS) != UNSEEN
+    return is_box_free(free, window, box_about(window, x, y, z, radius), NO_VOXELS)
 
 
 @borrowing
@@ -148,19 +143,14 @@ def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -
 
 
 @borrowing
-def ball_free(free: Voxels, window: FloatArray, ball: Ball, box: VoxelBox, known: VoxelBox) -> int:
-    """Whether all voxels that a ball meets were seen to be free: BOX_FREE where all of the box
-    about it were, BALL_FREE where only those that it meets were, else UNSEEN.
-
-    box: about the ball. known: another one, all of which is known to be free.
-    """
+def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox) -> bool:
+    """Whether all voxels of a box were seen to be free; those of another are known to be."""
     a0, a1, b0, b1, c0, c1 = box
     if a0 < window[0] or b0 < window[1] or c0 < window[2]:
-        return UNSEEN
+        return False
     columns, rows = free.shape[0], free.shape[2]
     if a1 >= window[0] + columns or b1 >= window[1] + columns or c1 >= window[2] + rows:
-        return UNSEEN
-    found = BOX_FREE
+        return False
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
             i, j = np.uint64(a & (columns - 1)), np.uint64(b & (columns - 1))
@@ -168,26 +158,11 @@ def ball_free(free: Voxels, window: FloatArray, ball: Ball, box: VoxelBox, known
             below = min(c1 + 1, known[4]) if aside else c1 + 1
             for c in range(c0, below):
                 if free[i, j, np.uint64(c & (rows - 1))] == 0 and not _declared(window, a, b, c):
-                    if _meets(ball, window, a, b, c):
-                        return UNSEEN
-                    found = BALL_FREE
+                    return False
             for c in range(max(c0, known[5] + 1) if aside else c1 + 1, c1 + 1):
                 if free[i, j, np.uint64(c & (rows - 1))] == 0 and not _declared(window, a, b, c):
-                    if _meets(ball, window, a, b, c):
-                        return UNSEEN
-                    found = BALL_FREE
-    return found
-
-
-@borrowing
-def _meets(ball: Ball, window: FloatArray, a: int, b: int, c: int) -> bool:
-    """Whether a ball meets a voxel."""
-    width = 1.0 / window[3]
-    x, y, z, radius = ball
-    dx = max(a * width - x, 0.0, x - (a + 1) * width)
-    dy = max(b * width - y, 0.0, y - (b + 1) * width)
-    dz = max(c * width - z, 0.0, z - (c + 1) * width)
-    return bool(dx * dx + dy * dy + dz * dz <= radius * radius)
+                    return False
+    return True
 
 
 @borrowing
