@@ -16,6 +16,7 @@ from worlds_for_tests import AUTOMATON, LIDAR, mission, planner
 FAR = mission((60.0, 0.0, 3.0))
 PLANNER = planner()
 BODY_M = PLANNER.settings.body_radius_m
+NOTHING = ObstacleMap([])
 
 
 def world_of(seed: int) -> ObstacleMap:
@@ -100,3 +101,22 @@ def test_amid_a_change_of_pitch_the_movement_is_finished_before_the_way_out() ->
     assert system.due(now_s + 0.6)
     assert decision.way_out is not None
     assert decision.way_out.certain
+
+
+def test_who_begins_tilted_and_always_asks_a_moment_late_comes_to_the_goal() -> None:
+    """As over a link, where no tick is where a movement ends, and no flight begins level."""
+    system = AvoidanceSystem(planner(escape="known"), mission((40.0, 0.0, 6.0)), lidars=(LIDAR,))
+    system.floor_m = -6.0
+    rng = np.random.default_rng(5)
+    state, now_s = State(np.zeros(3), np.radians([0.0, -14.8, 0.0])), 0.0
+    flights = []
+    while not system.progress.done(system.mission) and len(flights) < 90:
+        system.update(state)
+        system.update(simulate_scan(LIDAR, NOTHING, state, rng))
+        flights.append(system.decide(now_s))
+        now_s += 1.0005
+        flown = system.state_at(now_s)
+        assert flown is not None
+        state = State(flown.position_m, flown.attitude_rad, now_s)
+    assert system.progress.done(system.mission)
+    assert sum(f.mode is Mode.ESCAPE for f in flights) <= 0.2 * len(flights)

@@ -109,6 +109,23 @@ def test_the_floor_is_the_home_plus_the_margin_even_in_an_emergency(calm: Any) -
     assert min(p.position_m[2] for o in flight.outcomes if (p := o.set_point) is not None) >= 5.0
 
 
+def test_the_floor_is_kept_by_a_vehicle_that_brakes_its_sinking_slowly() -> None:
+    """As ArduCopter does, at 1 m/s^2: told to sink to the floor at 1.5 m/s it overshot by 1.4 m."""
+    file, setup = mission(
+        mission={"name": "low", "waypoints_m": [[80, 0, 7]], "reach_radius_m": 4},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 3.0, "kind": "multirotor"},
+    )
+    velocity = 20.0 * np.array([np.cos(1.3), np.sin(1.3), 0.0])
+    meets = np.array([42.0, 0.0, 9.0])
+    who = ScriptedIntruder("FAST", 1.0, meets - 13.0 * velocity, velocity, radius_m=6.0,
+                           spawn="world")  # fmt: skip
+    habits = Habits(acceleration_mps2=2.5, climb_acceleration_mps2=1.0, dead_s=0.3)
+    flight = SimulatedFlight(file, replace(setup, script=(who,)), habits)
+    flight.run(20.0)
+    assert flight.autopilot.lowest_m < 6.0  # It does sink.
+    assert flight.autopilot.lowest_m >= 5.0 - 0.05
+
+
 @pytest.mark.parametrize(("height_m", "said"), [
     (3.5, "refused: goal 1 at 3.5 m is below the floor of 5.0 m (home at 0.0 m"),
 ])  # fmt: skip
@@ -252,6 +269,28 @@ def test_one_that_follows_slowly_is_not_suspected(calm: Any) -> None:
     flight = SimulatedFlight(*calm, Habits(acceleration_mps2=1.5, timeout_s=1.0))
     flight.run(12.0)
     assert "not followed" not in flight.states
+
+
+def test_one_that_turns_first_and_gets_going_late_is_not_suspected() -> None:
+    # As ArduCopter got going from a hover: half a second after it was told to, at 3 m/s^2.
+    file, setup = mission(
+        mission={"name": "behind", "waypoints_m": [[-30, -2, 7]], "reach_radius_m": 2},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 1.5, "kind": "multirotor"},
+        grid={**CALM["grid"], "range_m": 15},
+        safety={"margin_m": 1.0},
+    )
+    flight = SimulatedFlight(file, setup, Habits(acceleration_mps2=3.0, dead_s=0.5))
+    flight.run(8.0)
+    assert flight.states == ["flying"]
+
+
+def test_a_vehicle_that_booted_long_ago_makes_no_clock_leap() -> None:
+    bench = Bench(sensor=False)
+    for n in range(5):
+        bench.session.tick(1000.0 + 0.1 * n)
+    bench.tick(500.0, heartbeat(), attitude(500.0), position(500.0))
+    assert bench.tick(500.1, attitude(500.1), position(500.1)).state is LinkState.FLYING
+    assert not [why for why in bench.session.core.left_out if why.startswith("clock")]
 
 
 def test_another_target_is_noticed() -> None:

@@ -11,12 +11,21 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.errors import InputError
 from clearway.mavlink.check import problems
-from clearway.mavlink.download import download, write_plan
-from clearway.mavlink.inbox import ReceivedMessage
+from clearway.mavlink.download import download, heard_on, write_plan
+from clearway.mavlink.inbox import Inbox, ReceivedMessage
 from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.outbox import Outbox, Packer
 from clearway.missions.mission_file import read_mission_file
-from mavlink_for_tests import Bench, attitude, heartbeat, in_the_air, origin, position
+from mavlink_for_tests import (
+    Bench,
+    attitude,
+    distances,
+    framed,
+    heartbeat,
+    in_the_air,
+    origin,
+    position,
+)
 from simulated_flight import Wire
 
 
@@ -125,3 +134,22 @@ def test_a_check_names_what_is_missing_and_nothing_where_all_is_there() -> None:
     all_there = (heartbeat(), origin(), home, in_the_air(1), timeout)
     bench.tick(1.1, *all_there, attitude(1.1), position(1.1))
     assert problems(link, 1001.1) == []
+
+
+def test_questions_go_to_the_autopilot_whoever_else_sends_to_the_port() -> None:
+    class Port(Wire):
+        def __init__(self) -> None:
+            super().__init__()
+            self.peers: list[Any] = []
+
+        def answer_to(self, peer: Any) -> None:
+            self.peers.append(peer)
+
+    port, autopilot, sensor = Port(), ("127.0.0.1", 1), ("127.0.0.1", 2)
+    port.to_autopilot = [
+        (framed(heartbeat()), autopilot),
+        (framed(distances(1.0), component=158), sensor),
+    ]
+    told = heard_on(port, Inbox(1, 1, None, stream=False))()
+    assert len(told) == 2
+    assert port.peers == [autopilot]

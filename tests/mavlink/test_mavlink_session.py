@@ -308,3 +308,10 @@ def test_the_table_in_the_documentation_lists_every_state_in_the_order_that_coun
         worst |= step
         found.append(str(link_state(LinkFacts(**worst), LinkLimits())))
     assert found == names
+
+
+def test_who_flies_fast_for_what_the_sensor_sees_is_stopped_sooner_when_it_falls_silent() -> None:
+    slow, fast = LinkLimits().seeing(10.0, 0.5), LinkLimits().seeing(12.0, 3.0)
+    assert slow == LinkLimits()
+    assert (fast.blind_s, fast.sensor_lost_s) == (1.0, 2.0)
+    assert LinkLimits().seeing(10.0, 50.0).sensor_lost_s == 1.0

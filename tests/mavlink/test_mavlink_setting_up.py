@@ -116,6 +116,13 @@ def test_who_else_sends_is_said() -> None:
     assert said.startswith("hears system 9, other components; waits for system 1, component 1")
 
 
+def test_an_old_protocol_is_named() -> None:
+    old = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    box = Inbox(1, 1, None, stream=False)
+    assert not box.take([(heartbeat().pack(old, force_mavlink1=True), PEER)])
+    assert "hears MAVLink 1, which is refused" in box.strangers()[0]
+
+
 # --- who we are ---------------------------------------------------------------------------------
 
 

@@ -107,6 +107,16 @@ def test_aircraft_of_jsbsim_hold_their_movements(name: str, capfd: pytest.Captur
     assert capfd.readouterr() == ("", "")  # JSON alone goes to standard output.
 
 
+@pytest.mark.parametrize("wind", [(-25.8, 9.4, 0.0), (20.0, -18.7, 0.0)])
+def test_an_aeroplane_begins_trimmed_in_wind_of_half_its_speed(wind: tuple[float, float, float]):
+    """The air carries it, and nothing else: it was 26 m off after its first movement."""
+    pytest.importorskip("jsbsim")
+    plant, automaton = flown("c172x", ["Straight"], wind=wind)
+    asked = automaton.predict([10.0, -20.0, 5.0, 0.0, 0.0, 0.7], automaton["Straight"])
+    carried_m = np.array(wind) * automaton["Straight"].duration_s
+    assert np.linalg.norm(plant.state[:3] - asked[:3] - carried_m) < 5.0
+
+
 # --- air ----------------------------------------------------------------------------------
 
 

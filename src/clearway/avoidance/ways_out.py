@@ -84,8 +84,14 @@ class WaysOut:
         self.under_way = under_way
         self._start = library.nearest(roll, pitch)
         self._tilt = (roll, pitch)
-        off = library.attitudes[self._start] - [roll, pitch]
-        self._closes = under_way is None or bool(np.all(np.abs(off) <= CLOSES_RAD))
+        # A movement under way that ends where loops close is flown to its end first. One that ends
+        # off those attitudes as well, of a vehicle that began off them, is not worth waiting for:
+        # who always asks a moment late would wait for ever.
+        self._closes = (
+            under_way is None
+            or self._is_one_of(roll, pitch)
+            or not self._is_one_of(*self._rest(under_way)[2])
+        )
         self._full_m = near.margin_m
         grown = near.margin_m - settings.safety_margin_m
         seen = situation.seen
@@ -113,6 +119,11 @@ class WaysOut:
         self._lasts_s = in_wind_s(planner.automaton)
         self._loops: dict[int, tuple[Ways, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
+
+    def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
+        """Whether an attitude is one of the library's, with which loops close."""
+        nearest = self.library.attitudes[self.library.nearest(roll_rad, pitch_rad)]
+        return bool(np.all(np.abs(nearest - [roll_rad, pitch_rad]) <= CLOSES_RAD))
 
     @property
     def margin_m(self) -> float:

@@ -158,20 +158,13 @@ def _download(
     connect: str, path: Path, signing_key: Path | None, system: int, component: int
 ) -> None:
     """Mission, fence and rally points as a flight plan."""
-    from clearway.mavlink.download import download, write_plan
+    from clearway.mavlink.download import download, heard_on, write_plan
     from clearway.mavlink.setup import frames_only
 
     link, inbox, outbox = frames_only(connect, signing_key, system, component)
     try:
-
-        def receive() -> list[Any]:
-            found = inbox.take(link.receive())
-            for arrival in found:
-                link.answer_to(arrival.peer)
-            return found
-
         say(f"listening on {link.name}")
-        lists = download(receive, outbox.send, system, component, link.wait)
+        lists = download(heard_on(link, inbox), outbox.send, system, component, link.wait)
         write_plan(lists, path)
     finally:
         link.close()

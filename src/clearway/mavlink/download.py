@@ -16,7 +16,8 @@ from typing import Any
 from clearway.base.errors import InputError
 from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import Message, dialect
-from clearway.mavlink.inbox import ReceivedMessage
+from clearway.mavlink.inbox import Inbox, ReceivedMessage
+from clearway.mavlink.links import FrameLink
 from clearway.mavlink.own_state import DEGREES_E7
 
 KINDS = {"mission": 0, "fence": 1, "rally": 2}
@@ -74,6 +75,20 @@ class ListDownload:
             self.done = True
             return [dialect().MAVLink_mission_ack_message(*self._target, 0, self._kind)]
         return []
+
+
+def heard_on(link: FrameLink, inbox: Inbox) -> Callable[[], list[ReceivedMessage]]:
+    """What has come on a link. Answers go to where the autopilot's heartbeats come from: sensors
+    may send to the same port."""
+
+    def receive() -> list[ReceivedMessage]:
+        found = inbox.take(link.receive())
+        for arrival in found:
+            if arrival.number == known.HEARTBEAT:
+                link.answer_to(arrival.peer)
+        return found
+
+    return receive
 
 
 def download(

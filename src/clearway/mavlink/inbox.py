@@ -14,7 +14,7 @@ from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.links import Peer
 from clearway.mavlink.signing import SignatureCheck
-from clearway.mavlink.wire import LONGEST, MavlinkFrame, frames_in
+from clearway.mavlink.wire import LONGEST, MAVLINK_1, MavlinkFrame, frames_in
 
 KEPT = {
     known.HEARTBEAT: 16,
@@ -148,7 +148,9 @@ class Inbox:
         return pieces[first:]
 
     def strangers(self) -> list[str]:
-        """In words, who sends instead of the autopilot, if anybody does."""
+        """In words, who sends instead of the autopilot, if anybody does, or in what way."""
+        if self.refused[MAVLINK_1]:
+            return ["hears MAVLink 1, which is refused: SERIALn_PROTOCOL 2 sends MAVLink 2"]
         if not self._systems and not self.refused[OTHER_COMPONENT]:
             return []
         told = [f"system {number}" for number in sorted(self._systems)]

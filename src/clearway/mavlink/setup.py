@@ -115,12 +115,17 @@ def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> 
         terrain=file.rules.terrain_m is not None,
         stays_level=setup.planner.automaton.stays_level,
     )
+    limits = LinkLimits(
+        options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
+    )
+    sensor = sensor_of(file, setup, 0.0)
+    if sensor is not None:
+        sees_m = min(sensor.pattern.max_range_m, setup.planner.grid.range_m)
+        limits = limits.seeing(sees_m, setup.planner.speed_mps)
     terms = SessionTerms(
         act=options.act,
         lead_s=0.5 / options.rate_hz,
-        limits=LinkLimits(
-            options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
-        ),
+        limits=limits,
         speedup=options.speedup,
         traffic=_traffic(file, setup, options, address),
         floor=floor,

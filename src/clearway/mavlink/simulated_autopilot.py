@@ -8,7 +8,7 @@ and ADSB_VEHICLE of the mission's intruders. The mission's time begins with the 
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import replace
 from typing import Any
 
@@ -78,6 +78,8 @@ class SimulatedAutopilot:
         self._take_off_ended = False
         self._began_s: float | None = None
         self.target: Target | None = None
+        self._flown: Target | None = None
+        self._coming: deque[tuple[float, Target]] = deque()
         self.target_ms = -1
         self._target_s = -math.inf
         self.unanswered = 0
@@ -141,7 +143,9 @@ class SimulatedAutopilot:
             self._take_off(step)
             return
         hover = SetPoint(self.truth.position_m, None, self.truth.yaw_rad)
-        target = self.target
+        while self._coming and self._coming[0][0] <= self.time_s + 1e-9:
+            self._flown = self._coming.popleft()[1]
+        target = self._flown
         late = target is not None and target.velocity_mps is not None
         if late and self.time_s - self._target_s > self.habits.timeout_s:
             target = None
@@ -149,7 +153,13 @@ class SimulatedAutopilot:
         if not self.follows:
             target = VelocityTarget(away, 0.0) if away.any() else None
         cruise = self._setup.planner.speed_mps
-        self.truth = self.truth.after(step, target or hover, cruise, self.habits.acceleration_mps2)
+        self.truth = self.truth.after(
+            step,
+            target or hover,
+            cruise,
+            self.habits.acceleration_mps2,
+            self.habits.climb_acceleration_mps2,
+        )
 
     def _take_off(self, step: float) -> None:
         """Straight up, unless a set-point has ended it."""
@@ -251,6 +261,7 @@ class SimulatedAutopilot:
         told = target_of(message, self.truth.yaw_rad, self.habits.height_off_m)
         if told is not None:
             self.target = told
+            self._coming.append((self.time_s + self.habits.dead_s, told))
             self.target_ms, self._target_s = message.time_boot_ms, self.time_s
 
     @property

@@ -27,6 +27,10 @@ class Habits:
     timeout_s: float = math.inf
     """A set-point is flown on for so long after it came; then it stops."""
     acceleration_mps2: float = math.inf
+    climb_acceleration_mps2: float = math.inf
+    """Up and down."""
+    dead_s: float = 0.0
+    """What it is told moves it so much later."""
     traffic_every_s: float = 0.0
     """New positions of aircraft come so seldom; between them the old one is told every second, with
     the age that it had."""

@@ -34,6 +34,7 @@ class VehicleTruth:
         target: Target,
         cruise_mps: float,
         acceleration_mps2: float = np.inf,
+        climb_acceleration_mps2: float = np.inf,
     ) -> VehicleTruth:
         """The vehicle a short step later, as it is told to fly."""
         asked = np.zeros(3) if target.velocity_mps is None else target.velocity_mps
@@ -48,6 +49,8 @@ class VehicleTruth:
         change = share * (asked - self.velocity_mps)
         hardest = acceleration_mps2 * step_s
         change = change * min(1.0, hardest / max(float(np.linalg.norm(change)), 1e-9))
+        steepest = climb_acceleration_mps2 * step_s
+        change[2] = np.clip(change[2], -steepest, steepest)
         velocity = self.velocity_mps + change
         turn = float(np.clip(turn, -YAW_RATE_RPS * step_s, YAW_RATE_RPS * step_s))
         middle = 0.5 * (velocity + self.velocity_mps)

@@ -9,7 +9,9 @@ import numpy as np
 from clearway.base.frames import FloatArray
 
 WINDOW_S = 1.5
-"""Of set-points that the motion is held against: a vehicle takes time to get going."""
+"""Of set-points that the motion is held against."""
+ANSWER_S = 0.5
+"""What was told later than so long ago is not: a vehicle takes time to get going, and to turn."""
 LEAST_ASKED, LEAST_GONE = 0.5, 0.25
 """Of the own speed, asked for on the whole; and of that, gone."""
 KEPT_S = 3.0
@@ -61,8 +63,9 @@ class SetPointsFollowed:
         lasted = newest_s - window[0][0]
         if lasted < WINDOW_S - 0.25:
             return None
-        steps = np.diff([time_s for time_s, *_ in window])
-        asked = np.sum([s * v for s, (_, _, v, _) in zip(steps, window, strict=False)], axis=0)
+        times = np.minimum([time_s for time_s, *_ in window], newest_s - ANSWER_S)
+        told = zip(np.diff(times), window, strict=False)
+        asked = np.sum([s * velocity for s, (_, _, velocity, _) in told], axis=0)
         far = float(np.linalg.norm(asked))
         if far < LEAST_ASKED * self._speed_mps * lasted:
             return None

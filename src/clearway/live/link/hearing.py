@@ -232,7 +232,7 @@ class Hearing(ABC):
     def _sent(self, now: float, found: SetPoint | None) -> SetPoint | None:
         """What to send; where set-points end, the last one to hold, a few times."""
         if found is not None and self._own is not None:
-            found = found.above(self.floor_m)
+            found = found.above(self.floor_m, self._own.position_m)
             if found.velocity_mps is None:
                 self._last, self._holds = None, 0
             else:

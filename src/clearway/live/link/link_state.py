@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 
@@ -52,6 +52,8 @@ class LinkState(StrEnum):
         return self not in (LinkState.RESTARTED, LinkState.ON_GROUND)
 
 
+LEAST_BLIND_S = 1.0
+"""Sensors may be silent for so long at any speed."""
 DECIDING = (
     LinkState.FLYING,
     LinkState.OTHER_MODE,
@@ -74,6 +76,13 @@ class LinkLimits:
     blind_s: float = 3.0
     """Age of the distances, where the mission has a sensor."""
     sensor_lost_s: float = 6.0
+
+    def seeing(self, range_m: float, speed_mps: float) -> LinkLimits:
+        """The same where no more than half of what was seen ahead is flown without the sensor: what
+        is beyond may stand in the way, and to stop takes room too."""
+        most_s = max(LEAST_BLIND_S, 0.5 * range_m / speed_mps)
+        lost_s = min(self.sensor_lost_s, most_s)
+        return replace(self, sensor_lost_s=lost_s, blind_s=min(self.blind_s, 0.5 * lost_s))
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,7 +91,8 @@ class Session(Hearing):
         self.system.floor_m = self.floor_m
         self._take_scans()
         self.system.followed = self._led and self._is_led
-        self.system.catch_up(now)
+        if self._own is not None:  # Before, nobody has told the time.
+            self.system.catch_up(now)
         if self._is_led and not self._led:
             # What was planned before, nobody flew.
             self.system.leave_plan()
@@ -103,8 +104,8 @@ class Session(Hearing):
         close: list[PredictedApproach] = []
         if flight is not None and self.motion is not None:
             close = approaches(flight, self.motion, self._intruders.values())
-        set_point = self._sent(now, self._leading(now))
         why_state = self._why_state(self.refusal)
+        set_point = self._sent(now, self._leading(now))
         return TickOutcome(
             now, self.state, flight, why, elapsed, set_point, tuple(close), why_state
         )

@@ -9,6 +9,11 @@ import numpy as np
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 
+SINKING_MPS2 = 0.5
+"""By which sinking is stopped above the floor: half of what ArduCopter brakes by."""
+SINKS_AHEAD_S = 0.5
+"""How far below the vehicle a place near the floor is, at the fastest that it may sink there."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetPoint:
@@ -47,12 +52,17 @@ class SetPoint:
             return self
         return replace(self, position_m=own_m + ahead * (lead_m / apart))
 
-    def above(self, floor_m: float) -> SetPoint:
-        """No lower than a height, and not on the way down there."""
-        if self.position_m[2] >= floor_m:
-            return self
-        place = np.array([*self.position_m[:2], floor_m])
-        velocity = self.velocity_mps
-        if velocity is not None:
-            velocity = np.array([*velocity[:2], max(0.0, float(velocity[2]))])
+    def above(self, floor_m: float, own_m: FloatArray) -> SetPoint:
+        """No lower than a height, and on the way down there no faster than can be stopped.
+
+        own_m: [3] where the vehicle is.
+        """
+        room_m = max(0.0, float(min(self.position_m[2], own_m[2])) - floor_m)
+        fastest = float(np.sqrt(2.0 * SINKING_MPS2 * room_m))
+        lowest_m = max(floor_m, float(own_m[2]) - fastest * SINKS_AHEAD_S)
+        place, velocity = self.position_m, self.velocity_mps
+        if place[2] < lowest_m and (velocity is not None or place[2] < floor_m):
+            place = np.array([*place[:2], lowest_m])
+        if velocity is not None and velocity[2] < -fastest:
+            velocity = np.array([*velocity[:2], -fastest])
         return replace(self, position_m=place, velocity_mps=velocity)

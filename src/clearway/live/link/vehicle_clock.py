@@ -21,7 +21,8 @@ FORGOTTEN_S = 60.0
 STRAYS = 5
 """So many messages in a row from another time are one: fewer may be stray."""
 SPAN_S, SPANS = 5.0, 3
-"""The least delay is that of so many spans of our time, the present one included: 10 to 15 s."""
+"""The least delay is that of so many spans of the vehicle's time, the present one included: 10 to
+15 s."""
 SLEWED = 0.25
 """Share of its speed by which the clock is held back until it has the later time."""
 RECENT_S = 1.0
@@ -117,7 +118,7 @@ class VehicleClock:
     def _tie(self, wall_s: float, time_s: float) -> None:
         """Keep the least delay of the present span, and those of the ones before."""
         delay = wall_s * (self._speedup or 0.0) - time_s
-        if not self._spans or wall_s - self._spans[-1][0] >= SPAN_S:
+        if not self._spans or wall_s - self._spans[-1][0] >= SPAN_S / (self._speedup or 1.0):
             self._spans.append((wall_s, delay))
         elif delay < self._spans[-1][1]:
             self._spans[-1] = (self._spans[-1][0], delay)

@@ -47,7 +47,7 @@ PITCH, PITCH_SUM = 0.01, 0.008
 """By the climb's error and its integral, beside the path's own."""
 THROTTLE, THROTTLE_SUM, THROTTLE_UP = 0.25, 0.02, 0.055
 """By the speed's error and its integral, and for the climb."""
-SETTLE_S = 20.0
+SETTLE_S = 40.0
 WIND_S = 120.0
 """Over which the wind is made out."""
 
@@ -75,8 +75,8 @@ class C172Plant:
         self._led = AeroplaneWay(np.array(model.state[:3]), float(start[5]))
         for _ in range(round(SETTLE_S * RATE_HZ)):
             self._held(air.wind_mps)
-        self._led.place_m += np.asarray(start[:3]) - model.state[:3]
         model.place_at(start)
+        self._led.place_m = np.array(start[:3], dtype=np.float64)
 
     def begin(self, movement: Movement) -> None:
         self._speed, self._climb = movement.speed_mps, movement.climb_mps or 0.0
