@@ -17,7 +17,7 @@ from clearway.studies.campaigns.engines import in_processes
 from clearway.studies.campaigns.families import FAMILIES, make_case
 from clearway.studies.campaigns.file import built_in_campaigns, read_campaign
 from clearway.studies.campaigns.results import read_results
-from clearway.studies.campaigns.run import run_campaign
+from clearway.studies.campaigns.run import absent, run_campaign
 from clearway.studies.campaigns.task import tasks_of
 from clearway.studies.encounter_model import made_up_model
 from clearway.studies.encounters.flights import RADIUS_M
@@ -119,6 +119,30 @@ def test_absent_data_are_skipped_with_a_reason(
     rows, settings = read_results(tmp_path / "out" / "results.parquet")
     print_tables(rows, settings, json.loads(settings["skipped"]))
     assert "skipped place: place.toml needs survey.laz" in capsys.readouterr().out
+
+
+def test_surveyed_places_without_their_public_files_are_skipped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CLEARWAY_DATA", raising=False)
+    places = Path(__file__).parents[2] / "examples" / "missions"
+    names = ("tree-and-building", "power-line", "delft-streets", "cologne-masts")
+    for name in names:
+        text = (places / f"{name}.toml").read_text().replace("../../../shared", "nowhere")
+        (tmp_path / f"{name}.toml").write_text(text)
+    (tmp_path / "c.toml").write_text(
+        'name = "c"\nplanners = ["straight"]\n'
+        + "".join(
+            f'[[family]]\nfamily = "place"\nlabel = "{name}"\n'
+            f'parameters = {{ mission = "{name}.toml" }}\n'
+            for name in names
+        )
+        + '[[family]]\nfamily = "sampled"\n'
+        'parameters = { model = "uncor_1200only_fwse_v1p2.txt" }\n'
+    )
+    skipped = absent(tasks_of(read_campaign(str(tmp_path / "c.toml"))))
+    assert set(skipped) == {*names, "sampled"}
+    assert all("`clearway data --fetch DIR` gets" in why for why in skipped.values())
 
 
 def test_every_built_in_campaign_flies_known_families_in_distinct_flights() -> None:

@@ -235,6 +235,10 @@ def _plain(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
+class AbsentPublicFileError(InputError):
+    """Public files that a mission names are not there; it says how to get them."""
+
+
 def read_mission_file(name_or_path: str, notice: Notice | None = None) -> MissionFile:
     """A mission of clearway by name, a mission file, or a flight plan of a ground station.
 
@@ -278,7 +282,7 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
 
 
 def _refuse_absent_data(path: Path, mission: MissionFile) -> None:
-    """Raise InputError for public files that are not there, saying how to get them."""
+    """Raise AbsentPublicFileError for those that are not there."""
     named = [] if mission.point_cloud is None else [mission.point_cloud.file]
     named += [] if mission.map is None else mission.map.files
     absent = [
@@ -287,7 +291,9 @@ def _refuse_absent_data(path: Path, mission: MissionFile) -> None:
         if where_from(file) and not at_hand(Path(beside(path, file))).exists()
     ]
     if absent:
-        raise InputError(str(path), [f"no file {file}{where_from(file)}" for file in absent])
+        raise AbsentPublicFileError(
+            str(path), [f"no file {file}{where_from(file)}" for file in absent]
+        )
 
 
 def built_in_missions() -> dict[str, Any]:

@@ -13,7 +13,12 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.suggest import did_you_mean
 from clearway.io.public_data import at_hand, where_from
 from clearway.io.toml import Section, parse_model
-from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
+from clearway.missions.mission_file import (
+    AbsentPublicFileError,
+    MissionFile,
+    built_in_missions,
+    read_mission_file,
+)
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
 from clearway.studies.campaigns.made_worlds import MADE, MadeFamily
@@ -99,7 +104,10 @@ def _place(case: CaseOf) -> MissionFile:
         path = PLACES / path.name
     if not path.exists():
         raise AbsentDataError(f"no file {case.parameters.mission}{where_from(path)}")
-    file = read_mission_file(str(path))
+    try:
+        file = read_mission_file(str(path))
+    except AbsentPublicFileError as error:
+        raise AbsentDataError(str(error)) from error
     clouds = (file.point_cloud.file,) if file.point_cloud else ()
     absent = [
         name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
