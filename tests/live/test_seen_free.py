@@ -62,6 +62,22 @@ def test_where_others_fly_only_what_nobody_can_fly_is_a_jump(
     assert system.counts[COUNT] == (not kept)
 
 
+def test_what_ways_are_looked_for_in_is_taken_in_between_decisions_where_it_is_soon_due() -> None:
+    """A full circle takes 24 s; without it, a decision takes it in after half of that."""
+    kept, left = after_one_decision(), after_one_decision()
+    began_s = kept.progress.planned_s
+    for system in (kept, left):
+        for now in range(1, 14):
+            system.update(State(np.array([1.0 * now, 0.0, 0.0]), time_s=1.0 * now))
+            system.catch_up(1.0 * now)
+            if system is kept and now in (9, 11):
+                system.keep_up(1.0 * now)
+                assert system.progress.planned_s == (began_s if now == 9 else 11.0)
+    for system, planned_s in ((kept, 11.0), (left, 13.0)):
+        system.decide(13.0)
+        assert system.progress.planned_s == planned_s
+
+
 def test_what_is_declared_free_ends_at_what_is_seen_to_stand_there() -> None:
     free = after_one_decision()
     assert sees_free(free, (-0.6, 0.0, 0.0), 0.0), "behind the start nobody looks"

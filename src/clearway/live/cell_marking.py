@@ -42,7 +42,7 @@ def mostly_seen(free: Voxels, free_low: IntArray, low: IntArray, per_cell: int) 
     return mostly
 
 
-@compiled
+@borrowing
 def mark_balls(
     nearest: FloatArray,
     position: FloatArray,
@@ -52,22 +52,31 @@ def mark_balls(
     reach: float,
 ) -> None:
     """Lower the distance of cells' centres to what balls leave."""
-    shape = nearest.shape
+    nx, ny, nz = nearest.shape
+    low_x, low_y, low_z = low[0], low[1], low[2]
     for n in range(len(radius)):
-        far = reach + radius[n]
-        first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
-        for axis in range(3):
-            at = (position[n, axis] - low[axis]) / width - 0.5
-            first[axis] = max(0, int(np.ceil(at - far / width)))
-            last[axis] = min(shape[axis] - 1, int(np.floor(at + far / width)))
-        for a in range(first[0], last[0] + 1):
-            dx = low[0] + (a + 0.5) * width - position[n, 0]
-            for b in range(first[1], last[1] + 1):
-                dy = low[1] + (b + 0.5) * width - position[n, 1]
-                for c in range(first[2], last[2] + 1):
-                    dz = low[2] + (c + 0.5) * width - position[n, 2]
-                    away = np.sqrt(dx * dx + dy * dy + dz * dz) - radius[n]
+        x, y, z, r = position[n, 0], position[n, 1], position[n, 2], radius[n]
+        first_a, last_a = _cells_within(x, low_x, width, reach + r, nx)
+        first_b, last_b = _cells_within(y, low_y, width, reach + r, ny)
+        first_c, last_c = _cells_within(z, low_z, width, reach + r, nz)
+        for a in range(first_a, last_a + 1):
+            dx = low_x + (a + 0.5) * width - x
+            for b in range(first_b, last_b + 1):
+                dy = low_y + (b + 0.5) * width - y
+                for c in range(first_c, last_c + 1):
+                    dz = low_z + (c + 0.5) * width - z
+                    away = np.sqrt(dx * dx + dy * dy + dz * dz) - r
                     nearest[a, b, c] = min(nearest[a, b, c], away)
+
+
+@borrowing
+def _cells_within(
+    middle: float, low: float, width: float, far: float, count: int
+) -> tuple[int, int]:
+    """First and last cell along an axis whose centre is no farther than that."""
+    at = (middle - low) / width - 0.5
+    first = max(0, int(np.ceil(at - far / width)))
+    return first, min(count - 1, int(np.floor(at + far / width)))
 
 
 @borrowing

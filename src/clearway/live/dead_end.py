@@ -21,6 +21,8 @@ WAITED = 0.5
 """Share of that time without progress after which one is looked for at all."""
 MAPPED = 0.5
 """Share of that time after which what was seen is taken in, while no way is looked for."""
+EARLY = 0.8
+"""Share of that, after which there is time for it between decisions."""
 GIVEN_UP, TAKEN_UP = 4.0, 2.0
 """Full circles' worth of ways that came to nothing along the best way, for it to be none, and
 for it to be one again."""
@@ -49,6 +51,18 @@ def out_of_dead_end(
     if free is not None and detour is None:
         return _through_seen(knowledge, free.seen, state, now_s, escaped=escaped)
     return _after_waiting(knowledge, state, now_s, detour)
+
+
+def kept_up(knowledge: Knowledge, state: State, now_s: float) -> Progress:
+    """Progress after taking in early what ways are looked for in, where that is soon due: between
+    decisions, so that none takes longer for it."""
+    free, routes, progress = knowledge.sensing.free_space, knowledge.route_map, knowledge.progress
+    if free is None or routes is None or progress.stuck_m is not None:
+        return progress
+    if now_s - progress.planned_s <= EARLY * MAPPED * _turn(knowledge)[1]:
+        return progress
+    _take_in(knowledge, routes, free.seen, state)
+    return replace(progress, planned_s=now_s)
 
 
 def _after_waiting(

@@ -22,7 +22,7 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture, traffic_picture
 from clearway.live.danger import endangered
-from clearway.live.dead_end import out_of_dead_end, warm_up_ways
+from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Progress
@@ -278,6 +278,11 @@ class AvoidanceSystem:
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
         return self._adopt(decision, now, now_s, scan_age, picture)
+
+    def keep_up(self, now_s: float) -> None:
+        """Do what is soon due beside decisions; for whoever has time between them."""
+        now = self._known.catch_up(now_s)
+        self.progress = kept_up(self._known, self._known.own_states.latest, now)
 
     def _looked_at(self, situation: Situation) -> TrafficPicture | None:
         """Alerts and bands, where volumes are asked for."""

@@ -62,7 +62,7 @@ def make_room(
     # What is within reach is not kept coarse for the sake of what is beyond.
     dropped = beyond if fine_m < np.inf else min(beyond, count - capacity)
     if dropped > 0:
-        limit = np.sort(away)[count - dropped]
+        limit = np.partition(away, count - dropped)[count - dropped]
         keep = away < max(limit, np.nextafter(reach, np.inf))
         boxes, away = picked(boxes, keep), away[keep]
         dropped = count - len(away)

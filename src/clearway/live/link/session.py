@@ -101,6 +101,8 @@ class Session(Hearing):
         self._led = self._is_led
         self.state = self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
+        if flight is None and self.state.decides:
+            self.system.keep_up(now)
         close: list[PredictedApproach] = []
         if flight is not None and self.motion is not None:
             close = approaches(flight, self.motion, self._intruders.values())
