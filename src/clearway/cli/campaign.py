@@ -188,11 +188,14 @@ def _print(results: Path, docs: list[Path], as_json: bool, more: dict[str, int])
     """The table of a results file: on standard output, and in pages."""
     import json
 
+    from clearway.base.errors import InputError
     from clearway.cli.campaign_table import as_values, print_tables
     from clearway.studies.campaigns.pages import write_pages
     from clearway.studies.campaigns.results import read_results
 
     rows, settings = read_results(results)
+    if docs and "campaign" not in settings:
+        raise InputError(str(results), "does not say of which campaign it is, for the pages")
     skipped = json.loads(settings.get("skipped", "{}"))
     for page in docs:
         say(f"{page}: {', '.join(write_pages(page, rows, settings, skipped))} written")
