@@ -47,7 +47,7 @@ def shown(missions: Sequence[Shown]) -> list[str]:
             f"| [{one.name}](../examples/missions/plants/{one.name}.toml) | "
             f"{'yes' if one.reached else one.ended} | {one.nearest_m:.2f} of {one.margin_m:g} m | "
             f"{one.time_s:.0f} s | {one.without} of {one.decisions} | "
-            f"{inside:.1f} % of {one.looks} | {one.time_s / one.cpu_s:.2g} |"
+            f"{inside:.1f} % of {one.looks} | {one.time_s / one.cpu_s:.0f} |"
         )
     return rows
 
@@ -71,7 +71,7 @@ def flown(flights: Sequence[Flown]) -> list[str]:
                 f"| `{scale.plant}` | {family.about} | {len(some)} | "
                 f"{sum(one.reached for one in some)} | {sum(one.hit for one in some)} | "
                 f"{sum(one.lost for one in some)} | {sum(one.without for one in some)} of "
-                f"{sum(one.decisions for one in some)} | {inside:.1f} % of {looks} | {factor:.2g} |"
+                f"{sum(one.decisions for one in some)} | {inside:.1f} % of {looks} | {factor:.0f} |"
             )
     return rows
 

@@ -14,6 +14,8 @@ from clearway.base.errors import InputError
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
 """Of planners, in the order in which studies name them."""
+SPARE = 0.04
+"""Of an axis, below zero, so that marks there are whole."""
 ASIDE_KM = 0.05
 MARKS = {"copter": "o", "wing": "^"}
 MEASURES = (
@@ -51,7 +53,7 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
                 _point(detours, told["mean_aside_m"], told[measure], style, mark, label)
         for axes in (ranges, detours):
             axes.set_ylabel(f"risk ratio, {title}")
-            axes.set_ylim(-0.02, None)
+            axes.set_ylim(-SPARE * axes.get_ylim()[1], None)
             axes.grid(alpha=0.25)
         ranges.set_xlabel("heard within, km")
         detours.set_xlabel("farthest aside, mean over all that enter, m")
@@ -91,7 +93,8 @@ def draw_detour_curves(told: dict[str, Any]) -> Figure:
             axes.fill_between(aside, low, high, color=colour, alpha=0.12, linewidth=0.0)
             highest = max(highest, *value)
         # Intervals of so few flights go far beyond: what they hold of the curves is drawn.
-        axes.set_ylim(-0.02, max(1.25 * highest, 0.1))
+        top = max(1.25 * highest, 0.1)
+        axes.set_ylim(-SPARE * top, top)
         axes.set_xlim(0.0, None)
         axes.set_xlabel("farthest aside, mean over all that enter, m")
         axes.set_ylabel(f"risk ratio, {title}")
