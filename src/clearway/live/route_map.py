@@ -36,9 +36,11 @@ NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 """Price of a metre within a turning radius, and half of one, of something, beside the margin."""
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
-TALL, TALL_FINE = 100.0, 10.0
+TALL, TALL_FINE = 100.0, 200.0
 """Price of a metre that nobody has seen above or below what stands, in coarse cells and in fine
-ones: most of it stands on, but who can stop may look."""
+ones: most of it stands on."""
+MOST_FINE = 10.0
+"""Price of a metre in fine cells at most, when a way is looked for: who can stop may look."""
 IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
@@ -65,6 +67,8 @@ class Cells(NamedTuple):
     """[nx, ny, nz] the part of it for ways that came to nothing."""
     nearest_m: FloatArray
     """[nx, ny, nz] from the cell's centre to what stands nearest, as far as it matters."""
+    most: float = np.inf
+    """A metre costs no more than that, when a way is looked for."""
 
     def cell_of(self, place_m: FloatArray) -> FloatArray:
         """[..., 3] number of the cell that a place lies in."""
@@ -178,7 +182,10 @@ class RouteMap:
             return True
         cell = np.floor(way[-1] / self.width_m).astype(np.int64) - self._low
         reach = max(self.rooms_m[1] / self.width_m, IN_VAIN_VOXELS / self._per_cell)
-        add_ball(self._in_vain, cell, reach, *self._alike(cell, reach), IN_VAIN)
+        # Who turns in little room climbs in it too: to such another height is another way.
+        height = int(cell[2])
+        heights = self._alike(cell, reach) if self._per_cell == COARSE else (height, height)
+        add_ball(self._in_vain, cell, reach, *heights, IN_VAIN)
         return False
 
     def _alike(self, cell: IntArray, reach: float) -> tuple[int, int]:
@@ -211,7 +218,8 @@ class RouteMap:
         price = np.where(self._seen, 1.0, UNSEEN)
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
-        price[~self._seen & stands] = TALL if self._per_cell == COARSE else TALL_FINE
+        coarse = self._per_cell == COARSE
+        price[~self._seen & stands] = TALL if coarse else TALL_FINE
         price[nearest < self.rooms_m[1]] *= self._no_room
         price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
@@ -222,6 +230,7 @@ class RouteMap:
             price,
             self._in_vain,
             nearest,
+            np.inf if coarse else MOST_FINE,
         )
 
 

@@ -65,7 +65,7 @@ def seen_route(
     goal = cells.cell_of(goal_m)
     goal[2] = np.clip(goal[2], 0, price.shape[2] - 1)
     begin = _beside(cells, position_m)
-    way = _cheapest(price, cells.nearest_m / cells.width_m, begin, goal)
+    way = _cheapest(price, cells.nearest_m / cells.width_m, begin, goal, cells.most)
     if not len(way):
         if np.isinf(price[tuple(begin.astype(np.int64))]):  # Too coarse to tell.
             straight = np.stack([position_m, goal_m])
@@ -123,7 +123,7 @@ def _lower_along(price: FloatArray, corners: FloatArray, share: float) -> None:
 
 @compiled
 def _cheapest(
-    price: FloatArray, nearest: FloatArray, start: FloatArray, goal: FloatArray
+    price: FloatArray, nearest: FloatArray, start: FloatArray, goal: FloatArray, most: float
 ) -> FloatArray:
     """[n, 3] cells of the cheapest way, both ends included; none where there is no way.
 
@@ -162,7 +162,7 @@ def _cheapest(
             rest = np.sqrt((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)
             heapq.heappush(queue, (spent + UNSEEN * rest, -here - 1))
         begins_barred = price[a, b, c] == np.inf
-        here_price = BARRED if begins_barred else price[a, b, c]
+        here_price = BARRED if begins_barred else min(price[a, b, c], most)
         for da in range(-1, 2):
             for db in range(-1, 2):
                 for dc in range(-1, 2):
@@ -175,7 +175,9 @@ def _cheapest(
                     if begins_barred and nearest[u, v, w] + nearest[a, b, c] <= apart:
                         continue
                     length = np.sqrt(da * da + db * db + (VERTICAL * dc) ** 2)
-                    there_price = BARRED if price[u, v, w] == np.inf else price[u, v, w]
+                    there_price = min(price[u, v, w], most)
+                    if price[u, v, w] == np.inf:
+                        there_price = BARRED
                     cost = spent + 0.5 * length * (here_price + there_price)
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
