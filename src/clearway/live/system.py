@@ -274,6 +274,8 @@ class AvoidanceSystem:
         now = self._known.catch_up(now_s)
         situation, scan_age = self._situation(now)
         commitment = self._plan.commitment(now, self.escape.within)
+        if self.progress.closed:
+            commitment = replace(commitment, stood=0)  # It holds where nothing leads on.
         decision = decide(self.planner, situation, commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
