@@ -108,11 +108,13 @@ def held(flights: Sequence[Flown]) -> list[str]:
     for (plant, about, ended, hit), count in sorted(reasons.items()):
         how = "touched something" if hit else "nothing touched"
         lines.append(f"- `{plant}`, {about}, {count}, {how}: {ended}")
-    return (
-        ["Those that did not arrive, with what they did at their end (n: some number):", "", *lines]
-        if lines
-        else []
-    )
+    if not lines:
+        return []
+    return [
+        "Those that did not arrive, with what they did at their end (n: some number):",
+        "",
+        *lines,
+    ]
 
 
 def automata() -> list[Path]:
