@@ -34,7 +34,7 @@ def counted(rating: FloatArray, good: BoolArray) -> FloatArray:
     return np.stack([np.bincount(at, weights=one, minlength=BINS) for one in sums], axis=1)
 
 
-class Point(NamedTuple):
+class DiagramBin(NamedTuple):
     """A bin of a diagram."""
 
     said: float
@@ -51,7 +51,7 @@ class Point(NamedTuple):
 class Reliability(NamedTuple):
     """How far a rating can be believed."""
 
-    points: tuple[Point, ...]
+    points: tuple[DiagramBin, ...]
     number: int
     flights: int
     came: float
@@ -85,7 +85,7 @@ def reliability(flights: FloatArray) -> Reliability:
     )  # fmt: skip
 
 
-def _point(flights: FloatArray) -> Point:
+def _point(flights: FloatArray) -> DiagramBin:
     """A bin of many flights [flights, 5]."""
     there = flights[flights[:, 0] > 0]
     n, good, said = there[:, 0].sum(), there[:, 1].sum(), there[:, 2].sum()
@@ -95,7 +95,7 @@ def _point(flights: FloatArray) -> Point:
     worth = share * (1.0 - share) / variance if variance > 0.0 else float(len(there))
     worth = min(max(worth, 1.0), n)
     low, high = clopper_pearson(share * worth, worth)
-    return Point(float(said / n), float(share), low, high, int(n), len(there))
+    return DiagramBin(float(said / n), float(share), low, high, int(n), len(there))
 
 
 def clopper_pearson(
