@@ -1,4 +1,4 @@
-"""Speed of the intruder models, 32 intruders at once."""
+"""Speed of the intruder models, 32 intruders at once, and of bands."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ import numpy as np
 from benchmarks.sensors import GRID
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
+from clearway.avoidance.long_range.bands import bands
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
 from clearway.studies.encounters.flights import planner_at
 from clearway.traffic import Intruder, assess_intruders, radial_vehicle_times
+from clearway.traffic.volumes import VOLUME_SETS
+from clearway.vehicle.performance import PERFORMANCES
 
 COUNT = 32
 
@@ -91,6 +94,25 @@ def decision(make: Callable[[], Sequence[Intruder]], where: str) -> Callable[[bo
     return measure
 
 
+def banded(apart_m: float, where: str) -> Callable[[bool], Row]:
+    """Bands of heading, climb and speed about four intruders that come from all sides."""
+
+    def measure(quick: bool) -> Row:
+        kept, able = VOLUME_SETS["f3442"], PERFORMANCES["wing"]
+        sides = np.radians([0.0, 80.0, 170.0, -100.0])
+        towards = np.stack([np.cos(sides), np.sin(sides), np.zeros(4)], axis=1)
+        coming = [Intruder(apart_m * one, -40.0 * one, name="x") for one in towards]
+        own = np.array([25.0, 0.0, 0.0])
+        found = bands(kept, able, np.zeros(3), own, coming, 0.0)
+        return timed(lambda: bands(kept, able, np.zeros(3), own, coming, 0.0), quick).row(
+            f"bands about four intruders {where}"
+            f"{', with recovery bands' if found.saturated else ''}",
+            target_s=0.5e-3,
+        )
+
+    return measure
+
+
 ACROSS, AT_RANDOM = (paper_intruders, "across the grid"), (random_intruders, "on random paths")
 LEAVING = (leaving_intruders, "500 m away and leaving")
 
@@ -102,6 +124,8 @@ BENCHMARKS = (
     Benchmark("intruders, random paths", assessed(*AT_RANDOM, ("line", "spread"), 5e-3)),
     Benchmark("intruders, timed", at_the_vehicle_s_time),
     Benchmark("intruders, leaving", assessed(*LEAVING, ("line", "spread"))),
+    Benchmark("bands, four intruders", banded(4000.0, "4 km off")),
+    Benchmark("bands, four intruders near", banded(700.0, "700 m off")),
     Benchmark("decision, 32 intruders leaving", decision(*LEAVING)),
     Benchmark("decision, 32 intruders", decision(*AT_RANDOM), headline=True),
     Benchmark("decision, 32 intruders across", decision(*ACROSS), headline=True),

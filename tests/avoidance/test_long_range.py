@@ -14,7 +14,8 @@ import clearway as cw
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.long_range.profiles import SECONDS, Motion, Wanted, profiles
 from clearway.avoidance.long_range.rating import Other, in_disc, in_slab, rated
-from clearway.avoidance.long_range.resolve import PassingSide, RiskPrices, resolve
+from clearway.avoidance.long_range.resolve import PassingSide, RiskPrices, Sense, resolve
+from clearway.avoidance.long_range.two_horizons import WAVERS_S
 from clearway.traffic.growth import HORIZONS_S, LIGHT_AIRCRAFT
 from clearway.traffic.volumes import VOLUME_SETS
 from clearway.vehicle.performance import PERFORMANCES
@@ -178,3 +179,29 @@ def test_a_decision_stays_with_the_side_of_the_last_one(planner) -> None:  # typ
         chosen.append((before.side, before.sense))
     sides = {side for side, _ in chosen if side is not PassingSide.AHEAD}
     assert len(sides) <= 1
+
+
+def test_the_side_begun_is_left_for_a_volume_less_once_that_has_lasted(planner) -> None:  # type: ignore[no-untyped-def]
+    level = replace(planner.settings, volumes=SMALL, lowest_m=-3.0, highest_m=3.0)
+    keeps = replace(planner, settings=level)
+    here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
+    crossing = cw.Intruder(np.array([1200.0, -1500.0, 0.0]), np.array([-20.0, 45.0, 0.0]), name="x")
+    situation = cw.Situation(here, there, intruders=(crossing,))
+
+    def decided(before=None):  # type: ignore[no-untyped-def]
+        found = cw.decide(keeps, situation, commitment=Commitment(long_range=before)).long_range
+        assert found is not None
+        return found
+
+    free = decided()
+    assert free.side is not PassingSide.AHEAD
+    other = PassingSide.LEFT if free.side is PassingSide.RIGHT else PassingSide.RIGHT
+    begun = replace(free, side=other, begun_side=other, begun_sense=Sense.LEVEL)
+    kept = decided(begun)
+    assert kept.tier > free.tier, "or there is nothing to leave it for"
+    assert kept.begun_side is other
+    assert kept.worse_since_s == 0.0
+    left = decided(replace(begun, worse_since_s=-WAVERS_S))
+    assert left.side is free.side
+    assert left.tier == free.tier
+    assert left.worse_since_s is None

@@ -8,6 +8,7 @@ import pytest
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
+from clearway.live.alerting import traffic_picture
 from clearway.live.mission import Mode
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -15,6 +16,7 @@ from clearway.sensors import Scan, simulate_scan
 from clearway.sim import SimulationSettings, simulate
 from clearway.sim.worlds import ball_world
 from clearway.traffic import Intruder, TrackerSettings
+from clearway.traffic.volumes import VOLUME_SETS
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner(escape="off")
@@ -341,6 +343,19 @@ def test_nothing_compiles_in_flight_after_the_warm_up():
             if time_s == 13.0:
                 live.decide(time_s)
     assert compiled == []
+
+
+def test_alerts_and_bands_are_warmed_up_where_volumes_are_kept(monkeypatch):
+    pictures = []
+
+    def kept(*given):
+        pictures.append(traffic_picture(*given))
+        return pictures[-1]
+
+    monkeypatch.setattr("clearway.live.system.traffic_picture", kept)
+    system(volumes=VOLUME_SETS["f3442"]).warm_up()
+    assert any(picture.bands is not None for picture in pictures)
+    assert any(picture.bands.saturated for picture in pictures if picture.bands is not None)
 
 
 def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +155,14 @@ def test_every_built_in_campaign_flies_known_families_in_distinct_flights() -> N
     assert len([label for label in labels if label.startswith("balls-")]) == 6
     assert {"forest", "street", "wires", "walls", "pockets", "maze"} <= labels
     assert set(KINDS) <= labels
+
+
+def test_the_standard_campaign_has_thirty_seeds_of_all_that_is_drawn_at_random() -> None:
+    tasks = tasks_of(read_campaign("standard"))
+    flights = Counter(task.label for task in tasks if task.planner == "clearway")
+    fewer = {label: number for label, number in flights.items() if number < 30}
+    assert len(flights) == 28
+    assert fewer == {"intruders": 1, "intruders-collision": 1}
 
 
 def test_the_page_names_every_family_and_its_parameters() -> None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.calibration import calibration, classes_of
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.errors import OwnCodeError
@@ -85,6 +86,14 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
     return (1.0 - evidence.intruder) * (seen_free + hidden_free)
 
 
+def calibrated(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+    """The total rating as what came of it: of passages rated so, the share that kept the margin."""
+    said = total(evidence, obstacle, unknown)
+    classes = classes_of(evidence.coated, evidence.visibility, evidence.intruder)
+    rating = calibration()(said, classes)
+    return np.where(evidence.seen, rating, rating * (1.0 - unknown))
+
+
 def _own_rating(label: str, found: Any) -> Rating:
     """A user's rating; what is no number within [0, 1] for every cell is refused in flight too."""
     function = guarded(label, callable_own(label, found, ("evidence", "obstacle", "unknown")))
@@ -110,7 +119,13 @@ def _own_rating(label: str, found: Any) -> Rating:
 
 RATINGS: Variants[Rating] = Variants(
     "rating",
-    {"total": total, "printed": printed, "visible": visible, "evidence": evidence_only},
+    {
+        "total": total,
+        "printed": printed,
+        "visible": visible,
+        "evidence": evidence_only,
+        "calibrated": calibrated,
+    },
     _own_rating,
 )
 """Ratings by name; add one here."""

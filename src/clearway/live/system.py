@@ -254,6 +254,7 @@ class AvoidanceSystem:
             follow_movers=self._follow_dynamic_objects,
             tracker=self._tracker,
             address=self._address,
+            volumes=self._volumes,
         )
         for time_s, readings in warm_up_moments(planner, start, sensors):
             for reading in readings:

@@ -55,6 +55,7 @@ def pieces() -> dict[str, Callable[[], object]]:
         "traffic": _assess_traffic,
         **{f"mission {name}": partial(_fly, name) for name in missions},
         "a multirotor": _fly_multirotor,
+        "volumes": _fly_clear_of_volumes,
         **{f"world {name}": partial(_fly, f"{name}:0") for name in FAMILIES},
         **{f"planner {name}": partial(_fly, missions[-1], name) for name in PLANNERS},
         **{
@@ -86,6 +87,11 @@ def _fly(mission: str, planner: str = "clearway") -> None:
 
 def _fly_multirotor() -> None:
     _fly_for_a_moment(read_mission("static-obstacles").changed("vehicle", kind="multirotor"))
+
+
+def _fly_clear_of_volumes() -> None:
+    file = read_mission("intruders")
+    _fly_for_a_moment(file.changed("traffic", volumes="f3442", keep_volumes=True))
 
 
 def _fly_for_a_moment(file: MissionFile, planner: str = "clearway") -> None:

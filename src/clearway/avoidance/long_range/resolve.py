@@ -97,6 +97,9 @@ class LongRangeChoice:
     none."""
     begun_sense: Sense = Sense.LEVEL
     """Likewise of the height."""
+    worse_since_s: float | None = None
+    """Since when all that keeps to what was begun has led into more volumes than something else;
+    None while it does not."""
 
     @property
     def avoids(self) -> bool:

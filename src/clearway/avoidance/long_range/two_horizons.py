@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -39,6 +39,10 @@ from clearway.vehicle.performance import Performance
 RISK, BEGUN = "long-range risk", "side and sense begun"
 LEVEL_MPS = 0.1
 """Slower climbs are none."""
+WAVERS_S = 3.0
+"""Volumes a minute ahead come and go with single reports; what stays longer is so."""
+MOST_TIERS = 100
+"""More than any list of volumes."""
 LEAST_RISK = 0.01
 """Differences of risk below this change no course."""
 
@@ -57,6 +61,7 @@ class LongRange:
     """[nodes] likewise of climbs."""
     before: LongRangeChoice | None
     prices: RiskPrices
+    now_s: float = 0.0
 
     def rules(self, unit_m: float) -> tuple[Rule, ...]:
         """A rule for each nested volume, the innermost the most important, and the price of risk.
@@ -70,8 +75,9 @@ class LongRange:
             Rule(names[depth - 1], partial(_forbids, tier, depth))
             for depth in range(len(names), 0, -1)
         ]
-        # What was begun is left for a volume less, not for a little of its buffer.
-        rules.insert(-1, Rule(BEGUN, partial(_leaves, self._leaves_begun())))
+        # What was begun is left at once for not entering the innermost volume, for another one less
+        # when that has been so for a while, and never for a little of a buffer.
+        rules.insert(-1 if self._has_been_worse else 1, Rule(BEGUN, partial(_leaves, self._leaves)))
         return (*rules, Rule(RISK, partial(_prices, unit_m * self._risk_price())))
 
     def told(self, node: int) -> LongRangeChoice:
@@ -79,10 +85,28 @@ class LongRange:
         level, climb = int(self.level[node]), int(self.climb[node])
         choice = told_of(self.ways, self.found, self.wanted, level, climb)
         side, sense = choice.side, choice.sense
+        since = None if self._leaves[node] else self._worse_since_s
         if self.before is not None and choice.wanted_tier:
             side = self.before.begun_side if side is PassingSide.AHEAD else side
             sense = self.before.begun_sense if sense is Sense.LEVEL else sense
-        return replace(choice, begun_side=side, begun_sense=sense)
+        return replace(choice, begun_side=side, begun_sense=sense, worse_since_s=since)
+
+    @property
+    def _has_been_worse(self) -> bool:
+        """Whether what was begun has led into more volumes than it must for longer than reports
+        waver."""
+        since = self._worse_since_s
+        return since is not None and self.now_s - since >= WAVERS_S
+
+    @cached_property
+    def _worse_since_s(self) -> float | None:
+        """Since when it does."""
+        tier, leaves = self.found.tier[self.level, self.climb], self._leaves
+        if not leaves.any() or tier.min() >= np.min(tier[~leaves], initial=MOST_TIERS):
+            return None
+        before = self.before
+        since = None if before is None else before.worse_since_s
+        return self.now_s if since is None else since
 
     def _risk_price(self) -> FloatArray:
         """[nodes] of risk."""
@@ -91,7 +115,8 @@ class LongRange:
         price: FloatArray = self.prices.outer * outer + self.prices.inner * inner
         return np.where(price < LEAST_RISK * self.prices.outer, 0.0, price)
 
-    def _leaves_begun(self) -> BoolArray:
+    @cached_property
+    def _leaves(self) -> BoolArray:
         """[nodes] whether the course lies on the other side than the one begun, or the height goes
         the other way."""
         leaves = np.zeros(len(self.level), dtype=np.bool_)
@@ -141,7 +166,7 @@ def long_range(
     ways = profiles(motion, wanted, able, lowest_m, heights_m[1])
     found = rated(ways, others, volumes)
     level, climb = _ends(reach_set, ways, course, performance)
-    return LongRange(ways, found, wanted, volumes, level, climb, before, prices)
+    return LongRange(ways, found, wanted, volumes, level, climb, before, prices, state.time_s)
 
 
 def _ends(

@@ -1,0 +1,58 @@
+"""`python -m tools.reliability --journal reliability.jsonl`: goes on where it was cut off.
+
+`--fit` makes the table of the calibrated rating from the first set of seeds; `--write` puts tables
+of the held-out seeds into docs/calibration.md, and draws its picture.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.avoidance.calibration import CLASSES
+from clearway.studies.reliability.bins import BINS
+from clearway.studies.reliability.fit import fitted
+from clearway.studies.reliability.record import FITTED
+from tools.reliability.flights import FIT, HELD_OUT, TABLE, counts_of, flights
+from tools.reliability.page import PAGE, write
+
+
+def fit(rows: list[dict[str, Any]]) -> None:
+    """The table of the calibrated rating."""
+    knots, passages = {}, {}
+    for name in CLASSES:
+        counts = sum((counts_of(row, name, FITTED) for row in rows), np.zeros((BINS, 5)))
+        knots[name] = [[round(float(x), 4), round(float(y), 4)] for x, y in fitted(counts)]
+        passages[name] = int(counts[:, 0].sum())
+    told = {
+        "made_by": "python -m tools.reliability --fit",
+        "flights": len(rows),
+        "decisions": sum(row["decisions"] for row in rows),
+        "passages": passages,
+    }
+    rows_of = [f'  "{name}": {json.dumps(table)}' for name, table in knots.items()]
+    head = json.dumps(told, indent=1).removesuffix("\n}")
+    text = head + ',\n "knots": {\n' + ",\n".join(rows_of) + "\n }\n}\n"
+    TABLE.write_text(text, encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--journal", type=Path, default=Path("reliability.jsonl"))
+    parser.add_argument("--fit", action="store_true", help=f"make {TABLE} of the first set")
+    parser.add_argument("--write", action="store_true", help=f"tables into {PAGE}, and its picture")
+    given = parser.parse_args()
+    if given.fit:
+        fit(flights(given.journal, FIT))
+        return
+    rows = flights(given.journal, HELD_OUT)
+    if given.write:
+        write(rows)
+
+
+if __name__ == "__main__":
+    main()
