@@ -31,7 +31,7 @@ from clearway.base.state import IntArray, State
 from clearway.reach.escapes import SAME_RAD, SAMPLES, EscapeLibrary, Legs, Ways, names_of
 from clearway.reach.lattice import grid_from_level
 from clearway.reach.upwind import ways_in_wind
-from clearway.sensors.free_space import NOTHING_SEEN, is_declared
+from clearway.sensors.free_space import NOTHING_SEEN
 from clearway.vehicle.automaton import MovementAutomaton
 
 STANDING = np.zeros(4)
@@ -222,7 +222,7 @@ class WaysOut:
     def _aloof_here(self) -> float:
         """Share of the margin that is kept here from what nobody has seen."""
         terms, here = self._terms, np.zeros((1, 3))
-        if is_declared(terms.window, *terms.origin_m.tolist(), 0.0):
+        if np.linalg.norm(terms.origin_m - terms.window[4:7]) < terms.window[7]:
             return 0.0
         for share in (1.0, *LESSER_MARGINS[:-1]):
             if keeps_aloof(here, 0.0, share * self._full_m, self._surface_m, terms):
