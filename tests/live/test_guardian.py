@@ -44,6 +44,15 @@ def test_nor_where_only_a_sensor_tells_what_is_there() -> None:
     assert flight.passed > 5
 
 
+def test_taking_in_before_a_command_comes_changes_nothing_of_what_is_flown() -> None:
+    flights = [
+        GuardedFlight(5, "flies on", ticks=40, with_lidar=True, ahead=ahead)
+        for ahead in (False, True)
+    ]
+    assert flights[0].passed == flights[1].passed > 5
+    assert np.array_equal(flights[0].track, flights[1].track)
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("vehicle", ["stops", "flies on"])
 @pytest.mark.parametrize("seed", range(100, 120))

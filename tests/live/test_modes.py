@@ -11,7 +11,7 @@ from clearway.avoidance.chosen import Basis
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mode, Progress
-from clearway.live.modes import GUARDS, mode_after
+from clearway.live.modes import GUARDS, ModeFacts, mode_after
 from worlds_for_tests import mission, planner
 
 AHEAD = mission((30.0, 8.0, 4.0))
@@ -40,10 +40,11 @@ def decision():
 )
 def test_the_first_guard_that_holds_gives_the_mode(decision, basis, progress, banned, mode):
     choice = replace(decision.choice, basis=basis, ruled_out_by={}, below_threshold=0)
-    put = mode_after(None, replace(decision, choice=choice, no_way_out=banned), progress, AHEAD)
+    facts = ModeFacts(replace(decision, choice=choice, no_way_out=banned), progress, AHEAD)
+    put = mode_after(None, facts)
     assert put.mode is mode
     assert put.why
-    again = mode_after(put, replace(decision, choice=choice, no_way_out=banned), progress, AHEAD)
+    again = mode_after(put, facts)
     assert put.changed
     assert not again.changed
     assert put.transition == f"begins {mode}: {put.why}"
@@ -52,12 +53,12 @@ def test_the_first_guard_that_holds_gives_the_mode(decision, basis, progress, ba
 
 def test_every_mode_has_one_guard_and_the_last_always_holds(decision):
     assert sorted(guard.mode for guard in GUARDS) == sorted(Mode)
-    assert GUARDS[-1].why(decision, Progress(), AHEAD)
+    assert GUARDS[-1].why(ModeFacts(decision, Progress(), AHEAD))
 
 
 def test_a_change_says_from_what_to_what_and_why(decision):
-    begins = mode_after(None, decision, Progress(), AHEAD)
+    begins = mode_after(None, ModeFacts(decision, Progress(), AHEAD))
     choice = replace(decision.choice, basis=Basis.WAY_OUT)
     flees = replace(decision, choice=choice, no_way_out=("Straight",))
-    told = mode_after(begins, flees, Progress(), AHEAD).transition
+    told = mode_after(begins, ModeFacts(flees, Progress(), AHEAD)).transition
     assert told == f"{begins.mode} to escape: no way out after Straight"

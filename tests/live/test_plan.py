@@ -1,21 +1,31 @@
 """The plan being flown: what is held and where the vehicle is to be, from a decision to its end."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.decide import decide
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
+from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach import ReachLibrary
 from clearway.sensors import simulate_scan
 from clearway.sim import simulate
 from clearway.sim.baselines import BaselinePilot, Manoeuvre
+from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
-from worlds_for_tests import AUTOMATON, LIDAR, STATIC, mission, planner, static_world
+from worlds_for_tests import AUTOMATON, GRID, LIDAR, STATIC, mission, planner, static_world
 
 PLANNER = planner(escape="off")
+SIDES = np.vstack([np.eye(3), -np.eye(3)])
 AHEAD = mission((30.0, 8.0, 4.0))
 
 
@@ -82,6 +92,37 @@ def test_own_states_that_come_do_not_move_the_plan():
     planned = live.state_at(0.8).vector
     live.update(State([9.0, 9.0, 9.0], time_s=0.5))
     np.testing.assert_array_equal(live.state_at(0.8).vector, planned)
+
+
+def test_who_looks_to_and_fro_leaves_at_last_and_who_is_shut_in_holds():
+    able = MovementAutomaton.multirotor()
+    hovering = Planner.of(ReachLibrary.build(able, GRID), AvoidanceSettings(escape="off"))
+    box = [Obstacle.cuboid(1.6 * side, 0.5 + 5.5 * (side == 0.0), 0.0) for side in SIDES]
+
+    def stands(obstacles, stood):
+        there = Situation(State(np.zeros(3)), np.array([-20.0, 0.0, 0.0]), obstacle_map=obstacles)
+        begins = decide(hovering, there, Commitment(stood=stood)).movements[0]
+        return able.stands[able.names.index(begins)]
+
+    assert [stands(None, stood) for stood in (0, 1, 9)] == [True, True, False], "it is behind"
+    assert all(stands(ObstacleMap(box), stood) for stood in (0, 9)), "nothing else is safe"
+
+
+def test_decisions_that_lead_nowhere_are_counted_until_one_leads_somewhere():
+    able = MovementAutomaton.multirotor()
+    hovering = Planner.of(ReachLibrary.build(able, GRID), AvoidanceSettings(escape="off"))
+    live = AvoidanceSystem(hovering, mission((-30.0, 0.0, 0.0)))
+    state, led = State(np.zeros(3)), []
+    for tick in range(8):
+        live.update(replace(state, time_s=float(tick)))
+        name = live.decide(float(tick)).movements[0]
+        led.append((able.stands[able.names.index(name)], live._plan.stood))
+        state = replace(state, position_m=live.state_at(tick + 1.0).position_m,
+                        attitude_rad=live.state_at(tick + 1.0).attitude_rad)  # fmt: skip
+    assert led[0] == (True, 1)
+    assert led[-1] == (False, 0)
+    counts = [stood for _, stood in led]
+    assert counts == sorted(counts[: max(counts)]) + [0] * (8 - max(counts))
 
 
 def test_the_plan_holds_until_it_ends_or_has_to_be_renewed():

@@ -79,6 +79,8 @@ class GuardedFlight:
     vehicle: str
     ticks: int
     with_lidar: bool = False
+    ahead: bool = False
+    """Whether what has come is taken in before the command does."""
     least_m: float = np.inf
     """From the centre to any surface, along the whole way."""
     safe: int = 0
@@ -118,6 +120,8 @@ class GuardedFlight:
         self.guardian.update(state)
         if self.lidar is not None and tick % 2 == 0:
             self.guardian.update(simulate_scan(self.lidar, self.map, state, self.rng))
+        if self.ahead:
+            self.guardian.catch_up(now)
         self._think(tick)
         silent = tick % 50 >= 44  # Nobody commands for a while.
         out = self.guardian.guard(None, now) if silent else (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections import Counter
 from collections.abc import Sequence
@@ -101,14 +102,19 @@ def held(flights: Sequence[Flown]) -> list[str]:
     reasons = Counter[tuple[str, str, str, bool]]()
     for one in flights:
         if not one.reached:
-            reasons[one.plant, FAMILIES[one.family].about, one.ended, one.hit] += 1
+            ended = re.sub(r"\d+(\.\d+)?", "n", one.ended)
+            reasons[one.plant, FAMILIES[one.family].about, ended, one.hit] += 1
     lines = []
     for (plant, about, ended, hit), count in sorted(reasons.items()):
         how = "touched something" if hit else "nothing touched"
         lines.append(f"- `{plant}`, {about}, {count}, {how}: {ended}")
-    return (
-        ["Those that did not arrive, with what they did at their end:", "", *lines] if lines else []
-    )
+    if not lines:
+        return []
+    return [
+        "Those that did not arrive, with what they did at their end (n: some number):",
+        "",
+        *lines,
+    ]
 
 
 def automata() -> list[Path]:

@@ -66,7 +66,8 @@ def fly(scale: Scale, family: str, seed: int) -> Flown:
     cpu_s = time.process_time() - began
     nearest_m = float(run.nearest_surface_m.min())
     hit = nearest_m <= scale.body_m
-    last = run.decisions[-1].flight.mode_state
+    last, summary = run.decisions[-1].flight.mode_state, run.summary()
+    ended = f"{last.mode}: {last.why}" if summary["held"] is None else f"held: {summary['held']}"
     return Flown(
         scale.plant,
         family,
@@ -78,11 +79,11 @@ def fly(scale: Scale, family: str, seed: int) -> Flown:
         round(run.metrics.time_s, 2),
         round(cpu_s, 1),
         len(run.decisions),
-        run.summary()["without_way_out"] or 0,
+        summary["without_way_out"] or 0,
         len(run.movements),
         run.counts.get(STRAYED, 0),
         "" if run.ways_out is None else run.ways_out.flown,
-        "" if run.reached else f"{last.mode}: {last.why}",
+        "" if run.reached else ended,
         _way_left(scale, setup, run, seed) if hit and kind.fault == "wall" else None,
     )
 

@@ -55,11 +55,21 @@ class Commitment:
     """Whether a certain way out was in hand before, in this flight."""
     long_range: LongRangeChoice | None = None
     """Side and sense begun about aircraft kilometres away."""
+    stood: int = 0
+    """How many decisions in a row led nowhere, by movements that stand or turn on the spot; 0
+    where that is wanted."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
 HERE = 1e-7
 """Share of the range: a goal that is no farther lies in no direction."""
+STANDS = 0.1
+"""Share of the longest movement below which one leads nowhere."""
+IMPATIENCE = 0.5
+"""What each decision in a row that led nowhere, from the second on, costs the next such movement,
+in movement lengths. A look aside shows the same things in cells of another grid, by which the way
+that was best a moment before no longer is: what turns on the spot would look to and fro for
+ever."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
 
@@ -165,6 +175,9 @@ def _add_changes_of_mind(
     if commitment.first_movement:
         planned = prepared.reach_set.movement_names.index(commitment.first_movement)
         cost_m += prices.other_plan * step_m * (ends.first_movement != planned)
+    if commitment.stood > 1:
+        first_m = prepared.reach_set.length_m[prepared.first_node[ends.nodes]]
+        cost_m += IMPATIENCE * (commitment.stood - 1) * step_m * (first_m < STANDS * step_m)
 
 
 def among(candidates: Candidates, keep: BoolArray) -> Candidates:

@@ -117,7 +117,7 @@ class WaysOut:
             0.0,
         )
         self._lasts_s = in_wind_s(planner.automaton)
-        self._loops: dict[int, tuple[Ways, FloatArray]] = {}
+        self._loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
 
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
@@ -255,14 +255,20 @@ class WaysOut:
         level = self._level(corners_m)
         return not self.strict or was_seen(level, sagitta_m, self._terms)
 
-    def after_flight(self, there: State, start_s: float) -> WayOut | None:
-        """The way out from where something ends that is no movement, so long from now."""
+    def after_flight(self, there: State, start_s: float, *, aloof: bool) -> WayOut | None:
+        """The way out from where something ends that is no movement, so long from now.
+
+        aloof: only one that keeps the whole margin from what nobody has seen as well; otherwise
+        the first that will do.
+        """
         roll, pitch, yaw = there.attitude_rad.tolist()
         start, legs = self.library.nearest(roll, pitch), self.library.legs_at(roll, pitch)
         # Poses are those in still air, by which wind has not carried the vehicle yet.
         place = self._level(there.position_m[None])[0] - start_s * self._terms.wind_mps
         pose = np.array([*place, yaw - self._terms.yaw_rad])
-        return self._first(start, pose, start_s, self._with(True, self._full_m), legs)
+        terms = self._with(True, self._full_m)
+        from_unseen_m = self._aloof_m(terms)[:1] if aloof else self._aloof_m(terms)[-1:]
+        return self._first(start, pose, start_s, terms, legs, from_unseen_m)
 
     def _level(self, places_m: FloatArray) -> FloatArray:
         """[n, 3] places of the world, in the level frame of the decision."""
@@ -303,11 +309,17 @@ class WaysOut:
         return replace(way, margin_m=terms.margin_m, path_m=places, for_s=self._for_s(terms))
 
     def _first(
-        self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
+        self,
+        start: int,
+        pose: FloatArray,
+        start_s: float,
+        terms: EscapeTerms,
+        legs: Legs,
+        aloof_m: FloatArray | None = None,
     ) -> WayOut | None:
         terms = self._lasting(terms, legs)
         ways, loops = self._searched(start, float(pose[3]), legs)
-        aloof_m = self._aloof_m(terms)
+        aloof_m = self._aloof_m(terms) if aloof_m is None else aloof_m
         escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, terms, aloof_m)
         if escape < 0:
             return None
@@ -326,11 +338,10 @@ class WaysOut:
             ways = ways_in_wind(self.library, start, turned, self._speed_mps)
         else:
             ways = self.library.ways[start]
-        if legs is not self._legs:
-            return ways, loop_places(ways, legs)
-        if id(ways) not in self._loops:
-            self._loops[id(ways)] = ways, loop_places(ways, legs)
-        return self._loops[id(ways)]
+        key = id(ways), id(legs)  # Of what is kept along with them.
+        if key not in self._loops:
+            self._loops[key] = ways, legs, loop_places(ways, legs)
+        return ways, self._loops[key][2]
 
     def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
         """For so long as is to be verified: one round where that leads back, else some time."""

@@ -16,8 +16,10 @@ NOT_REACHABLE = "not reachable as far as seen"
 """Of a goal to which no way leads that has not come to nothing."""
 
 
-def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None) -> str:
-    """One line per decision for the log and for people."""
+def explanation(
+    decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None, held: str | None = None
+) -> str:
+    """One line per decision for the log and for people; held: why the vehicle only holds."""
     choice = decision.choice
     parts = [
         f"{mode}: {runs(decision.movements)}, {WHERE[choice.side]} the way to the goal",
@@ -30,8 +32,9 @@ def explanation(decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None
             f"EMERGENCY: no trajectory keeps {decision.margin_m:.2f} m; "
             f"margin stepped down to {choice.margin_m:.2f} m",
         )
-    if mode is Mode.HOLD:
-        parts.insert(0, f"holds safely: goal {NOT_REACHABLE}")
+    if held is not None:
+        what = f"goal {held}" if held == NOT_REACHABLE else held
+        parts.insert(0, f"holds safely: {what}")
     if decision.goes_narrow:
         parts.insert(0, "no way out is in hand here, as the mission allows: no guarantee")
     if decision.no_way_out:

@@ -40,7 +40,7 @@ class FlightDecision:
     @cached_property
     def explanation(self) -> str:
         """One line for the log and for people."""
-        words = explanation(self.decision, self.mode, self.obstacle_map)
+        words = explanation(self.decision, self.mode, self.obstacle_map, self.mode_state.held)
         if self.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
         if self.traffic is not None and self.traffic.alerts.level:

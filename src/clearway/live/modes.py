@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import Decision
+from clearway.live.explain import NOT_REACHABLE
 from clearway.live.mission import Mission, Mode, Progress
+
+UNSEEN = "no sensor has told anything"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +33,29 @@ class ModeState:
         return self.mode is not self.before
 
     @property
+    def held(self) -> str | None:
+        """Why the vehicle only holds; None in other modes."""
+        if self.mode is not Mode.HOLD:
+            return None
+        return self.why if self.why.startswith(UNSEEN) else NOT_REACHABLE
+
+    @property
     def transition(self) -> str:
         """The change in words; empty where there is none."""
         if not self.changed:
             return ""
         begins = "begins" if self.before is None else f"{self.before} to"
         return f"{begins} {self.mode}: {self.why}"
+
+
+class ModeFacts(NamedTuple):
+    """What the guards look at."""
+
+    decision: Decision
+    progress: Progress
+    mission: Mission
+    unseen_s: float | None = None
+    """For how long no sensor has told anything; None while one does, and before any has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,39 +65,43 @@ class Guard:
     mode: Mode
     when: str
     """In words, for the documentation."""
-    why: Callable[[Decision, Progress, Mission], str]
+    why: Callable[[ModeFacts], str]
     """The reason where it holds at a decision, else empty."""
 
 
-def _emergency(decision: Decision, _progress: Progress, _mission: Mission) -> str:
+def _emergency(facts: ModeFacts) -> str:
+    decision = facts.decision
     if decision.choice.basis is not Basis.EMERGENCY:
         return ""
     return f"nothing verified keeps {decision.margin_m:.2f} m, nor is a way out in hand"
 
 
-def _hold(_decision: Decision, progress: Progress, _mission: Mission) -> str:
-    return "no way leads to the goal as far as is seen" if progress.closed else ""
+def _hold(facts: ModeFacts) -> str:
+    if facts.unseen_s is not None:
+        return f"{UNSEEN} for {facts.unseen_s:.1f} s: it stays where it has looked"
+    return "no way leads to the goal as far as is seen" if facts.progress.closed else ""
 
 
-def _escape(decision: Decision, _progress: Progress, _mission: Mission) -> str:
-    if not decision.escapes:
+def _escape(facts: ModeFacts) -> str:
+    if not facts.decision.escapes:
         return ""
-    after = ", ".join(decision.no_way_out)
+    after = ", ".join(facts.decision.no_way_out)
     return f"no way out after {after}" if after else "nothing else is verified"
 
 
-def _narrow(decision: Decision, _progress: Progress, _mission: Mission) -> str:
+def _narrow(facts: ModeFacts) -> str:
+    decision = facts.decision
     if not decision.goes_narrow:
         return ""
     return f"no room to turn after {', '.join(decision.no_way_out)}: no guarantee, as allowed"
 
 
-def _landing(_decision: Decision, progress: Progress, mission: Mission) -> str:
-    return "the last waypoint is behind" if progress.landing(mission) else ""
+def _landing(facts: ModeFacts) -> str:
+    return "the last waypoint is behind" if facts.progress.landing(facts.mission) else ""
 
 
-def _avoidance(decision: Decision, _progress: Progress, _mission: Mission) -> str:
-    choice = decision.choice
+def _avoidance(facts: ModeFacts) -> str:
+    decision, choice = facts.decision, facts.decision.choice
     reasons = [f"{number} by {name}" for name, number in choice.ruled_out_by.items()]
     if choice.below_threshold:
         reasons.append(f"{choice.below_threshold} rated too low")
@@ -85,7 +110,7 @@ def _avoidance(decision: Decision, _progress: Progress, _mission: Mission) -> st
     return f"cheaper trajectories ruled out: {', '.join(reasons)}" if reasons else ""
 
 
-def _navigation(_decision: Decision, _progress: Progress, _mission: Mission) -> str:
+def _navigation(_facts: ModeFacts) -> str:
     return "the cheapest trajectory is free"
 
 
@@ -93,7 +118,7 @@ GUARDS = (
     Guard(Mode.EMERGENCY, "nothing verified keeps the margin, no way out is in hand", _emergency),
     Guard(Mode.NARROW, "no room to turn is left, as the mission allows", _narrow),
     Guard(Mode.ESCAPE, "the way out is flown: nothing else leaves one", _escape),
-    Guard(Mode.HOLD, "no way leads to the goal as far as is seen", _hold),
+    Guard(Mode.HOLD, "no way leads to the goal as far as is seen, or nothing is seen", _hold),
     Guard(Mode.LANDING, "the last waypoint is behind", _landing),
     Guard(Mode.AVOIDANCE, "cheaper trajectories are ruled out", _avoidance),
     Guard(Mode.NAVIGATION, "the cheapest trajectory is free", _navigation),
@@ -101,13 +126,11 @@ GUARDS = (
 """Asked from first to last; the last always holds."""
 
 
-def mode_after(
-    before: ModeState | None, decision: Decision, progress: Progress, mission: Mission
-) -> ModeState:
+def mode_after(before: ModeState | None, facts: ModeFacts) -> ModeState:
     """The mode that a decision puts the mission in, with its reason."""
     was = None if before is None else before.mode
     for guard in GUARDS:
-        why = guard.why(decision, progress, mission)
+        why = guard.why(facts)
         if why:
             return ModeState(guard.mode, why, was)
     raise AssertionError("the last guard always holds")

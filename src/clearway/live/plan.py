@@ -41,6 +41,8 @@ class Plan:
     """What the buffer ends with, flown for ever if no later decision comes."""
     had_certain: bool = False
     """Whether a certain way out was in hand at any time of the flight."""
+    stood: int = 0
+    """How many decisions in a row led nowhere."""
 
     def after(self, decision: Decision, now_s: float, goal: int) -> Plan:
         """The plan that a decision makes, flown from `now_s` on."""
@@ -62,7 +64,11 @@ class Plan:
             intended,
             way,
             self.had_certain or (decision.way_out is not None and decision.way_out.certain),
+            self.stood + 1 if self._leads_nowhere(decision.movements[0]) else 0,
         )
+
+    def _leads_nowhere(self, movement: str) -> bool:
+        return bool(self.automaton.stands[self.automaton.names.index(movement)])
 
     def _flown_from(
         self, names: tuple[str, ...], now_s: float, under_way_s: float | None
@@ -166,6 +172,7 @@ class Plan:
             certain_within=certain_within,
             had_certain=self.had_certain,
             long_range=afar,
+            stood=self.stood,
         )
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:

@@ -26,7 +26,7 @@ from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Progress
-from clearway.live.modes import ModeState, mode_after
+from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
@@ -275,6 +275,8 @@ class AvoidanceSystem:
         now = self._known.catch_up(now_s)
         situation, scan_age = self._situation(now)
         commitment = self._plan.commitment(now, self.escape.within)
+        if self.progress.closed:
+            commitment = replace(commitment, stood=0)  # It holds where nothing leads on.
         decision = decide(self.planner, situation, commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
@@ -306,7 +308,9 @@ class AvoidanceSystem:
         self._plan = self._plan.after(decision, now, goal)
         self._known.flown.then(self._plan.buffer)
         self._known.news, self._known.unchecked = "", False
-        self._mode = mode_after(self._mode, decision, self.progress, self.mission)
+        unseen_s = self._known.sensing.unseen_s(now)
+        facts = ModeFacts(decision, self.progress, self.mission, unseen_s)
+        self._mode = mode_after(self._mode, facts)
         fresh: Counter[str] = Counter()
         if dict.__ne__(self.counts, self._told):
             fresh = self.counts - self._told

@@ -15,7 +15,6 @@ from clearway.base.provenance import provenance
 from clearway.base.variants import Variants
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
-from clearway.live.explain import NOT_REACHABLE
 from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.preflight import EscapePlan
 from clearway.obstacles.world import World
@@ -213,9 +212,11 @@ def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
 
 def _held(run: Run[Any]) -> str | None:
     """Why a flight that did not arrive held at its end; None where it did not."""
-    modes = (entry.flight.mode for entry in reversed(run.decisions))
-    last = next((mode for mode in modes if mode is not Mode.ESCAPE), None)
-    return NOT_REACHABLE if last is Mode.HOLD and not run.reached else None
+    flights = (entry.flight for entry in reversed(run.decisions))
+    last = next((flight for flight in flights if flight.mode is not Mode.ESCAPE), None)
+    if run.reached or last is None or last.mode is not Mode.HOLD:
+        return None
+    return str(last.mode_state.held)
 
 
 def _nearest_intruder(run: Run[Any]) -> float | None:

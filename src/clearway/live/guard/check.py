@@ -33,6 +33,8 @@ class Checked:
     """That is asked now."""
     way_out: WayOut | None = None
     """From the end of the leg on."""
+    aloof: bool = False
+    """Whether that keeps the whole margin from what nobody has seen as well."""
 
 
 def in_calm(situation: Situation) -> Situation:
@@ -40,8 +42,18 @@ def in_calm(situation: Situation) -> Situation:
     return replace(situation, wind_mps=CALM, wind_sigma_mps=0.0)
 
 
-def check_leg(planner: Planner, escapes: EscapeLibrary, situation: Situation, leg: Leg) -> Checked:
-    """Hold a leg against all that is known."""
+def check_leg(
+    planner: Planner,
+    escapes: EscapeLibrary,
+    situation: Situation,
+    leg: Leg,
+    *,
+    aloof: bool = True,
+) -> Checked:
+    """Hold a leg against all that is known.
+
+    aloof: a way out that keeps the margin from what nobody has seen is looked for first.
+    """
     slope = margin_slope(planner.settings, situation)
     paths = sloping(leg.paths(situation.frame), slope)
     reach_m = leg.length_m + planner.escape_reach_m
@@ -60,12 +72,14 @@ def check_leg(planner: Planner, escapes: EscapeLibrary, situation: Situation, le
     for corners, sagitta_m in _ways(leg):
         if not ways.was_seen(corners, sagitta_m):
             return Checked("leads where nobody has looked", margin)
-    way = ways.after_flight(leg.end, leg.end_s)
+    way = ways.after_flight(leg.end, leg.end_s, aloof=True) if aloof else None
+    aloof = way is not None
+    way = way or ways.after_flight(leg.end, leg.end_s, aloof=False)
     if way is None:
         return Checked("leaves no way out", margin)
     if not way.room_m >= KEPT * margin:
         return Checked("leaves no way out past an intruder", margin)
-    return Checked("", margin, way)
+    return Checked("", margin, way, aloof)
 
 
 def is_endangered(held: Held, planner: Planner, around: Situation, now_s: float) -> bool:

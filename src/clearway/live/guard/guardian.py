@@ -135,6 +135,7 @@ class Guardian:
         self._why = ""
         self._passings: tuple[Passing, ...] = ()
         self._had_certain = False
+        self._aloof = True  # Whether ways out that keep the margin from the unseen are looked for.
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
@@ -164,6 +165,11 @@ class Guardian:
     def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
         """Make a reading of raw values and take it; returns whether it could be made."""
         return self._known.receive(kind, *values, **named)
+
+    def catch_up(self, now_s: float) -> None:
+        """Take in what has come, held against the time; every question does so itself. For whoever
+        has time before the next wish: a scan then costs that wish nothing."""
+        self._known.catch_up(now_s)
 
     def warm_up(self) -> None:
         """Compile and load all that runs, on made-up data; nothing is kept of it."""
@@ -262,12 +268,14 @@ class Guardian:
     # --- how ------------------------------------------------------------------------------
 
     def _own_velocity(self, told_mps: npt.ArrayLike | None, now: float) -> FloatArray:
+        """[3], where anything depends on it."""
         if told_mps is not None:
             told = np.asarray(told_mps, dtype=np.float64)
             if told.shape != (3,) or not np.all(np.isfinite(told)):
                 raise InputError("guardian", ["own_velocity_mps: must be three finite numbers"])
             return told
-        return np.zeros(3) if self.held is None else self.held.at(now)[1]
+        counts = self.planner.automaton.can_stop or math.isfinite(self.acceleration_mps2)
+        return self.held.at(now)[1] if counts and self.held is not None else np.zeros(3)
 
     def _checked(
         self, wish: Wish, state: State, velocity: FloatArray, around: Situation
@@ -276,7 +284,11 @@ class Guardian:
         leg = leg_of(wish, state, velocity, automaton, self.hold_s, self.acceleration_mps2)
         if not automaton.can_stop and not wish.fastest_mps > 0.0:
             return leg, Checked("stands still, which the vehicle cannot", math.nan)
-        return leg, check_leg(self.planner, self._escapes, around, leg)
+        # Where there was none, there is none a moment later, until more has been seen.
+        aloof = self._aloof or bool(self._known.news)
+        checked = check_leg(self.planner, self._escapes, around, leg, aloof=aloof)
+        self._aloof = checked.aloof
+        return leg, checked
 
     def _instead(
         self,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.avoidance.verify import Paths
-from clearway.base.frames import FloatArray, world_from_body, wrap_angle
+from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.guard.wish import PathWish, Wish
@@ -265,7 +265,13 @@ def _held(
     inputs = np.array([speed, 0.0, rates[0], rates[1]])
     times = lasts_s * np.arange(1, SAMPLES + 1) / SAMPLES
     states = np.array([automaton.vehicle.advance(state.vector, inputs, t) for t in times])
-    ahead = np.array([world_from_body(row[3:])[:, 0] for row in states])
+    ahead = _nose(states[:, 4], states[:, 5])
     turned = float(np.hypot(*rates)) * lasts_s
     sagitta = speed * lasts_s * turned / (8.0 * SAMPLES**2)
     return LegPart(begins_s + lasts_s, states[:, :3], speed * ahead, states[:, 3:], sagitta)
+
+
+def _nose(pitch_rad: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+    """[n, 3] where the nose points, world frame (4.3)."""
+    level = np.cos(pitch_rad)
+    return np.stack([level * np.cos(yaw_rad), level * np.sin(yaw_rad), -np.sin(pitch_rad)], axis=1)
