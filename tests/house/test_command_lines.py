@@ -1,14 +1,20 @@
 """Every command line of the documentation: known to the program, and run on the samples.
 
-What cannot be run here stands in a block under a comment, `<!-- commands: KIND -->`, that says why:
+What is not run as it stands stands below a comment, `<!-- commands: KIND -->`, that says why:
 setup (installs), hardware (a link, a cluster), data (public files: `clearway data`), or long. Its
-options are checked all the same.
+options are checked all the same; a night run tries long ones, and those on data that are there, on
+few flights each.
 """
 
 from __future__ import annotations
 
+import itertools
 import re
 import shlex
+import shutil
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,6 +36,17 @@ STUDIES = ("campaign", "compare", "encounters", "risk")
 """They fly more than once: a night run tries them."""
 ALWAYS = ("docs/index.md", "docs/scans.md", "docs/maps.md")
 """Pages whose lines run in every run of the tests; those of the others in a night run."""
+FEW = {
+    "automaton measure": "--flights 2 --held-out 1",
+    "campaign": "--only */clearway/0 --workers 1",
+    "compare": "--seeds 1 --no-plots",
+    "encounters": "--count 4 --workers 1",
+    "faults": "--flights 1 --workers 1",
+    "risk": "--count 4 --workers 1",
+}
+"""What is added to a long command for a night run; what is said twice counts as said last."""
+BESIDE = "clearway.mavlink.simulated"
+"""What flies beside the command of the line before."""
 DRAWS = ("assess", "compare", "fly", "map", "pursuit", "reach-set", "reproduce")
 
 
@@ -127,3 +144,93 @@ def run(line: Line, folder: Path) -> None:
     # Too few encounters show nothing, and a planner of one's own may hit something.
     assert done.exit_code in (0, 1, 3), f"{line.text}: {done.stderr}"
     assert done.stdout.strip() or "--html" in more + words, line.text
+
+
+def shortened(words: list[str]) -> list[str]:
+    """A long command on few flights."""
+    if "--curves" in words or "--replay" in words:
+        return words
+    few = FEW.get(" ".join(words[:2]), FEW.get(words[0], ""))
+    return words + few.split()
+
+
+@pytest.fixture(scope="module")
+def prepared(samples: Path) -> Path:
+    """The samples, with what commands of the documentation name beside them."""
+    shutil.copytree(REPOSITORY / "examples", samples / "examples")
+    (samples / "docs").mkdir()
+    shutil.copy(REPOSITORY / "docs" / "faults.md", samples / "docs")
+    shutil.copy(REPOSITORY / "docs" / "campaign.md", samples / "page.md")
+    for name in ("a", "b"):
+        words = ("risk", "model.txt", "--vehicle", "copter", "--count", "4", "--workers", "1")
+        done = clearway(*words, "--out", name, cwd=samples)
+        assert done.exit_code in (0, 1, 3), done.stderr
+    clearway("fly", "mixed", "--no-plots", "--out", "flights/mixed", cwd=samples)
+    return samples
+
+
+LONG = [line for line in LINES if line.kind == "long"]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    "line",
+    [
+        one
+        for one, after in zip(LONG, [*LONG[1:], None], strict=True)
+        if one.words[0] == "clearway" and (after is None or BESIDE not in after.text)
+    ],
+    ids=lambda line: line.text,
+)
+def test_long_command_lines_run_on_few_flights(line: Line, prepared: Path) -> None:
+    if ".mp4" in line.text and shutil.which("ffmpeg") is None:
+        pytest.skip("needs ffmpeg")
+    done = clearway(*shortened(line.words[1:]), cwd=prepared)
+    assert done.exit_code in (0, 1, 3), f"{line.text}: {done.stderr}"
+    assert done.stdout.strip() or done.stderr.strip(), line.text
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("line", "beside"),
+    [(one, after) for one, after in itertools.pairwise(LONG) if BESIDE in after.text],
+    ids=lambda line: line.text,
+)
+def test_commands_beside_the_simulated_autopilot_fly(
+    line: Line, beside: Line, prepared: Path
+) -> None:
+    code = "from clearway.cli.app import main; main()"
+    companion = subprocess.Popen(
+        [sys.executable, "-c", code, *line.words[1:]],
+        cwd=prepared,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        words = [sys.executable, *beside.words[1:], "--duration", "40"]
+        flown = subprocess.run(words, cwd=prepared, capture_output=True, text=True, timeout=300)
+    finally:
+        companion.send_signal(signal.SIGINT)
+        told = companion.communicate(timeout=60)
+    assert flown.returncode in (0, 1), flown.stderr
+    assert "nearest" in flown.stdout, flown.stdout + flown.stderr
+    assert companion.returncode in (0, 1), told
+    assert "Traceback" not in told[1]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    "line", [line for line in LINES if line.kind == "data"], ids=lambda line: line.text
+)
+def test_command_lines_on_public_data_run_where_these_are(
+    line: Line, samples: Path, data_dir: Path
+) -> None:
+    for name in (word for word in line.words if word.endswith(".txt")):
+        found = next(iter(data_dir.rglob(name)), None)
+        if found is None:
+            pytest.skip(f"needs data: {name}")
+        shutil.copy(found, samples)
+    done = clearway(*shortened(line.words[1:]), cwd=samples)
+    assert done.exit_code in (0, 1, 3), f"{line.text}: {done.stderr}"
+    assert done.stdout.strip()

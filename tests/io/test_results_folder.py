@@ -9,6 +9,7 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.io.results_folder import LIST, TELLING, ResultsFolder, refuse_unwritable_file
+from in_process import clearway
 
 
 def write(folder: ResultsFolder, *names: str) -> None:
@@ -102,3 +103,12 @@ def test_to_look_leaves_nothing(tmp_path: Path) -> None:
     ResultsFolder.checked(tmp_path / "a" / "b", "fly", "a")
     refuse_unwritable_file(tmp_path / "a" / "b.csv", "--out")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_nobody_is_told_to_read_the_folder_that_results_were_to_go_to(tmp_path: Path) -> None:
+    (tmp_path / "run.mcap").write_bytes(b"")
+    (tmp_path / "summary.json").write_text("{}")
+    done = clearway("fly", "intruders", "--no-plots", "--out", tmp_path)
+    assert done.exit_code == 2
+    assert "--out: " in done.stderr
+    assert "it looks like" not in done.stderr

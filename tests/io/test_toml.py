@@ -158,3 +158,11 @@ def test_a_list_of_wrong_entries_is_not_called_too_short(tmp_path, points):
     path.write_text('[mission]\nname = "x"\nwaypoints_m = []\n')
     with pytest.raises(InputError, match="should have at least 1 item, not 0, got"):
         read_model(path, MissionFile)
+
+
+def test_a_number_too_long_to_read_is_told_without_advice_to_programmers(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(f"span_deg = {'9' * 5001}\n")
+    with pytest.raises(InputError) as caught:
+        read_model(path, World)
+    assert str(caught.value) == f"{path}: no valid TOML: a number of 5001 digits"

@@ -110,6 +110,21 @@ def test_a_long_silence_begins_a_track_anew_and_late_reports_change_nothing() ->
     assert later is track
 
 
+def test_no_error_leads_beyond_the_radius_of_containment() -> None:
+    kind = replace(SURVEILLANCES["ads-b-minimum"], lost=0.0)
+    tight = replace(kind, contained_m=40.0)
+    for seed in range(8):
+        pairs = zip(listened(kind, seed), listened(tight, seed), strict=True)
+        for heard, kept in pairs:
+            off = heard.position_m[:2] - flying(0.0)[0][:2]
+            held = kept.position_m[:2] - flying(0.0)[0][:2]
+            assert np.hypot(*held) <= 40.0 + 1e-9
+            if np.hypot(*off) <= 40.0:
+                assert (held == off).all()
+            else:
+                assert held / np.hypot(*held) == pytest.approx(off / np.hypot(*off))
+
+
 def test_impossible_surveillance_is_named() -> None:
     with pytest.raises(InputError, match="lost"):
         Surveillance("x", "", 100.0, lost=1.0)

@@ -145,4 +145,8 @@ def _print_failures(rows: Sequence[FlightRow]) -> None:
         print(f"{len(own) - FAILURES_SHOWN} more of {first}")
     others = [row for row in failed if row.planner != first]
     if others:
-        print(f"{len(others)} of other planners, such as {others[0].replay}; --json lists all")
+        flights = "flight" if len(others) == 1 else "flights"
+        print(
+            f"{len(others)} {flights} of other planners failed; see one with {others[0].replay}, "
+            "all with --json"
+        )

@@ -122,7 +122,8 @@ def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -
     from clearway.io.what_file import LOOKS_LIKE, what_file
 
     command = COMMANDS.get(command, command)
-    for option, name in ((key, str(name)) for key in options for name in _names([options[key]])):
+    read = [key for key in options if key != "out"]
+    for option, name in ((key, str(name)) for key in read for name in _names([options[key]])):
         about = [message for message in told if message.startswith((f"{name}:", f"{name} "))]
         if not about or any(f"; {LOOKS_LIKE} " in message for message in about):
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from itertools import islice
@@ -163,8 +164,14 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     except ValueError as cause:  # whole numbers of thousands of digits
         if isinstance(cause, InputError):
             raise
-        raise InputError(str(path), f"no valid TOML: {cause}") from cause
+        raise InputError(str(path), f"no valid TOML: {_too_long(cause)}") from cause
     return tables
+
+
+def _too_long(cause: ValueError) -> str:
+    """What is wrong, without what Python advises its programmers to call."""
+    digits = re.search(r"value has (\d+) digits", str(cause))
+    return f"a number of {digits[1]} digits" if digits else str(cause)
 
 
 def _out_of_reason(value: object, parts: tuple[int | str, ...] = ()) -> Iterator[str]:

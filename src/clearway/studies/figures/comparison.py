@@ -20,14 +20,19 @@ from clearway.view.plot.style import OWN, line_of
 INTRUDER = "#8a8a8a"
 SPARE = 0.08
 """Of the longer side, about what was flown; intruders come from farther away."""
+WIDE_IN, TALL_IN, NEAR_IN = 11.0, (2.0, 5.6), 2.6
+"""Inches of the view from above, across and at least and most high, and of the distances."""
 
 
 def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> Figure:
     """Tracks by planner over the obstacles at the heights flown, and distances over time."""
-    figure = Figure(figsize=(12.0, 9.0), layout="constrained")
-    figure.suptitle(title)
-    above, near = figure.subplots(2, 1, height_ratios=[2.2, 1.0])
     tracks_m = np.concatenate([run.states[:, :3] for run in runs.values()])
+    shown_m = np.concatenate([tracks_m, next(iter(runs.values())).mission.waypoints_m])
+    low, high = _limits(shown_m)
+    tall = float(np.clip(WIDE_IN * (high - low)[1] / (high - low)[0], *TALL_IN))
+    figure = Figure(figsize=(WIDE_IN + 1.0, tall + NEAR_IN + 1.8), layout="constrained")
+    figure.suptitle(title)
+    above, near = figure.subplots(2, 1, height_ratios=[tall, NEAR_IN])
     draw_ground_plan(above, tracks_m, world, next(iter(runs.values())).safety_margin_m)
     _draw_intruders(above, next(iter(runs.values())))
     others = [planner for planner in runs if planner != CLEARWAY]
@@ -36,7 +41,7 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
         color, line = (OWN, "-") if own else line_of(others.index(planner))
         _draw_run(above, near, run, planner, (color, line, own or len(runs) == 1))
     _finish(above, near, next(iter(runs.values())))
-    _frame(above, np.concatenate([tracks_m, next(iter(runs.values())).mission.waypoints_m]))
+    above.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     handles, labels = above.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=min(6, len(labels)), frameon=False
@@ -44,12 +49,12 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
     return figure
 
 
-def _frame(axes: Axes, places_m: FloatArray) -> None:
-    """Show what was flown, and where to: equal scales, nothing of the ways of others beyond it."""
+def _limits(places_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """[2] lowest and highest x, y of what was flown, and where to: nothing of the ways of others
+    beyond it."""
     low, high = places_m[:, :2].min(axis=0), places_m[:, :2].max(axis=0)
     spare = SPARE * float((high - low).max()) + 1.0
-    axes.set_xlim(low[0] - spare, high[0] + spare)
-    axes.set_ylim(low[1] - spare, high[1] + spare)
+    return low - spare, high + spare
 
 
 def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:

@@ -1,9 +1,9 @@
-"""Risk ratios against range and detour, of several studies."""
+"""Risk ratios against range, surveillance and detour, of several studies."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from clearway.base.errors import InputError
+from clearway.traffic.surveillance import SURVEILLANCES
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
 """Of planners, in the order in which studies name them."""
 SPARE = 0.04
 """Of an axis, below zero, so that marks there are whole."""
-ASIDE_KM = 0.05
+ASIDE_KM, ASIDE_KIND = 0.09, 0.1
 MARKS = {"copter": "o", "wing": "^"}
 MEASURES = (
     ("near_collision", "near mid-air collision"),
@@ -36,36 +37,94 @@ def read_study(path: Path) -> dict[str, Any]:
 
 
 def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
-    """Ratios with their intervals against range, and against what avoiding costs."""
-    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
-    rows = figure.subplots(2, 2)
-    for (ranges, detours), (measure, title) in zip(rows, MEASURES, strict=True):
-        names = list(dict.fromkeys(name for study in studies for name in study["planners"]))
-        for study in studies:
-            for planner, told in study["planners"].items():
-                number = names.index(planner)
-                style = COLOURS[number % len(COLOURS)]
-                mark = MARKS.get(study["vehicle"], "s")
-                label = f"{planner}, {study['vehicle']}"
-                # Beside each other, or intervals would hide each other.
-                beside = ASIDE_KM * (2 * number + (mark != MARKS["copter"]))
-                _point(ranges, study["range_m"] / 1e3 + beside, told[measure], style, mark, label)
-                _point(detours, told["mean_aside_m"], told[measure], style, mark, label)
-        for axes in (ranges, detours):
-            axes.set_ylabel(f"risk ratio, {title}")
+    """Ratios with their intervals against range, surveillance and what avoiding costs.
+
+    Against range stand the studies of the surveillance that most ranges were flown with, against
+    surveillance those of the range that most kinds were flown at; where there is but one kind,
+    nothing does. The same planner is drawn once where several studies of it are of one kind: by the
+    one with most encounters.
+    """
+    studies = sorted(studies, key=lambda study: -study["encounters"])
+    names = list(dict.fromkeys(name for study in studies for name in study["planners"]))
+    by_range, by_kind = _series(studies)
+    kinds = sorted({study["surveillance"] for study in by_kind}, key=list(SURVEILLANCES).index)
+    columns = 2 + (len(kinds) > 1)
+    figure = Figure(figsize=(4.6 * columns + 1.0, 8.0), layout="constrained")
+    rows = figure.subplots(2, columns)
+    for places, (measure, title) in zip(rows, MEASURES, strict=True):
+        ranges, detours = places[0], places[-1]
+        for told, study, planner, style, beside in _told(by_range, names):
+            # Beside each other, or intervals would hide each other.
+            at = study["range_m"] / 1e3 + ASIDE_KM * beside
+            _point(ranges, at, told[measure], style, planner)
+        for told, _, planner, style, _ in _told(studies, names):
+            _point(detours, told["mean_aside_m"], told[measure], style, planner)
+        if len(kinds) > 1:
+            for told, study, planner, style, beside in _told(by_kind, names):
+                at = kinds.index(study["surveillance"]) + ASIDE_KIND * beside
+                _point(places[1], at, told[measure], style, planner)
+            places[1].set_xticks(range(len(kinds)), [_kind(kind) for kind in kinds], fontsize=8)
+            places[1].set_xlabel(f"known by, within {by_kind[0]['range_m'] / 1e3:g} km")
+        for axes in places:
             axes.set_ylim(-SPARE * axes.get_ylim()[1], None)
             axes.grid(alpha=0.25)
-        ranges.set_xlabel("heard within, km")
+        ranges.set_ylabel(f"risk ratio, {title}")
+        ranges.set_xlabel(f"heard within, km ({by_range[0]['surveillance']})")
         detours.set_xlabel("farthest aside, mean over all that enter, m")
-    handles, labels = rows[0][0].get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=3, frameon=False)
+    handles: dict[str, Any] = {}
+    for axes in rows[0]:
+        found, labels = axes.get_legend_handles_labels()
+        handles |= dict(zip(labels, found, strict=True))
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3,
+                  frameon=False)  # fmt: skip
     return figure
 
 
+def _series(
+    studies: Sequence[dict[str, Any]],
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Studies to be drawn against range, and those against surveillance."""
+    ranges: dict[str, set[float]] = {}
+    kinds: dict[float, set[str]] = {}
+    for study in studies:
+        ranges.setdefault(study["surveillance"], set()).add(study["range_m"])
+        kinds.setdefault(study["range_m"], set()).add(study["surveillance"])
+    kind = max(ranges, key=lambda name: len(ranges[name]))
+    range_m = max(kinds, key=lambda far: len(kinds[far]))
+    return (
+        [study for study in studies if study["surveillance"] == kind],
+        [study for study in studies if study["range_m"] == range_m],
+    )
+
+
+Told = tuple[dict[str, Any], dict[str, Any], str, tuple[str, str], float]
+
+
+def _told(studies: Sequence[dict[str, Any]], names: Sequence[str]) -> Iterator[Told]:
+    """What each study says of each planner, with its label, colour, mark and place beside others;
+    of several of one kind the first."""
+    known = set()
+    for study in studies:
+        for planner, told in study["planners"].items():
+            key = (planner, study["vehicle"], study["surveillance"], study["range_m"])
+            if key in known:
+                continue
+            known.add(key)
+            number, mark = names.index(planner), MARKS.get(study["vehicle"], "s")
+            beside = 2 * number + (mark != MARKS["copter"]) - len(names) + 0.5
+            style = (COLOURS[number % len(COLOURS)], mark)
+            yield told, study, f"{planner}, {study['vehicle']}", style, beside
+
+
+def _kind(name: str) -> str:
+    """A surveillance as a mark of an axis."""
+    return name.replace("ads-b-minimum", "ads-b,\nminimum").replace("remote-id", "remote\nid")
+
+
 def _point(
-    axes: Axes, at: float, measure: dict[str, Any], colour: str, mark: str, label: str
+    axes: Axes, at: float, measure: dict[str, Any], style: tuple[str, str], label: str
 ) -> None:
+    colour, mark = style
     value, (low, high) = measure["ratio"], measure["ratio_95"]
     if value is None or high is None:
         return

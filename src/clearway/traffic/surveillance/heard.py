@@ -79,7 +79,9 @@ class Watch:
         range_m: float,
     ) -> HeardOf:
         kind, told = self._kind, position.copy()
-        told[:2] += self._level[at] + kind.noise_m * self._noise[at, :2]
+        off = self._level[at] + kind.noise_m * self._noise[at, :2]
+        beyond = float(np.hypot(off[0], off[1])) / kind.contained_m
+        told[:2] += off if beyond <= 1.0 else off / beyond
         if kind.bearing_rad:
             away = position - own_m
             level = max(float(np.hypot(away[0], away[1])), 1.0)

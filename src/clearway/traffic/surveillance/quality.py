@@ -13,7 +13,7 @@ from clearway.base.variants import Variants
 NACP_EPU_M = {6: 555.6, 7: 185.2, 8: 92.6, 9: 30.0, 10: 10.0, 11: 3.0}
 """Estimated position uncertainty (95 %, horizontal) by navigation accuracy category, DO-260B."""
 NIC_RADIUS_M = {6: 1111.2, 7: 370.4, 8: 185.2, 9: 75.0, 10: 25.0, 11: 7.5}
-"""Radius of containment by navigation integrity category, DO-260B."""
+"""Radius of containment by navigation integrity category, DO-260B: a larger error is alerted."""
 NACV_95_MPS = {1: 10.0, 2: 3.0, 3: 1.0, 4: 0.3}
 """Horizontal velocity error (95 %) by navigation accuracy category for velocity, DO-260B."""
 RADIUS_95 = math.sqrt(-2.0 * math.log(0.05))
@@ -35,6 +35,8 @@ class Surveillance:
     """Of what wanders, with `drift_s` as correlation time."""
     drift_s: float = 60.0
     noise_m: float = 0.0
+    contained_m: float = 1e6
+    """No horizontal error is larger, but for what measures angles: radius of containment."""
     bearing_rad: float = 0.0
     """Deviation across the line of sight, of what measures angles: grows with the range."""
     elevation_rad: float = 0.0
@@ -60,7 +62,7 @@ class Surveillance:
     def __post_init__(self) -> None:
         keys = [key for key in self.__slots__ if key not in ("name", "about", "tells_velocity")]
         problems = found(number_problem(key, getattr(self, key)) for key in keys)
-        for key in ("range_m", "drift_s", "report_s", "burst_s"):
+        for key in ("range_m", "drift_s", "report_s", "burst_s", "contained_m"):
             problems += found([above_zero_problem(key, getattr(self, key))])
         if not self.lost < 1.0:
             problems.append(f"lost: must be below 1, got {self.lost}")
@@ -87,10 +89,18 @@ class Surveillance:
 
 
 def by_categories(
-    name: str, about: str, range_m: float, nacp: int, nacv: int, latency_s: float, untold_s: float
+    name: str,
+    about: str,
+    range_m: float,
+    nacp: int,
+    nic: int,
+    nacv: int,
+    latency_s: float,
+    untold_s: float,
 ) -> Surveillance:
-    """ADS-B of accuracy categories: half of the variance is bias, half of it wanders; heights in
-    steps of 25 ft with a deviation of 10 m between two altimeters, one report in ten lost."""
+    """ADS-B of accuracy and integrity categories: half of the variance is bias, half of it wanders,
+    and none of it leads beyond the radius of containment; heights in steps of 25 ft with a
+    deviation of 10 m between two altimeters, one report in ten lost."""
     part = NACP_EPU_M[nacp] / RADIUS_95 / math.sqrt(2.0)
     return Surveillance(
         name,
@@ -98,6 +108,7 @@ def by_categories(
         range_m,
         bias_m=part,
         drift_m=part,
+        contained_m=NIC_RADIUS_M[nic],
         velocity_mps=NACV_95_MPS[nacv] / RADIUS_95,
         climb_mps=0.5,
         altitude_bias_m=10.0,
@@ -118,19 +129,21 @@ SURVEILLANCES: Variants[Surveillance] = Variants(
             Surveillance("perfect", "exact, at once, every second, out to 5.5 km", 5556.0),
             by_categories(
                 "ads-b",
-                "NACp 9 and NACv 2, as most of today's transponders state (DO-260B)",
+                "NACp 9, NIC 8 and NACv 2, as most of today's transponders state (DO-260B)",
                 8000.0,
-                9,
-                2,
+                nacp=9,
+                nic=8,
+                nacv=2,
                 latency_s=1.0,
                 untold_s=0.2,
             ),
             by_categories(
                 "ads-b-minimum",
-                "the least that 14 CFR 91.227 allows: NACp 8, NACv 1, 2 s late, 0.6 s untold",
+                "the least of 14 CFR 91.227: NACp 8, NIC 7, NACv 1, 2 s late, 0.6 s untold",
                 8000.0,
-                8,
-                1,
+                nacp=8,
+                nic=7,
+                nacv=1,
                 latency_s=2.0,
                 untold_s=0.6,
             ),

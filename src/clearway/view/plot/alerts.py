@@ -18,7 +18,8 @@ COLOURS = {
     AlertLevel.WARNING: "#c0392b",
     AlertLevel.RECOVERY: "#2e9e4f",
 }
-"""Of bands; recovery is what to fly, in green."""
+"""Of bands; recovery is what to fly, in green; hatched, since not all can tell that from red."""
+HATCH = {AlertLevel.RECOVERY: "////"}
 
 
 def draw_alerts(history: AlertHistory) -> Figure:
@@ -39,7 +40,16 @@ def draw_alerts(history: AlertHistory) -> Figure:
     axes[-1].set_xlabel("time (s)")
     figure.align_ylabels(axes)
     named = [level for level in AlertLevel if level]
-    handles = [Patch(color=COLOURS[level], label=level.name.lower()) for level in named]
+    handles = [
+        Patch(
+            facecolor=COLOURS[level],
+            edgecolor="white",
+            linewidth=0.0,
+            hatch=HATCH.get(level),
+            label=level.name.lower(),
+        )
+        for level in named
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     return figure
 
@@ -71,7 +81,15 @@ def _band(axes: Axes, shown: list[tuple[float, Bands]], name: str, factor: float
         starts = np.flatnonzero(np.diff(levels, prepend=-1))
         for start, stop in zip(starts, [*starts[1:], len(levels)], strict=True):
             if levels[start]:
-                colour = COLOURS[AlertLevel(int(levels[start]))]
+                level = AlertLevel(int(levels[start]))
                 low, high = values[start] - half, values[stop - 1] + half
-                axes.fill_between([time_s, time_s + 1.0], low, high, color=colour, linewidth=0.0)
+                axes.fill_between(
+                    [time_s, time_s + 1.0],
+                    low,
+                    high,
+                    facecolor=COLOURS[level],
+                    edgecolor="white",
+                    linewidth=0.0,
+                    hatch=HATCH.get(level),
+                )
     axes.grid(alpha=0.25)

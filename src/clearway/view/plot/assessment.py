@@ -197,7 +197,7 @@ def draw_panels(
     near = inside[:: max(1, len(inside) // MOST_POINTS)]
     space.plot(*near.T, ".", color=POINT_COLOR, markersize=2.0)
     _draw_lines(space, view, grid.range_m)
-    space.set_title(caption, fontsize=11)
+    space.set_title(caption, fontsize=11, y=0.93)
     draw_cells(right, grid, quantity, near, view)
     return figure
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from clearway.sim import Run
+from clearway.view.plot.space import limits_around, stacked_views
 
 EXECUTED, FLUSHED, DECIDED = "#1f5fbf", "#d62728", "#8e44ad"
 
 
 def draw_chain(run: Run, until_s: float, title: str) -> Figure:
     """The track and every decision's plan up to a time, from above and from the side."""
-    figure = Figure(figsize=(11.0, 7.5), layout="constrained")
-    figure.suptitle(title, fontsize=14)
     track = run.states[run.time_s <= until_s + 1e-9, :3]
     decisions = [entry.flight for entry in run.decisions if entry.flight.time_s < until_s]
-    panels = figure.subplots(2, 1, sharex=True)
+    limits = limits_around(np.concatenate([track, *(each.decision.path_m for each in decisions)]))
+    figure = Figure(figsize=(11.0, 6.6), layout="constrained")
+    figure.suptitle(title, fontsize=14)
+    panels = stacked_views(figure, figure.add_gridspec(1, 1)[0], limits)
     for axes, across, label in zip(panels, (1, 2), ("y left (m)", "z up (m)"), strict=True):
         for number, each in enumerate(decisions):
             path, name = each.decision.path_m, "" if number else "planned, then flushed"
@@ -30,10 +33,7 @@ def draw_chain(run: Run, until_s: float, title: str) -> Figure:
             mfc="white",
             label="decision takes effect",
         )
-        axes.set(ylabel=label, aspect="equal")
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.grid(alpha=0.25)
-    panels[-1].set_xlabel("x ahead (m)")
+        axes.set(xlabel="x ahead (m)", ylabel=label)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
     return figure

@@ -21,6 +21,7 @@ from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 from clearway.view.plot.space import (
     Limits,
+    column_in,
     cut,
     frame_space,
     limits_around,
@@ -38,6 +39,8 @@ MOST_WAYS_OUT = 5
 MOST_DOTS = 12_000
 BEHIND = 0.6
 """How much of what was flown a picture of one moment shows, as a share of the range."""
+SPACE_IN = 6.6
+"""Inches across for the view in space."""
 ARC_POINTS = 12
 """In which an arc of the rim is drawn."""
 
@@ -92,11 +95,6 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     until = run.time_s[-1] if index is None else entry.flight.time_s
     flown = run.states[run.time_s <= until + 1e-9, :3]
     seen = _seen(run.decisions, until)
-    figure = Figure(figsize=(13.0, 6.4), layout="constrained")
-    figure.suptitle(title)
-    panels = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.0])
-    space = figure.add_subplot(panels[0], projection="3d")
-    assert isinstance(space, Axes3D)
     planned = entry.flight.decision.path_m if index is not None else None
     outline = field_of_view(entry) if index is not None else []
     ways = _ways_out(run, index)
@@ -106,6 +104,12 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
         near = np.linalg.norm(flown - flown[-1], axis=1) <= reach
         shown = [flown[near], planned, *outline, *ways]
     limits = limits_around(np.concatenate(shown))
+    column = column_in(limits)
+    figure = Figure(figsize=(SPACE_IN + column, 6.4), layout="constrained")
+    figure.suptitle(title)
+    panels = figure.add_gridspec(1, 2, width_ratios=[SPACE_IN, column])
+    space = figure.add_subplot(panels[0], projection="3d")
+    assert isinstance(space, Axes3D)
     _draw_space(space, run, flown, planned, seen, outline, ways, limits)
     above, side = stacked_views(figure, panels[1], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
@@ -200,7 +204,7 @@ def _draw_space(
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     name_height(axes, "z (m)")
-    frame_space(axes, limits)
+    frame_space(axes, limits, zoom=0.94)
     axes.view_init(elev=35.0, azim=-60.0)
 
 

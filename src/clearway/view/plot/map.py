@@ -46,6 +46,11 @@ def draw_map(
         side.autoscale_view()
     _zones(above, zones)
     _frame(above, alone=not solid)
+    if not solid:
+        (west, east), (south, north) = above.get_xlim(), above.get_ylim()
+        figure.set_figheight(
+            float(np.clip(10.0 * (north - south) / (east - west) + 0.9, 4.5, 10.0))
+        )
     if solid:
         _dots(above, obstacles, scale)
         above.tick_params(labelbottom=True)

@@ -16,6 +16,10 @@ SPARE, SLIMMEST = 0.05, 0.16
 """Room around what is shown, and the shortest side of a view, as shares of the longest."""
 MOST_TICKS = 7
 """Along the longest axis in space."""
+LABEL_PAD = 8.0
+"""Points between ticks and names of axes in space: letters of either are drawn level."""
+VIEWS_HIGH_IN, WIDEST_VIEWS_IN, SLIMMEST_VIEWS_IN = 4.3, 6.5, 3.2
+"""Height of two views, and how wide their column is at most and at least."""
 
 Limits = tuple[FloatArray, FloatArray]
 """[3] lowest and highest x, y, z."""
@@ -59,6 +63,14 @@ def stacked_views(figure: Figure | SubFigure, place: SubplotSpec, limits: Limits
     return views
 
 
+def column_in(limits: Limits) -> float:
+    """Inches across that two stacked views fill, with the names of their axes."""
+    wide, deep, high = (limits[1] - limits[0]).tolist()
+    return float(
+        np.clip(VIEWS_HIGH_IN * wide / (deep + high) + 0.9, SLIMMEST_VIEWS_IN, WIDEST_VIEWS_IN)
+    )
+
+
 def frame_space(axes: Axes3D, limits: Limits, zoom: float = 1.0) -> None:
     """One scale on all axes of a view in space, with few ticks, so that they stay apart."""
     low, high = limits
@@ -68,6 +80,7 @@ def frame_space(axes: Axes3D, limits: Limits, zoom: float = 1.0) -> None:
     for axis, side in zip((axes.xaxis, axes.yaxis, axes.zaxis), size.tolist(), strict=True):
         most = max(2, round(MOST_TICKS * side / float(size.max())))
         axis.set_major_locator(MaxNLocator(nbins=most))
+        axis.labelpad = LABEL_PAD
 
 
 def name_height(axes: Axes3D, name: str) -> None:

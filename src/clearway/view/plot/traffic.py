@@ -161,9 +161,10 @@ def _draw_intruders(axes: Axes, run: Run, until_s: float, columns: tuple[int, in
         axes.annotate(
             name,
             (places[-1, a], places[-1, b]),
-            xytext=(7, 0),
+            xytext=(4, 4),
             textcoords="offset points",
-            verticalalignment="center",
+            verticalalignment="bottom",
+            zorder=6,
             color=INTRUDER,
             fontsize=8,
             annotation_clip=True,
