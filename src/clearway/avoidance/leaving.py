@@ -227,10 +227,16 @@ class Leaving:
         return None if way is None else self._flown(way, hazards, banned)
 
     def _ways_out(self, ways: WaysOut) -> Iterator[WayOut]:
-        """Ways out that begin now, the surest first."""
-        for share in (1.0, *LESSER_MARGINS):
-            for looked in (ways, ways.for_less) if ways.drift else (ways,):
-                yield from self._with_share(looked, share)
+        """Ways out that begin now, the surest first.
+
+        One that was verified with all that the vehicle may be off, and holds no more from where it
+        is off, leads through less that nobody has seen than any that is not verified at all.
+        """
+        exact = ways.as_predicted
+        for surely in (ways, exact) if exact is not None else (ways,):
+            for share in (1.0, *LESSER_MARGINS):
+                for looked in (surely, surely.for_less) if surely.drift else (surely,):
+                    yield from self._with_share(looked, share)
 
     def _with_share(self, ways: WaysOut, share: float) -> Iterator[WayOut]:
         """Ways out with a share of the margin: the one in hand, else a fresh one; in the middle of

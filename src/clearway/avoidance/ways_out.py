@@ -150,6 +150,17 @@ class WaysOut:
         less._after = {}
         return less
 
+    @property
+    def as_predicted(self) -> WaysOut | None:
+        """The same for ways out that are flown just as predicted; None where all are anyway."""
+        terms = self._terms
+        if len(terms.tube_m) == 0 and terms.unsure_mps == 0.0:
+            return None
+        exact = copy(self)
+        exact._terms = terms._replace(tube_m=np.zeros(0), unsure_mps=0.0)
+        exact._after, exact._aloof = {}, {}
+        return exact
+
     @cached_property
     def _legs(self) -> Legs:
         """Where movements lead from the attitude of the decision."""
