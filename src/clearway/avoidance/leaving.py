@@ -232,7 +232,8 @@ class Leaving:
         One that was verified with all that the vehicle may be off, and holds no more from where it
         is off, leads through less that nobody has seen than any that is not verified at all.
         """
-        exact = ways.as_predicted
+        in_hand = self.held is not None and self.held.certain
+        exact = ways.as_predicted if in_hand else None
         for surely in (ways, exact) if exact is not None else (ways,):
             for share in (1.0, *LESSER_MARGINS):
                 for looked in (surely, surely.for_less) if surely.drift else (surely,):
