@@ -45,3 +45,11 @@ def test_kinds_of_surveillance_at_one_range_have_an_axis_of_their_own():
 def test_of_two_studies_of_one_kind_the_larger_one_is_drawn():
     figure = draw_risk_curves([study(ratio=0.1), study(ratio=0.3, encounters=5000)])
     assert {y for _, y in marks(figure.axes[0])} == {0.3}
+
+
+def test_kinds_are_compared_by_studies_of_as_many_encounters():
+    kinds = ("radar", "ads-b", "perfect")
+    studies = [study(surveillance=kind, encounters=300) for kind in kinds]
+    figure = draw_risk_curves([*studies, study(ratio=0.3, encounters=5000)])
+    assert {y for _, y in marks(figure.axes[1])} == {0.1}
+    assert {y for _, y in marks(figure.axes[0])} == {0.3}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -42,7 +43,7 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
     Against range stand the studies of the surveillance that most ranges were flown with, against
     surveillance those of the range that most kinds were flown at; where there is but one kind,
     nothing does. The same planner is drawn once where several studies of it are of one kind: by the
-    one with most encounters.
+    one with most encounters, or against surveillance with as many as most others have.
     """
     studies = sorted(studies, key=lambda study: -study["encounters"])
     names = list(dict.fromkeys(name for study in studies for name in study["planners"]))
@@ -91,10 +92,11 @@ def _series(
         kinds.setdefault(study["range_m"], set()).add(study["surveillance"])
     kind = max(ranges, key=lambda name: len(ranges[name]))
     range_m = max(kinds, key=lambda far: len(kinds[far]))
-    return (
-        [study for study in studies if study["surveillance"] == kind],
-        [study for study in studies if study["range_m"] == range_m],
-    )
+    there = [study for study in studies if study["range_m"] == range_m]
+    # Kinds are compared by the same encounters, as far as there are such studies.
+    alike = Counter(study["encounters"] for study in there)
+    there.sort(key=lambda study: -alike[study["encounters"]])
+    return [study for study in studies if study["surveillance"] == kind], there
 
 
 Told = tuple[dict[str, Any], dict[str, Any], str, tuple[str, str], float]
