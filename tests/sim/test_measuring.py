@@ -232,6 +232,21 @@ def test_a_turn_that_is_asked_to_climb_is_not_made_level_however_much_it_spreads
     assert np.all(made[:, 2] == 0.0)
 
 
+def test_what_stands_after_something_that_stands_does_so_exactly():
+    shares = np.arange(1, 9)[:, None] / 8.0
+    off = shares * np.array([-0.01, 0.02, -0.02, 0.8])
+    braking = shares * np.array([2.0, 0.1, 0.0, 0.8])
+    paths = {(a, b): off for a in ("Hold", "Turn") for b in ("Hold", "Turn")}
+    paths["Straight", "Turn"] = braking
+    exact = with_exact_rounds(paths, dict.fromkeys(paths, 0.05), level=["Hold", "Turn", "Straight"])
+    for pair in paths:
+        stands = pair[0] != "Straight"
+        assert np.any(exact[pair][:, :3]) != stands
+        assert exact[pair][-1, 3] == 0.8
+    wide = with_exact_rounds(paths, dict.fromkeys(paths, 0.005), level=["Hold", "Turn"])
+    assert np.array_equal(wide["Hold", "Turn"], off), "farther off than it spreads"
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "gusts_mps", "movements", "most_m"),

@@ -78,6 +78,7 @@ class Leaving:
         allowed, banned = self.candidates, list[str]()
         best: Choice | None = None
         narrow: Choice | None = None
+        bold: Taken | None = None
         while len(allowed.nodes):
             choice = self.choose_among(hazards, allowed, 1.0)
             best = best or choice
@@ -85,6 +86,10 @@ class Leaving:
                 break
             first = int(self.prepared.first_movement[choice.node])
             way = self._after(self.ways, first, strict)
+            if way is not None and strict and not self.ways.aloof(first):
+                bold = bold or Taken(choice, hazards, way, tuple(banned))
+                allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
+                continue
             if way is not None:
                 if narrow is not None and choice.cost_m > narrow.cost_m + self.narrow_price_m:
                     break
@@ -94,6 +99,8 @@ class Leaving:
             banned.append(self._name(first))
             allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
         assert best is not None  # There are always candidates.
+        if bold is not None:
+            return bold
         if narrow is not None:
             without = replace(narrow, basis=Basis.NARROW)
             return Taken(without, hazards, banned=tuple(banned), leaves=False)

@@ -9,15 +9,23 @@ from functools import cached_property
 
 import numpy as np
 
+from clearway.avoidance.aloof import keeps_aloof
 from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
-from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps, pose_after, was_seen
+from clearway.avoidance.escape_legs import (
+    EscapeTerms,
+    carried,
+    leg_keeps,
+    pose_after,
+    unsure_after,
+    was_seen,
+)
 from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import with_ground
 from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, margin_slope
-from clearway.avoidance.way_out import Escape, UnderWay, WayOut
+from clearway.avoidance.way_out import LESSER_MARGINS, Escape, UnderWay, WayOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import IntArray, State
 from clearway.reach.escapes import SAME_RAD, SAMPLES, EscapeLibrary, Legs, Ways, names_of
@@ -34,6 +42,8 @@ STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 CLOSES_RAD = 1e-3
 """Attitude off those of the library by which its loops still close."""
+SURFACE = 1.0 + 0.5 * np.sqrt(3.0)
+"""Voxels before what is hit that beams may leave unseen, to their middles and in any direction."""
 
 
 def in_wind_s(automaton: MovementAutomaton) -> float:
@@ -116,7 +126,9 @@ class WaysOut:
             *_tube_of(planner.automaton),
             0.0,
         )
+        self._surface_m = SURFACE / self._terms.window[3] + 3.0 * situation.range_sigma_m
         self._lasts_s = in_wind_s(planner.automaton)
+        self._aloof: dict[int, bool] = {}
         self._loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
 
@@ -182,6 +194,40 @@ class WaysOut:
         if not leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
             return None
         return self._first(then, pose_after(STANDING, path), end_s, terms, legs)
+
+    def aloof(self, movement: int) -> bool:
+        """Whether a movement that begins now keeps the margin from what nobody has seen, or as much
+        of it as is kept here; asked of who can stop and look, since others would find no way.
+
+        What lies at something known counts as that. About the start, where nobody could look
+        before, any movement does.
+        """
+        if not (self.strict and self.library.automaton.can_stop):
+            return True
+        if movement not in self._aloof:
+            self._aloof[movement] = self._comes_no_nearer(movement)
+        return self._aloof[movement]
+
+    def _comes_no_nearer(self, movement: int) -> bool:
+        share = self._aloof_here
+        if share == 0.0:
+            return True
+        legs, at, terms = self._legs, self._start, self._terms
+        end_s = float(legs.duration_s[movement])
+        corners = carried(STANDING, legs.path[at, movement], (0.0, end_s), terms)
+        around_m = float(legs.sagitta_m[at, movement]) + unsure_after(end_s, terms)
+        return bool(keeps_aloof(corners, around_m, share * self._full_m, self._surface_m, terms))
+
+    @cached_property
+    def _aloof_here(self) -> float:
+        """Share of the margin that is kept here from what nobody has seen."""
+        terms, here = self._terms, np.zeros((1, 3))
+        if np.linalg.norm(terms.origin_m - terms.window[4:7]) < terms.window[7]:
+            return 0.0
+        for share in (1.0, *LESSER_MARGINS[:-1]):
+            if keeps_aloof(here, 0.0, share * self._full_m, self._surface_m, terms):
+                return share
+        return 0.0
 
     def now(self, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
         """A way out that begins now and keeps a share of the margin."""

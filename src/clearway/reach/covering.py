@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.buffers import ByteArray
 from clearway.reach.cover import (
@@ -94,7 +98,7 @@ def flying(pool: float = 6.0, nodes_per_cell: float = 2.5) -> Select:
         lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
     ) -> ByteArray:
         held = primitives(lattice, grid, start_pitch_rad, deep)
-        spread = dispersion(pool)(lattice, grid, start_pitch_rad, deep)
+        spread = dispersion(pool)(_on_the_move(lattice), grid, start_pitch_rad, deep)
         buffers = without_duplicate_states(held, spread, lattice, start_pitch_rad)
         if not len(buffers):
             return buffers
@@ -106,6 +110,16 @@ def flying(pool: float = 6.0, nodes_per_cell: float = 2.5) -> Select:
         return greedy_cover(tree, buffers, covered, lattice.mirror, headings, most)
 
     return select
+
+
+def _on_the_move(lattice: Lattice) -> Lattice:
+    """The lattice without what stands: by it every place can be come to in many ways, each as far
+    from the others as any, and hardly any would be left that fly on."""
+    stands = np.array(lattice.automaton.stands)
+    if not stands.any():
+        return lattice
+    following = np.where(stands, np.int32(-1), lattice.pieces.following)
+    return replace(lattice, pieces=lattice.pieces._replace(following=following))
 
 
 def _look_ahead_m(lattice: Lattice, grid: AvoidanceGrid) -> float:

@@ -27,7 +27,7 @@ from clearway.reach.trace import reach_set_of
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
-VERSION = 2
+VERSION = 3
 """Raised whenever the file's layout or any selection of trajectories changes."""
 MAGIC = b"clearway reach\n"
 SHIPPED = Path(__file__).parent / "shipped"
