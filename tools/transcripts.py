@@ -24,6 +24,9 @@ SLOW = re.compile(
     r"^(preparing reach sets|still working|compiling|clearway compiles).*\n", re.MULTILINE
 )
 TIMES = re.compile(r"\b(\d+\.\d+)( ms\b)")
+TIMED_COLUMNS = re.compile(r"(?<= )[\d.]+( +)[\d.]+$")
+"""The last two of a table whose header ends with TIMED_HEADER."""
+TIMED_HEADER = "p50 ms   p99 ms"
 
 
 def transcript(command: str, folder: Path) -> str:
@@ -38,10 +41,19 @@ def transcript(command: str, folder: Path) -> str:
         check=False,
     )
     said = SLOW.sub("", done.stderr.replace(f"{folder}{os.sep}", ""))
-    text = TIMES.sub(r"...\2", said + done.stdout)
+    text = without_times(TIMES.sub(r"...\2", said + done.stdout))
     lines = [part for line in text.strip().splitlines() for part in _fitted(line.rstrip())]
     if len(lines) > LINES:
         lines = [*lines[: LINES - 1], f"({len(lines) - LINES + 1} more lines)"]
+    return "\n".join(lines)
+
+
+def without_times(text: str) -> str:
+    """Rows of tables of decision times without these: they are of one machine and hour."""
+    lines, timed = [], False
+    for line in (one.rstrip() for one in text.splitlines()):
+        timed = bool(line) and (timed or line.endswith(TIMED_HEADER))
+        lines.append(TIMED_COLUMNS.sub(r"...\1...", line) if timed else line)
     return "\n".join(lines)
 
 

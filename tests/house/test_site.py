@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from tools.transcripts import without_times
 
 from repository import REPOSITORY
 
@@ -67,3 +68,10 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "WARNING" not in done.stderr
     assert (tmp_path / "site" / "tutorials" / "own-scan.html").is_file()
+
+
+def test_transcripts_have_no_times_of_computing() -> None:
+    table = "  planner   reached   p50 ms   p99 ms\n\n  x   1/1   7.44   20.06\n"
+    told = without_times(table.replace("\n\n", "\n") + "\nnearest 1.20 2.30\n")
+    assert told.splitlines()[1].split() == ["x", "1/1", "...", "..."]
+    assert told.splitlines()[-1] == "nearest 1.20 2.30"
