@@ -121,12 +121,15 @@ class Leaving:
             if known.good and known.way_out is not None and known.choice.basis is not Basis.NARROW:
                 return known
         too_near: Taken | None = None
+        beside = self._beside_intruders(ways, taken, hazards)
         for way in self._ways_out(ways):
             flown = self._flown(way, hazards, taken.banned)
             if flown is not None and flown.good:
+                if beside is not None and self._is_farther_off(beside, ways, way):
+                    return beside
                 return self._no_nearer(ways, flown) or flown
             too_near = too_near or flown
-        beside = self._beside_intruders(ways, taken, hazards) or too_near
+        beside = beside or too_near
         if beside is not None:
             return beside
         return self._unseen(ways, taken, hazards) if ways.strict else taken
@@ -164,6 +167,15 @@ class Leaving:
         choice = self.choose_among(hazards, allowed, 1.0)
         way = self._after(ways, int(self.prepared.first_movement[choice.node]), True)
         return Taken(choice, hazards, way, taken.banned)
+
+    def _is_farther_off(self, beside: Taken, ways: WaysOut, way: WayOut) -> bool:
+        """Whether what leads past intruders, though with less than the margin, stays farther off
+        them than a way out does in its first round: who circles is caught up with by the faster."""
+        choice = beside.choice
+        if choice.limited_by is not Cause.INTRUDER or ways.under_way is not None:
+            return False
+        room_m = ways.room_m(way)
+        return room_m < ways.margin_m and choice.clearance_m > room_m
 
     def _looks_round(
         self, ways: WaysOut, hazards: Hazards, banned: tuple[str, ...]

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.avoidance.aloof import keeps_aloof
-from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
+from clearway.avoidance.escape_chains import chain_corners, chain_keeps, chain_room, rounds
 from clearway.avoidance.escape_legs import (
     EscapeTerms,
     carried,
@@ -178,6 +178,13 @@ class WaysOut:
         turns = self._legs.path[self._start, :, -1, 3]
         stands = (ends <= 1e-9) & (np.abs(turns) > 1e-6)
         return {int(m): float(turns[m]) for m in np.flatnonzero(stands)}
+
+    def room_m(self, way: WayOut) -> float:
+        """Distance from intruders at equal times on the first round of a way out that begins now,
+        no more than twice the margin."""
+        terms, movements = self._terms, self._numbers(way.movements)
+        most = 2.0 * terms.margin_m
+        return float(chain_room(movements, self._start, STANDING, 0.0, self._legs, terms, most))
 
     def stands(self, way: WayOut) -> bool:
         """Whether a way out is to stay where the vehicle is."""
