@@ -132,6 +132,16 @@ class WaysOut:
         self._loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
 
+    def warm_up(self) -> None:
+        """Compile and load what only some decisions run."""
+        legs, at, terms = self._legs, self._start, self._terms
+        path, sagitta_m = legs.path[at, 0], float(legs.sagitta_m[at, 0])
+        leg_keeps(STANDING, path, sagitta_m, 0.0, 1.0, terms)
+        pose_after(STANDING, path)
+        corners = carried(STANDING, path, (0.0, 1.0), terms)
+        keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
+        chain_room(np.zeros(1, dtype=np.int64), at, STANDING, 0.0, legs, terms, 1.0)
+
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
         """Whether an attitude is one of the library's, with which loops close."""
         nearest = self.library.attitudes[self.library.nearest(roll_rad, pitch_rad)]

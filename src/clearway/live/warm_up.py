@@ -7,7 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation
+from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.live.readings import Reading
@@ -71,3 +74,11 @@ def with_something_near(
     place = start.position_m + world_from_body(start.attitude_rad) @ ahead
     ball = Obstacle.ball(place, planner.settings.safety_margin_m)
     return ObstacleMap([*obstacle_map.obstacles, ball], complete_m=obstacle_map.complete_m)
+
+
+def warm_up_ways_out(planner: Planner, situation: Situation) -> None:
+    """Compile and load what ways out are looked at with in some decisions only."""
+    if planner.escapes is None:
+        return
+    near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
+    WaysOut(planner, planner.escapes, situation, near).warm_up()
