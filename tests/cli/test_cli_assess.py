@@ -197,7 +197,7 @@ def test_a_truncated_real_scan(data_dir: Path, tmp_path: Path) -> None:
         (("--scan", "a.csv", "--pattern", "vlp17"), "known are vlp16"),
         (
             ("--scan", "a.csv", "--rating", "best"),
-            "'total', 'printed', 'visible', 'evidence' or your own",
+            "'total', 'printed', 'visible', 'evidence', 'calibrated' or your own",
         ),
         (("--scan", "a.csv", "--out", "a.csv"), "cannot be written"),
         (("--layers", "many"), "Invalid value for '--layers'"),
