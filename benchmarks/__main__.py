@@ -6,6 +6,7 @@ import argparse
 import fnmatch
 import os
 import sys
+import traceback
 from pathlib import Path
 
 from benchmarks.table import (
@@ -30,16 +31,31 @@ def main() -> None:
         print(
             f"others keep this machine busy (load {load:.1f}): times will be long", file=sys.stderr
         )
-    rows: list[tuple[Benchmark, Row]] = []
-    for number, benchmark in enumerate(chosen, start=1):
-        print(f"{number} of {len(chosen)}: {benchmark.name}", file=sys.stderr)
-        rows.append((benchmark, benchmark.measure(options.quick)))
+    rows, failed = _measured(chosen, options.quick)
     results = Results(rows, machine(load))
     print_table(results)
     if options.markdown is not None:
         options.markdown.write_text(as_markdown(results), encoding="utf-8")
+    if failed:
+        raise SystemExit(f"failed, and left out of the table: {', '.join(failed)}")
     if options.readme:
         replace_short_form(PAGE, results)
+
+
+def _measured(
+    chosen: list[Benchmark], quick: bool
+) -> tuple[list[tuple[Benchmark, Row]], list[str]]:
+    """A row each, and the names of those that failed: one does not take the others with it."""
+    rows: list[tuple[Benchmark, Row]] = []
+    failed = []
+    for number, benchmark in enumerate(chosen, start=1):
+        print(f"{number} of {len(chosen)}: {benchmark.name}", file=sys.stderr)
+        try:
+            rows.append((benchmark, benchmark.measure(quick)))
+        except Exception:
+            traceback.print_exc()
+            failed.append(benchmark.name)
+    return rows, failed
 
 
 def _options() -> argparse.Namespace:

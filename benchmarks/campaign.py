@@ -30,6 +30,7 @@ def tasks(number: int) -> list[Task]:
             parameters='{"mission": "static-obstacles"}',
             changes="{}",
             planner="clearway",
+            flown_by="clearway",
             seed=seed,
         )
         for seed in range(number)

@@ -18,7 +18,7 @@ def kept(settings: EncounterSettings) -> Callable[[bool], Row]:
 
     def measure(quick: bool) -> Row:
         number = QUICK if quick else FULL if settings.scale == 1.0 else LARGE
-        tally = flown(settings, range(number), PROCESSES)
+        tally = flown(settings, range(number), PROCESSES, "clearway")
         low, high = tally.interval
         return Row(
             f"{number} encounters {settings.in_words}: distance kept, of those avoidable",

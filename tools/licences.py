@@ -10,6 +10,7 @@ import sys
 import tomllib
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
+from typing import Any
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 PAGE = REPOSITORY / "docs" / "licences.md"
@@ -54,7 +55,7 @@ def page() -> str:
 def licence_of(name: str) -> str:
     """What a package says: its expression, else its classifier, else its field."""
     try:
-        about = metadata(name)
+        about: Any = metadata(name)  # Its type knows no `get`, which it has.
     except PackageNotFoundError:
         return "(not installed where this page was made)"
     if about.get("License-Expression"):

@@ -25,7 +25,11 @@ STEPS = (
 def draw_pipeline(path: Path) -> None:
     """Draw and save it."""
     # Letters as outlines: the same wherever it is looked at. Nothing of the moment goes into it.
-    settings = {"font.family": "DejaVu Sans", "svg.fonttype": "path", "svg.hashsalt": "clearway"}
+    settings: Any = {
+        "font.family": "DejaVu Sans",
+        "svg.fonttype": "path",
+        "svg.hashsalt": "clearway",
+    }
     with plt.rc_context(settings):
         figure, axes = plt.subplots(figsize=(10.4, 4.3))
         axes.set_xlim(0.0, 26.0)

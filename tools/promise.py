@@ -30,17 +30,18 @@ def opposed(kind: str, seed: int) -> Row:
     from clearway.sim.faults import Faults
 
     at_s = float(np.random.default_rng(seed).uniform(3.0, 40.0))
-    changes: dict[str, Any] = {
+    kinds: dict[str, dict[str, Any]] = {
         "other vehicles": {"usual": False},
         "dead sensor": {"faults": Faults(dead_from_s=at_s)},
         "3 s late": {"faults": Faults(late_from_s=at_s, late_s=3.0)},
         "10 % drop-outs": {"dropout": 0.1},
         "1 s latency": {"scan_latency_s": 1.0},
         "wind": {"wind_share": 0.2},
-    }.get(kind, {})
+    }
+    changes = kinds.get(kind, {})
     drawn = Drawn(seed, **({"usual": True} | changes))
     flown = drawn.system.escape.flown
-    row = {"kind": kind, "seed": seed, "flown": flown, "without": drawn.without}
+    row: Row = {"kind": kind, "seed": seed, "flown": flown, "without": drawn.without}
     if flown != "strict" or not np.isfinite(drawn.held_from_s):
         return row | {"judged": False}
     margin = drawn.system.planner.settings.safety_margin_m
@@ -87,8 +88,10 @@ def asked(args: argparse.Namespace) -> Iterator[tuple[str, str, int]]:
     """Flights, those of all kinds by turns."""
     from dead_end_flights import labels
 
-    kinds = ("as usual", "other vehicles", "dead sensor", "3 s late")
-    kinds += ("10 % drop-outs", "1 s latency", "wind")
+    kinds = (
+        *("as usual", "other vehicles", "dead sensor", "3 s late"),
+        *("10 % drop-outs", "1 s latency", "wind"),
+    )
     most = [args.opposed, args.opposed] + [args.faulty] * 5
     worlds = [
         ("dead ends", label, args.first + n) for n in range(args.worlds) for label in labels()

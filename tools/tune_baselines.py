@@ -16,6 +16,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, fields
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def main() -> None:
 
 def drawn(rng: np.random.Generator, like: Tuning, spans: dict[str, tuple[float, float]]) -> Tuning:
     """A tuning at random within the spans; whole numbers stay whole."""
-    values = {}
+    values: dict[str, Any] = {}
     for entry in fields(like):
         low, high = spans[entry.name]
         whole = isinstance(getattr(like, entry.name), int)

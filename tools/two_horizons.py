@@ -31,6 +31,7 @@ from clearway.base.intervals import wilson
 from clearway.io.marked_page import put_between_marks
 from clearway.live import system
 from clearway.live.alerting import TrafficPicture, traffic_picture
+from clearway.live.flight_decision import FlightDecision
 from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.sim import Run
@@ -76,7 +77,8 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     sides = [
         choice.side
         for entry in run.decisions
-        if (choice := getattr(entry.flight.decision, "long_range", None)) is not None
+        if isinstance(entry.flight, FlightDecision)
+        and (choice := entry.flight.decision.long_range) is not None
         and choice.wanted_tier
     ]
     return {
@@ -108,13 +110,15 @@ def changes(sides: Iterable[PassingSide]) -> int:
 def entered(run: Run[Any], file: MissionFile) -> list[str]:
     """Names of the volumes, without their buffers, that an aircraft truly was in."""
     inside = set()
+    volumes = file.to_volumes()
+    assert volumes is not None  # The mission has some.
     for track in run.intruder_tracks.values():
         own_m = np.stack(
             [np.interp(track[:, 0], run.time_s, run.states[:, axis]) for axis in range(3)], axis=1
         )
         off = track[:, 1:] - own_m
         aside, above = np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2])
-        for volume in file.to_volumes().volumes:
+        for volume in volumes.volumes:
             if np.any((aside < volume.radius_m) & (above < volume.half_height_m)):
                 inside.add(volume.name)
     return sorted(inside)

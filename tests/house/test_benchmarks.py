@@ -71,3 +71,9 @@ def test_the_short_form_replaces_what_is_between_the_marks(tmp_path: Path) -> No
     assert "Measured on one machine." in text
     assert "old" not in text
     assert "not shown" not in text
+
+
+@pytest.mark.nightly
+def test_every_benchmark_has_a_row(tmp_path: Path) -> None:
+    done = bench("--quick", "--markdown", str(tmp_path / "table.md"))
+    assert done.returncode == 0, done.stderr[-2000:]

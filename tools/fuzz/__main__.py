@@ -14,7 +14,7 @@ import os
 import resource
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,7 @@ def main() -> None:
     count: Counter[str] = Counter()
     found: Counter[str] = Counter()
     end = time.monotonic() + 60.0 * options.minutes
-    taken: Counter[str] = Counter()
+    taken: dict[str, float] = defaultdict(float)
     worker = Worker()
     try:
         while time.monotonic() < end and sum(count.values()) < options.count:

@@ -46,7 +46,7 @@ def mutated(data: bytes, random: Random, others: tuple[bytes, ...]) -> bytes:
     return data[:LONGEST]
 
 
-def _place(data: bytes, random: Random) -> int:
+def _place(data: bytes | bytearray, random: Random) -> int:
     near = random.random() < 0.5
     return random.randrange(max(1, min(len(data), HEAD) if near else len(data)))
 

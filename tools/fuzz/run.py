@@ -160,7 +160,7 @@ def _flights_interrupted() -> Iterator[None]:
 
     before = signal.signal(signal.SIGALRM, interrupt)
     fly.flown_with_bar = interrupted  # type: ignore[assignment]
-    risk._flown = ended
+    risk._flown = ended  # type: ignore[assignment]
     engines.in_processes = lambda _: ended  # type: ignore[assignment]
     try:
         yield

@@ -82,13 +82,13 @@ def looked(group: str, name: str, number: int) -> dict[str, Any]:
     planner = case.setup.system().planner
     found = looked_at(run, planner.settings, planner.grid.range_m / planner.speed_mps)
     counts = {f"{kind}/{rating}": _listed(one) for (kind, rating), one in found.counts.items()}
-    told = {"seed": seed, "decisions": found.decisions, "counts": counts, "flights": {}}
+    flights: dict[str, Any] = {}
     if group == HELD_OUT:
-        told["flights"]["verified/total"] = came_of(run)
+        flights["verified/total"] = came_of(run)
         others = [changes for changes in CHANGES if changes != "verified/total"]
         for way in others:
-            told["flights"][way] = came_of(flown(name, seed, CHANGES[way])[1])
-    return told
+            flights[way] = came_of(flown(name, seed, CHANGES[way])[1])
+    return {"seed": seed, "decisions": found.decisions, "counts": counts, "flights": flights}
 
 
 def flown(name: str, seed: int, changes: dict[str, dict[str, Any]]) -> tuple[Case, Run[Any]]:
