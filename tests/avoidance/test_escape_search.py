@@ -160,7 +160,7 @@ def test_whether_there_is_a_way_out_does_not_depend_on_intruders(ways) -> None:
 def test_what_is_left_after_several_movements_is_what_is_left_after_one_and_one_more() -> None:
     for way in (WayOut(("a", "b"), ("c", "d", "e"), 1.0, True, under_way_s=0.5),
                 WayOut((), ("c", "d"), 1.0, True, under_way_s=0.5)):  # fmt: skip
-        flown, left = list(way.begins) + 3 * list(way.loop), way
+        flown, left = list(way.begins) + 5 * list(way.loop), way
         for count in range(8):
             after = way.after(count)
             assert (after.begins, after.loop, after.under_way_s) == (
