@@ -28,6 +28,7 @@ from clearway.sim.worlds import FAMILIES
 from clearway.studies.processes import in_processes
 from clearway.studies.warm_up_pieces import (
     FLOWN_S,
+    MET_S,
     compare_reach_sets,
     fly_by_rules,
     fly_encounters_of_each_kind,
@@ -71,7 +72,7 @@ def pieces() -> dict[str, Callable[[], object]]:
         "encounters": fly_encounters_of_each_kind,
         "risk": study_risk,
         "samples": read_samples,
-        **{f"world {name}": partial(_fly, f"{name}:0") for name in FAMILIES},
+        **{f"world {name}": partial(_fly, f"{name}:0", seconds=MET_S) for name in FAMILIES},
         **{f"planner {name}": partial(_fly, missions[-1], name) for name in PLANNERS},
         **{
             f"method {name}": partial(build_reach_set, automaton, SMALL, method=name)
@@ -96,8 +97,8 @@ def _nobody(_loop: str) -> None:
     """Whoever waits sees the pieces."""
 
 
-def _fly(mission: str, planner: str = "clearway") -> None:
-    fly_for(read_mission(mission), FLOWN_S, planner)
+def _fly(mission: str, planner: str = "clearway", seconds: float = FLOWN_S) -> None:
+    fly_for(read_mission(mission), seconds, planner)
 
 
 def _fly_multirotor() -> None:

@@ -52,6 +52,31 @@ spread_deg = [15, 11.25]
 radius_m = 1.0
 timed = {timed}
 """
+BY_RULES = """\
+[mission]
+name = "by-rules"
+waypoints_m = [[60, 0, 0]]
+
+[rules]
+floor_m = -2
+ceiling_m = 2
+right_of_way = true
+route_m = 10
+
+[[intruder]]
+name = "head-on"
+appears_s = 4
+position_m = [10, -0.2, 0]
+velocity_mps = [-1, 0, 0]
+radius_m = 0.6
+
+[[intruder]]
+name = "from the right"
+appears_s = 24
+position_m = [7, -7, 0]
+velocity_mps = [0, 0.95, 0]
+radius_m = 0.6
+"""
 
 
 def fly_for(file: MissionFile, seconds: float, planner: str = CLEARWAY) -> None:
@@ -61,9 +86,12 @@ def fly_for(file: MissionFile, seconds: float, planner: str = CLEARWAY) -> None:
 
 def fly_by_rules() -> None:
     """Aircraft that have the right of way, between two heights, along a route."""
-    file = read_mission("intruders-collision")
-    rules = {"floor_m": -2, "ceiling_m": 2, "right_of_way": True, "route_m": 10}
-    fly_for(file.changed("rules", **rules), MET_S)
+    with tempfile.TemporaryDirectory() as scratch:
+        path = Path(scratch) / "rules.toml"
+        path.write_text(BY_RULES)
+        file = read_mission(str(path))
+    fly_for(file, MET_S)
+    fly_for(file.changed("prices", ahead=2.0).changed("rating", detection="surface"), MET_S)
 
 
 def fly_round_the_first() -> None:
