@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,10 +44,18 @@ AGAIN = 3
 """Times that a decision with more is taken once more."""
 
 
+class Look(NamedTuple):
+    """A decision with an aircraft about, taken with volumes and without."""
+
+    decision: Decision
+    more_ms: float
+    again_ms: float | None
+    """The least that it took more when taken again; None where it took little."""
+
+
 def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     """One flight, and what is asked of it."""
-    added_ms: list[float] = []
-    again_ms: list[float] = []
+    looks: list[Look] = []
     pictures_ms: list[float] = []
 
     def twice(planner: Planner, situation: Situation, commitment: Commitment | None) -> Decision:
@@ -59,7 +67,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
             took: dict[bool, float] = {}
             decisions: dict[bool, Decision] = {}
             # What comes second finds much in the processor's memory: it is each in turn.
-            for volumes in (True, False)[:: 1 if len(added_ms) % 2 else -1]:
+            for volumes in (True, False)[:: 1 if len(looks) % 2 else -1]:
                 began = time.thread_time()
                 found = decided(planner if volumes else alone, situation, commitment=commitment)
                 took[volumes] = 1e3 * (time.thread_time() - began)
@@ -67,9 +75,9 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
             return took[True] - took[False], decisions[True]
 
         more_ms, decision = added()
-        added_ms.append(more_ms)
-        if more_ms > UP_TO_MS:  # Is it the decision, or the moment?
-            again_ms.append(min(added()[0] for _ in range(AGAIN)))
+        # Where it is much: is it the decision, or the moment?
+        again_ms = min(added()[0] for _ in range(AGAIN)) if more_ms > UP_TO_MS else None
+        looks.append(Look(decision, more_ms, again_ms))
         return decision
 
     def pictured(*given: Any) -> TrafficPicture:
@@ -83,6 +91,12 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
         run = prepare(file.changed("simulation", seed=seed)).fly_with("clearway")
     finally:
         system.decide, system.traffic_picture = decided, traffic_picture  # type: ignore[attr-defined]
+    taken = {
+        id(entry.flight.decision)
+        for entry in run.decisions
+        if isinstance(entry.flight, FlightDecision)
+    }
+    looks = [look for look in looks if id(look.decision) in taken]  # Warming up takes some, too.
     sides = [
         choice.side
         for entry in run.decisions
@@ -102,9 +116,9 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
         else run.metrics.intruders.min_distance_m,
         "side_changes": changes(sides),
         "decisions": len(run.decisions),
-        "with_aircraft": len(added_ms),
-        "added_ms": [round(one, 3) for one in added_ms],
-        "again_ms": [round(one, 3) for one in again_ms],
+        "with_aircraft": len(looks),
+        "added_ms": [round(look.more_ms, 3) for look in looks],
+        "again_ms": [round(look.again_ms, 3) for look in looks if look.again_ms is not None],
         "pictures_ms": [round(one, 3) for one in pictures_ms],
         "path_m": run.metrics.path_length_m,
         "time_s": run.metrics.time_s,
@@ -168,8 +182,8 @@ def table(rows: list[dict[str, Any]], name: str) -> str:
         f"{min(apart):.0f} to {max(apart):.0f} m. Time of a core that is added to a decision "
         f"with an aircraft about: {_spread(added)}. {over} took more than {UP_TO_MS:g} ms more, "
         f"{less} as much less with it; of the {over}, taken {AGAIN} times again at once, "
-        f"{still or 'none'} took so much more each time. That of alerts and bands, which any mission "
-        f"with volumes has: {_spread(pictures)}. "
+        f"{still or 'none'} took so much more each time. That of alerts and bands, which any "
+        f"mission with volumes has: {_spread(pictures)}. "
         f"Flights are {np.mean([row['path_m'] for row in rows]):.0f} m long in the mean.",
     ]
     return "\n".join(lines)
