@@ -40,6 +40,8 @@ MISSION = Path("examples/missions/wood-and-circuit.toml")
 PAGE, MARK = Path("docs/volumes.md"), "two-horizons"
 UP_TO_MS = 3.0
 """What may be added to a decision."""
+WHOLE = 2
+"""Generation of the garbage collector's whole collections."""
 AGAIN = 3
 """Times that a decision with more is taken once more."""
 
@@ -51,12 +53,18 @@ class Look(NamedTuple):
     more_ms: float
     again_ms: float | None
     """The least that it took more when taken again; None where it took little."""
+    collected: bool
+    """Whether Python collected all its garbage meanwhile."""
 
 
 def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     """One flight, and what is asked of it."""
     looks: list[Look] = []
     pictures_ms: list[float] = []
+    full: list[int] = []
+
+    def collecting(_phase: str, told: dict[str, int]) -> None:
+        full.extend(n for n in [told["generation"]] if n == WHOLE)
 
     def twice(planner: Planner, situation: Situation, commitment: Commitment | None) -> Decision:
         if not situation.intruders:
@@ -74,10 +82,12 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
                 decisions[volumes] = found
             return took[True] - took[False], decisions[True]
 
+        full.clear()
         more_ms, decision = added()
+        collected = bool(full)
         # Where it is much: is it the decision, or the moment?
         again_ms = min(added()[0] for _ in range(AGAIN)) if more_ms > UP_TO_MS else None
-        looks.append(Look(decision, more_ms, again_ms))
+        looks.append(Look(decision, more_ms, again_ms, collected))
         return decision
 
     def pictured(*given: Any) -> TrafficPicture:
@@ -86,10 +96,12 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
         pictures_ms.append(1e3 * (time.thread_time() - began))
         return picture
 
+    gc.callbacks.append(collecting)
     system.decide, system.traffic_picture = twice, pictured  # type: ignore[assignment, attr-defined]
     try:
         run = prepare(file.changed("simulation", seed=seed)).fly_with("clearway")
     finally:
+        gc.callbacks.remove(collecting)
         system.decide, system.traffic_picture = decided, traffic_picture  # type: ignore[attr-defined]
     taken = {
         id(entry.flight.decision)
@@ -119,6 +131,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
         "with_aircraft": len(looks),
         "added_ms": [round(look.more_ms, 3) for look in looks],
         "again_ms": [round(look.again_ms, 3) for look in looks if look.again_ms is not None],
+        "collected_ms": [round(look.more_ms, 3) for look in looks if look.collected],
         "pictures_ms": [round(one, 3) for one in pictures_ms],
         "path_m": run.metrics.path_length_m,
         "time_s": run.metrics.time_s,
@@ -163,6 +176,7 @@ def table(rows: list[dict[str, Any]], name: str) -> str:
     less = sum(one < -UP_TO_MS for one in added)
     again = [one for row in rows for one in row["again_ms"]]
     still = sum(one > UP_TO_MS for one in again)
+    collected = sum(abs(one) > UP_TO_MS for row in rows for one in row["collected_ms"])
     low, high = wilson(len(added) - over, len(added))
     clear = [row["obstacle_m"] for row in rows]
     apart = [row["intruder_m"] for row in rows]
@@ -181,8 +195,9 @@ def table(rows: list[dict[str, Any]], name: str) -> str:
         f"Nearest to a tree: {min(clear):.1f} to {max(clear):.1f} m; to the aircraft: "
         f"{min(apart):.0f} to {max(apart):.0f} m. Time of a core that is added to a decision "
         f"with an aircraft about: {_spread(added)}. {over} took more than {UP_TO_MS:g} ms more, "
-        f"{less} as much less with it; of the {over}, taken {AGAIN} times again at once, "
-        f"{still or 'none'} took so much more each time. That of alerts and bands, which any "
+        f"{less} as much less with it, {collected} of both while Python collected all its garbage; "
+        f"of the {over}, taken {AGAIN} times again at once, {still or 'none'} took so much more "
+        f"each time. That of alerts and bands, which any "
         f"mission with volumes has: {_spread(pictures)}. "
         f"Flights are {np.mean([row['path_m'] for row in rows]):.0f} m long in the mean.",
     ]
