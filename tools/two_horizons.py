@@ -196,8 +196,8 @@ def table(rows: list[dict[str, Any]], name: str) -> str:
         f"{min(apart):.0f} to {max(apart):.0f} m. Time of a core that is added to a decision "
         f"with an aircraft about: {_spread(added)}. {over} took more than {UP_TO_MS:g} ms more, "
         f"{less} as much less: {collected} of these {over + less} while Python collected all its "
-        f"garbage. Of the {over}, taken {AGAIN} times again at once, {still or 'none'} took so much more "
-        f"each time. That of alerts and bands, which any "
+        f"garbage. Of the {over}, taken {AGAIN} times again at once, {still or 'none'} took so "
+        f"much more each time. That of alerts and bands, which any "
         f"mission with volumes has: {_spread(pictures)}. "
         f"Flights are {np.mean([row['path_m'] for row in rows]):.0f} m long in the mean.",
     ]
