@@ -10,6 +10,7 @@ import pytest
 
 from absent_packages import without
 from clearway.base.errors import InputError, MissingExtraError
+from clearway.io.scans.ouster import metadata_beside
 from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.velodyne import CALIBRATIONS, NAMED, model_pattern
@@ -133,6 +134,38 @@ def test_a_capture_that_ends_in_a_packet_is_read_as_far_as_it_goes(
     # What did not come is no evidence of free space.
     assert part.pattern is not None
     assert part.pattern.beams == 128 * 816
+
+
+@pytest.mark.parametrize(
+    ("there", "found"),
+    [
+        (["drive.json", "drive_0.json"], "drive.json"),
+        (["drive_0.json", "drive_1.json", "other.json"], "drive_0.json"),
+        (["d.json", "dri.json", "drive-2.json"], "dri.json"),
+    ],
+)
+def test_metadata_beside_packets(tmp_path: Path, there: list[str], found: str) -> None:
+    """A longer name than the recording's is written by Ouster's own tools: NAME_0.json."""
+    for name in ("drive.pcap", *there):
+        (tmp_path / name).touch()
+    assert metadata_beside(tmp_path / "drive.pcap").name == found
+
+
+def test_an_ouster_recording_of_another_form_is_told_how_to_become_packets(tmp_path: Path) -> None:
+    core, osf = pytest.importorskip("ouster.sdk.core"), pytest.importorskip("ouster.sdk.osf")
+    path = tmp_path / "drive.osf"
+    writer = osf.Writer(str(path), [core.SensorInfo.from_default(core.LidarMode._1024x10)])
+    writer.close()
+    with pytest.raises(InputError, match=r"an OSF recording .*: save it as packets \(`ouster-cli"):
+        open_scans(path)
+    content = bytearray(path.read_bytes())
+    content[8:12] = b"XYZ!"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"bytes 8 to 11 of this one are b'XYZ!' instead of"):
+        open_scans(path)
+    path.write_bytes(b"")
+    with pytest.raises(InputError, match=r"bytes 8 to 11 of this one are b'' instead of"):
+        open_scans(path)
 
 
 def test_packets_of_another_sensor_than_the_metadata_are_refused(

@@ -387,3 +387,16 @@ def test_the_page_of_ten_minutes_is_small(browser, tmp_path):
     told = at(browser, (tmp_path / "page.html").as_uri(), "t=600")
     assert told["time"] == "600.00"
     assert browser.complaints() == []
+
+
+def test_on_a_narrow_screen_the_time_line_has_the_whole_width(browser, address):
+    size = {"deviceScaleFactor": 1, "mobile": False}
+    browser.send("Emulation.setDeviceMetricsOverride", width=400, height=760, **size)
+    try:
+        at(browser, address, "t=6")
+        place = "document.getElementById('timeline').getBoundingClientRect()"
+        assert browser.evaluate(f"{place}.width") > 350
+        assert browser.evaluate("document.documentElement.scrollWidth") <= 400
+    finally:
+        width, height = WINDOW
+        browser.send("Emulation.setDeviceMetricsOverride", width=width, height=height, **size)

@@ -13,6 +13,12 @@ from clearway.base.suggest import MOST_SEEN
 
 HEAD = 4096
 LOOKS_LIKE = "it looks like"
+OSF_AS_PACKETS = (
+    "save it as packets (`ouster-cli source FILE.osf save FILE.pcap`), "
+    "which `clearway assess --scan` takes"
+)
+OSF_SIGN = slice(8, 12)
+"""Where an OSF recording is signed, with OSF$ (with OSF! until version 1 of the format)."""
 KNOWN = (
     (rb"# labels_initial\b", "an encounter model (Bayesian network of aircraft tracks): no map, "
      "no recording and no scan; `clearway risk` samples encounters from it"),
@@ -37,11 +43,10 @@ KNOWN = (
      "a map: `clearway map` takes it"),
     (rb"\AUHL1", "a tile of DTED: `clearway map` takes terrain"),
     (rb"\AII\*\0|\AMM\0\*", "a raster (GeoTIFF): `clearway map` takes terrain"),
+    (rb"(?s)\A.{8}OSF[$!]", f"an OSF recording of an Ouster LiDAR: {OSF_AS_PACKETS}"),
     (rb'"beam_altitude_angles"', "metadata of an Ouster LiDAR: `clearway assess --scan` reads it "
      "with the .pcap beside it"),
     (rb"\Aply\n", "a point cloud: `clearway assess --scan` takes it"),
-    (rb"(?s)\A.{8}OSF!", "an OSF recording of an Ouster LiDAR: save it as packets "
-     "(`ouster-cli source FILE.osf save FILE.pcap`), which `clearway assess --scan` takes"),
     (rb"(?s)\A\0[\4-\7].{6}[\xfd\xfe]", "a telemetry log of MAVLink (.tlog): "
      "`clearway traffic` takes it"),
     (rb"\A\xa3\x95\x80\x80", "a DataFlash log of ArduPilot (.bin): `clearway traffic` takes it"),
@@ -84,9 +89,21 @@ def what_file(path: str | Path, *, likely: bool = False) -> str:
         if not Path(path).is_file():
             return ""
         with Path(path).open("rb") as file:
-            return what_content(file.read(HEAD), likely=likely)
+            head = file.read(HEAD)
+        return _what_suffix(Path(path), head) or what_content(head, likely=likely)
     except (OSError, ValueError):
         return ""
+
+
+def _what_suffix(path: Path, head: bytes) -> str:
+    """What is wrong with content that is not of the format which its suffix names."""
+    if path.suffix.lower() != ".osf" or head[OSF_SIGN] in (b"OSF$", b"OSF!"):
+        return ""
+    return (
+        f"; .osf is a recording of an Ouster LiDAR, but bytes {OSF_SIGN.start} to "
+        f"{OSF_SIGN.stop - 1} of this one are {head[OSF_SIGN]!r} instead of b'OSF$': it is damaged "
+        f"or something else; if it opens in Ouster's own tools, {OSF_AS_PACKETS}"
+    )
 
 
 def _what_folder(folder: Path) -> str:

@@ -31,8 +31,8 @@ LITTLE_MAGIC = (b"\xd4\xc3\xb2\xa1", b"\x4d\x3c\xb2\xa1")
 def ouster_scans(path: Path) -> ScanSequence:
     """Sweeps of an Ouster recording: sensor frame, metres, seconds of the sensor's clock.
 
-    Its metadata is the .json beside it whose name its own begins with. Raises InputError where
-    either is damaged or absent, MissingExtraError without [ouster].
+    Its metadata lies beside it (`metadata_beside`). Raises InputError where either is damaged or
+    absent, MissingExtraError without [ouster].
     """
     if find_spec("ouster") is None:
         raise MissingExtraError(f"reading {path}", "ouster")
@@ -61,16 +61,20 @@ def ouster_scans(path: Path) -> ScanSequence:
 
 
 def metadata_beside(path: Path) -> Path:
-    """The .json whose name the recording's begins with, the longest one; InputError if none is."""
+    """The .json whose name the recording's begins with, the longest one; else NAME_0.json, as
+    Ouster's tools write it beside NAME.pcap. Raises InputError if there is none."""
     if not path.is_file():
         raise InputError(str(path), "cannot be read: No such file")
     found = [one for one in path.parent.glob("*.json") if path.stem.startswith(one.stem)]
+    first = path.with_name(f"{path.stem}_0.json")
+    if not found and first.is_file():
+        return first
     if not found:
         there = ", ".join(sorted(one.name for one in path.parent.glob("*.json"))) or "none"
         raise InputError(
             str(path),
-            f"no metadata beside it: an Ouster recording needs {path.stem}.json, or one whose name "
-            f"it begins with; there are: {there}",
+            f"no metadata beside it: an Ouster recording needs {path.stem}.json, "
+            f"{first.name}, or one whose name it begins with; there are: {there}",
         )
     return max(found, key=lambda one: len(one.stem))
 

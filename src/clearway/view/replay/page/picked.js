@@ -78,7 +78,7 @@ class Picked {
       all += 1;
       enough += rating[node] / 255 >= run.mission.threshold;
     }
-    return all ? `${all} trajectories pass it by their sampled places, ${enough} of them rated at or above the threshold.`
+    return all ? `By their sampled places, ${all} ${all === 1 ? "trajectory passes" : "trajectories pass"} it; ${enough} rated at or above the threshold.`
       : "No trajectory of the set has a sampled place in it.";
   }
 
