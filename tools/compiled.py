@@ -20,21 +20,24 @@ from clearway.base.kernels.folders import SHIPPED
 
 def make(folder: Path = SHIPPED) -> int:
     """Compile all there is and put it into a folder in place of what is stale there; returns how
-    many files it then holds."""
+    many files it then holds.
+
+    The folder is set aside meanwhile: what would be found in it would not be compiled.
+    """
     with tempfile.TemporaryDirectory() as scratch:
+        before = Path(scratch) / "before"
+        if folder.is_dir():
+            shutil.move(folder, before)
         machine = {"NUMBA_CPU_NAME": LEVEL, "NUMBA_CPU_FEATURES": "", "CLEARWAY_CACHE": scratch}
         command = "from clearway.cli.app import main; main()"
         subprocess.run(
             [sys.executable, "-c", command, "warm-up"], env={**os.environ, **machine}, check=True
         )
-        made = Path(scratch) / "compiled"
-        fresh = {place.name for place in made.iterdir() if place.is_dir()}
-        if folder.is_dir():
-            for place in folder.iterdir():
-                if place.name not in fresh:
-                    shutil.rmtree(place)
-        for name in fresh:
-            shutil.copytree(made / name, folder / name, dirs_exist_ok=True)
+        for place in (Path(scratch) / "compiled").iterdir():
+            if place.is_dir():
+                for source in (before / place.name, place):
+                    if source.is_dir():
+                        shutil.copytree(source, folder / place.name, dirs_exist_ok=True)
     return sum(1 for _ in folder.rglob("*.kernel"))
 
 

@@ -16,8 +16,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.kernels.news import NEWS, told_to
 from clearway.base.state import State
 from clearway.missions.assess import assess
-from clearway.missions.mission_file import MissionFile, built_in_missions
-from clearway.missions.setup import prepare
+from clearway.missions.mission_file import built_in_missions
 from clearway.missions.world_file import read_mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -27,11 +26,21 @@ from clearway.sensors import Scan
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.worlds import FAMILIES
 from clearway.studies.processes import in_processes
+from clearway.studies.warm_up_pieces import (
+    FLOWN_S,
+    MET_S,
+    compare_reach_sets,
+    fly_by_rules,
+    fly_encounters_of_each_kind,
+    fly_for,
+    fly_round_the_first,
+    measure_a_quadrotor,
+    read_samples,
+    study_risk,
+)
 from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton
 
-FLOWN_S = 4.0
-"""Of flights, that are flown."""
 SMALL = AvoidanceGrid.uniform(range_m=4.0, layers=4)
 
 
@@ -56,7 +65,14 @@ def pieces() -> dict[str, Callable[[], object]]:
         **{f"mission {name}": partial(_fly, name) for name in missions},
         "a multirotor": _fly_multirotor,
         "volumes": _fly_clear_of_volumes,
-        **{f"world {name}": partial(_fly, f"{name}:0") for name in FAMILIES},
+        "rules": fly_by_rules,
+        "longer flights": fly_round_the_first,
+        "a plant": measure_a_quadrotor,
+        "reach sets compared": compare_reach_sets,
+        "encounters": fly_encounters_of_each_kind,
+        "risk": study_risk,
+        "samples": read_samples,
+        **{f"world {name}": partial(_fly, f"{name}:0", seconds=MET_S) for name in FAMILIES},
         **{f"planner {name}": partial(_fly, missions[-1], name) for name in PLANNERS},
         **{
             f"method {name}": partial(build_reach_set, automaton, SMALL, method=name)
@@ -81,21 +97,17 @@ def _nobody(_loop: str) -> None:
     """Whoever waits sees the pieces."""
 
 
-def _fly(mission: str, planner: str = "clearway") -> None:
-    _fly_for_a_moment(read_mission(mission), planner)
+def _fly(mission: str, planner: str = "clearway", seconds: float = FLOWN_S) -> None:
+    fly_for(read_mission(mission), seconds, planner)
 
 
 def _fly_multirotor() -> None:
-    _fly_for_a_moment(read_mission("static-obstacles").changed("vehicle", kind="multirotor"))
+    fly_for(read_mission("static-obstacles").changed("vehicle", kind="multirotor"), FLOWN_S)
 
 
 def _fly_clear_of_volumes() -> None:
     file = read_mission("intruders")
-    _fly_for_a_moment(file.changed("traffic", volumes="f3442", keep_volumes=True))
-
-
-def _fly_for_a_moment(file: MissionFile, planner: str = "clearway") -> None:
-    prepare(file.changed("simulation", time_limit_s=FLOWN_S)).fly_with(planner)
+    fly_for(file.changed("traffic", volumes="f3442", keep_volumes=True), FLOWN_S)
 
 
 def _assess_scan() -> None:
