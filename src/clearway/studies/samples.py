@@ -228,7 +228,7 @@ SAMPLES = (
     Sample("volumes.toml", "volumes", "what two aircraft should not share", _text(own.VOLUMES),
            "clearway alerts encounter.daa --volumes volumes.toml"),
     Sample("own_plant.py", "plant", "one's own, as module:name", _text(own.PLANT),
-           "clearway automaton measure own_plant.py:Blimp --out blimp.toml --flights 2 --gusts 0.1"),
+           "clearway automaton measure own_plant.py:Blimp --out blimp.toml --gusts 0.1"),
     Sample("blimp-mission.toml", "mission", "flown with that plant", _text(own.FLOWN),
            "clearway fly blimp-mission.toml"),
     Sample("plan.plan", "plan", "QGroundControl, with a fence", plans.write_plan,
