@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import time
+from collections.abc import Callable
 from itertools import islice
 
 import numpy as np
@@ -12,12 +14,13 @@ from clearway.base.errors import ClearwayError
 from clearway.studies.campaigns.engines import Engine, in_processes
 from clearway.studies.campaigns.task import Task, fly_task
 
-REAL_TIME, SCALING = 500.0, 1.8
+REAL_TIME, SCALING = {"strict": 300.0, "off": 500.0}, 1.8
+"""Bars, the first by what is asked of ways out."""
 WARM_UP = 6
 """Flights after which all workers are under way."""
 
 
-def tasks(number: int) -> list[Task]:
+def tasks(number: int, escape: str = "strict") -> list[Task]:
     """The static mission, each with noise and drop-outs of its own."""
     return [
         Task(
@@ -28,7 +31,7 @@ def tasks(number: int) -> list[Task]:
             label="static-obstacles",
             family="mission",
             parameters='{"mission": "static-obstacles"}',
-            changes="{}",
+            changes=json.dumps({"safety": {"escape": escape}}),
             planner="clearway",
             flown_by="clearway",
             seed=seed,
@@ -37,19 +40,23 @@ def tasks(number: int) -> list[Task]:
     ]
 
 
-def per_core(quick: bool) -> Row:
+def per_core(escape: str) -> Callable[[bool], Row]:
     """Time of a core by time of flight: other processes do not count."""
-    number = 4 if quick else 20
-    rows = [fly_task(task) for task in tasks(number + 1)][1:]
-    ratios = [(row.time_s or 0.0) / row.cpu_s for row in rows]
-    middle = float(np.median(ratios))
-    a_second = number / sum(row.cpu_s for row in rows)
-    return Row(
-        f"{number} flights of the static mission in a campaign, by one core",
-        f"{middle:.0f} x real time",
-        f"{min(ratios):.0f} to {max(ratios):.0f} x; {a_second:.1f} flights a second",
-        Target(f">= {REAL_TIME:.0f} x", middle >= REAL_TIME),
-    )
+
+    def measure(quick: bool) -> Row:
+        number, least = 4 if quick else 20, REAL_TIME[escape]
+        rows = [fly_task(task) for task in tasks(number + 1, escape)][1:]
+        ratios = [(row.time_s or 0.0) / row.cpu_s for row in rows]
+        middle = float(np.median(ratios))
+        a_second = number / sum(row.cpu_s for row in rows)
+        return Row(
+            f"{number} flights of the static mission in a campaign, by one core, escape {escape}",
+            f"{middle:.0f} x real time",
+            f"{min(ratios):.0f} to {max(ratios):.0f} x; {a_second:.1f} flights a second",
+            Target(f">= {least:.0f} x", middle >= least),
+        )
+
+    return measure
 
 
 def second_core(quick: bool) -> Row:
@@ -78,6 +85,7 @@ def _a_second(engine: Engine, number: int) -> float:
 
 
 BENCHMARKS = (
-    Benchmark("campaign, per core", per_core, headline=True),
+    Benchmark("campaign, per core", per_core("strict"), headline=True),
+    Benchmark("campaign, per core, escape off", per_core("off")),
     Benchmark("campaign, two workers", second_core, headline=True),
 )

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import pytest
 
-from clearway.avoidance.escape_chains import chain_keeps
-from clearway.avoidance.escape_legs import was_seen
+from clearway.avoidance.clearance import moving_clearance, span_of
+from clearway.avoidance.escape_chains import chain_keeps, chain_room
+from clearway.avoidance.escape_legs import carried, pose_after, was_seen
 from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
 from clearway.avoidance.evidence import in_reach
+from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.way_out import WayOut
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
@@ -85,3 +90,80 @@ def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed
         a, b, c = np.floor(places * terms.window[3]).astype(np.int64).T
         assert free[a % shape[0], b % shape[1], c % shape[2]].all()
     assert seen
+
+
+def movers(seed: int, count: int = 6) -> MovingHazards:
+    """On all kinds of paths; the last two may turn."""
+    rng = np.random.default_rng(seed)
+    turns = np.where(np.arange(count) < count - 2, 0.0, 0.2)
+    return MovingHazards(
+        rng.uniform([2, -8, -3], [14, 8, 3], (count, 3)), rng.normal(size=(count, 3)),
+        rng.uniform(0.1, 1.0, count), rng.uniform(0.0, 0.4, count), turns, np.full(count, 0.7),
+    )  # fmt: skip
+
+
+def only(moving: MovingHazards, k: int) -> MovingHazards:
+    return MovingHazards(*(part[k : k + 1] for part in moving))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_distance_from_many_intruders_is_the_least_of_any(seed) -> None:
+    moving, rng = movers(seed), np.random.default_rng(seed)
+    for _ in range(20):
+        corners = np.cumsum(rng.normal(size=(5, 3)), axis=0)
+        span = span_of(corners, 1.0, float(rng.uniform(2.0, 9.0)))
+        each = [moving_clearance(span, only(moving, k), np.inf)[0] for k in range(6)]
+        least = int(np.argmin(each))
+        assert moving_clearance(span, moving, np.inf) == (each[least], 3, least)
+        assert moving_clearance(span, moving, each[least] + 1e-6) == (each[least], 3, least)
+        assert moving_clearance(span, moving, each[least] - 1e-6)[2] < 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_room_of_a_chain_is_the_least_of_its_movements(ways, seed) -> None:
+    escapes, legs = ways.library.ways[0], ways.library.legs
+    terms = ways._terms._replace(moving=movers(seed))
+    for escape in (0, 7, 300):
+        movements, pose, at, time_s = movements_of(escapes, escape), np.zeros(4), 0, 0.5
+        rooms = []
+        for m in movements.tolist():
+            end_s = time_s + legs.duration_s[m]
+            corners = carried(pose, legs.path[at, m], (time_s, end_s), terms)
+            span = span_of(corners @ terms.grid_from_level.T, time_s, end_s)
+            rooms.append(moving_clearance(span, terms.moving, np.inf)[0] - legs.sagitta_m[at, m])
+            pose, at, time_s = pose_after(pose, legs.path[at, m]), legs.following[at, m], end_s
+
+        def room(enough: float, stop: float, chain=movements, terms=terms) -> float:
+            return chain_room(chain, 0, np.zeros(4), 0.5, legs, terms, enough, stop)
+
+        least = min(rooms)
+        assert room(100.0, -np.inf) == pytest.approx(least, abs=1e-9)
+        assert room(least - 1.0, -np.inf) == least - 1.0
+        assert room(100.0, least - 0.1) == pytest.approx(least, abs=1e-9)
+        assert least - 1e-9 <= room(100.0, least + 0.5) <= least + 0.5
+
+
+def test_whether_there_is_a_way_out_does_not_depend_on_intruders(ways) -> None:
+    found = set()
+    for margin_m in (0.6, 1.5, 2.0, 2.5, 3.0, 4.0):
+        among = copy(ways)
+        among._full_m, among._after, among._left = margin_m, {}, {}
+        among._terms = ways._terms._replace(moving=movers(1))
+        told = [among.leaves(m) for m in range(len(ways.library.automaton.names))]
+        assert told == [among.after(m) is not None for m in range(len(told))]
+        among._left = {}
+        assert told == [among.leaves(m) for m in range(len(told))]
+        found.update(told)
+    assert found == {True, False}
+
+
+def test_what_is_left_after_several_movements_is_what_is_left_after_one_and_one_more() -> None:
+    for way in (WayOut(("a", "b"), ("c", "d", "e"), 1.0, True, under_way_s=0.5),
+                WayOut((), ("c", "d"), 1.0, True, under_way_s=0.5)):  # fmt: skip
+        flown, left = list(way.begins) + 5 * list(way.loop), way
+        for count in range(8):
+            after = way.after(count)
+            assert (after.begins, after.loop, after.under_way_s) == (
+                left.begins, left.loop, left.under_way_s)  # fmt: skip
+            assert left.movements[0] == flown[count]
+            left = left.after_one

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.hazards import MovingHazards
-from clearway.avoidance.passing import passings
+from clearway.avoidance.passing import Meetings
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup, prepare
@@ -74,8 +74,8 @@ def test_a_side_once_chosen_is_kept(
     def look(entry: object, _progress: object) -> None:
         decision = entry.flight.decision  # type: ignore[attr-defined]
         if decision.passings:
-            met = passings(decision.prepared.reach_set, decision.hazards.moving, ("FAST",))
-            asides.append(decision.frame.world_from_grid @ met[0].aside_m[decision.choice.node])
+            met = Meetings(decision.prepared.reach_set, decision.hazards.moving, ("FAST",))
+            asides.append(decision.frame.world_from_grid @ met.at(decision.choice.node)[0][0])
 
     run = replace(crossing, script=(who,)).fly(look).summary()
     assert run["reached"]
@@ -93,13 +93,36 @@ def test_a_way_that_ends_first_is_met_as_if_flown_straight_on() -> None:
     moving = MovingHazards(
         np.array([[late, 0.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]]), none + 0.5, none, none, none
     )
-    (met,) = passings(reach_set, moving, ("ahead",))
+    met = Meetings(reach_set, moving, ("ahead",))
     ends = reach_set.samples_m[:, -1]
     straight = int(np.argmax(ends[:, 0] - np.abs(ends[:, 1]) - np.abs(ends[:, 2])))
     first = reach_set.path(straight)[0]
     for node in (straight, int(first)):
-        assert met.time_s[node] == pytest.approx(0.5 * late, rel=1e-6)
-        assert np.abs(met.aside_m[node]).max() < 1e-6
+        aside_m, time_s = met.at(int(node))
+        assert time_s[0] == pytest.approx(0.5 * late, rel=1e-6)
+        assert np.abs(aside_m).max() < 1e-6
     # Verification sees what is met on the way; what comes after its end only this does.
     assert met.lack_m[first] == pytest.approx(0.5, abs=1e-6)
     assert met.lack_m[straight] < -0.4 * late
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every_way(seed) -> None:
+    rng, reach_set = np.random.default_rng(seed), LIBRARY.nearest(0.0)
+    many = MovingHazards(
+        rng.uniform(-9.0, 9.0, (5, 3)), rng.normal(size=(5, 3)), rng.uniform(0.1, 1.0, 5),
+        rng.uniform(0.0, 0.5, 5), np.zeros(5), np.ones(5),
+    )  # fmt: skip
+    met = Meetings(reach_set, many, tuple("abcde"))
+    alone = [
+        Meetings(reach_set, MovingHazards(*(part[k : k + 1] for part in many)), ("x",))
+        for k in range(5)
+    ]
+    np.testing.assert_array_equal(met.lack_m, np.max([one.lack_m for one in alone], axis=0))
+    assert len(np.unique(met.lack_m)) > 10
+    for node in rng.choice(reach_set.nodes, 10).tolist():
+        asides_m, times_s = met.at(node)
+        for k, one in enumerate(alone):
+            np.testing.assert_array_equal(asides_m[k], met.aside_m(k)[node])
+            np.testing.assert_array_equal(asides_m[k], one.at(node)[0][0])
+            assert times_s[k] == one.at(node)[1][0]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -19,12 +20,15 @@ from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.verify import Paths, RoomPrice, clearances, first_clear
+from clearway.avoidance.verify import RoomPrice, clearances, first_clear
 from clearway.base.checks import positive
+from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
 """Shares of the margin that the emergency rule steps down through."""
+Measured = Callable[[Hazards, float], FloatArray]
+"""`clearances` of all paths, by what they are held against and the cap."""
 
 
 def choose_by_rules(
@@ -48,9 +52,11 @@ def choose(
     margin_m: float,
     threshold: float,
     verify: bool = True,
+    measured: Measured | None = None,
 ) -> Choice:
     """The cheapest candidate that passes, else the emergency rule.
 
+    measured: what tells clearances, for who asks again and again; else they are worked out.
     Without verification a candidate must keep out of coated cells besides. Candidates that break
     rules come last, those that break the less important ones first. Raises ClearwayError for a
     margin that is not a positive number: every trajectory would keep it.
@@ -75,7 +81,8 @@ def choose(
             best = _first_clear(report, basis, tier, loiter, margin_m, tried)
             if best is not None:
                 return report.chosen(best, basis, margin_m, tried)
-    best, kept_m = _emergency(prepared.paths, candidates, hazards, margin_m)
+    measured = measured or partial(clearances, prepared.paths)
+    best, kept_m = _emergency(measured, candidates, hazards, margin_m)
     return report.chosen(best, Basis.EMERGENCY, kept_m, tried)
 
 
@@ -119,14 +126,14 @@ def _first_clear(
 
 
 def _emergency(
-    paths: Paths, candidates: Candidates, hazards: Hazards, margin_m: float
+    measured: Measured, candidates: Candidates, hazards: Hazards, margin_m: float
 ) -> tuple[int, float]:
     """Candidate with the best clearance, and the stepped-down margin that it keeps.
 
     Where all are alike (the start itself is too near), the one that lacks least on its way.
     """
-    measured = clearances(paths, hazards, margin_m)[candidates.nodes]
-    coarse = np.round(measured[:, 0] / (0.01 * margin_m))
-    best = int(np.lexsort((candidates.cost_m, measured[:, 1], -coarse))[0])
-    kept = measured[best, 0] / margin_m
+    found = measured(hazards, margin_m)[candidates.nodes]
+    coarse = np.round(found[:, 0] / (0.01 * margin_m))
+    best = int(np.lexsort((candidates.cost_m, found[:, 1], -coarse))[0])
+    kept = found[best, 0] / margin_m
     return best, margin_m * next((share for share in EMERGENCY_MARGINS if kept >= share), 0.0)

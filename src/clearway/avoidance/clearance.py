@@ -22,6 +22,8 @@ TERNARY_STEPS = 24
 """Cuts of a chord by a third each: enough for 1e-4 of its length."""
 SURELY = 1.0 + 1e-9
 """Factor by which something must be farther, for all the rounding."""
+ROUNDING = 1e-12
+"""More than sums of a few lengths lose, as a share of them."""
 
 Found = tuple[float, int, int]
 
@@ -63,6 +65,22 @@ def chord_distance(
     bz: float,
 ) -> float:
     """Distance from point p to the segment a-b."""
+    return float(np.sqrt(_chord_distance2(px, py, pz, ax, ay, az, bx, by, bz)))
+
+
+@borrowing
+def _chord_distance2(
+    px: float,
+    py: float,
+    pz: float,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+) -> float:
+    """The same squared."""
     ux, uy, uz = bx - ax, by - ay, bz - az
     wx, wy, wz = px - ax, py - ay, pz - az
     length2 = ux * ux + uy * uy + uz * uz
@@ -70,7 +88,7 @@ def chord_distance(
     if length2 > 0.0:
         share = min(1.0, max(0.0, (wx * ux + wy * uy + wz * uz) / length2))
     dx, dy, dz = wx - share * ux, wy - share * uy, wz - share * uz
-    return float(np.sqrt(dx * dx + dy * dy + dz * dz))
+    return dx * dx + dy * dy + dz * dz
 
 
 @borrowing
@@ -193,9 +211,10 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
             continue
         px, py, pz = moving.position_m[k, 0], moving.position_m[k, 1], moving.position_m[k, 2]
         vx, vy, vz = moving.velocity_mps[k, 0], moving.velocity_mps[k, 1], moving.velocity_mps[k, 2]
+        turns = moving.manoeuvre_mps2[k] > 0.0 and moving.share[k] > 0.0
         for q in range(len(corners) - 1):
             before, after = span.start_s + q * step, span.start_s + (q + 1) * step
-            gap = chord_distance(
+            gap2 = _chord_distance2(
                 0.0,
                 0.0,
                 0.0,
@@ -206,7 +225,12 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
                 corners[q + 1, 1] - py - vy * after,
                 corners[q + 1, 2] - pz - vz * after,
             )
-            if moving.manoeuvre_mps2[k] > 0.0 and moving.share[k] > 0.0:
+            if not turns and _is_no_nearer(
+                gap2, moving.radius_m[k] + moving.growth_mps[k] * after, best
+            ):
+                continue
+            gap = np.sqrt(gap2)
+            if turns:
                 here = chord_distance(
                     px,
                     py,
@@ -225,6 +249,14 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
             if distance < best:
                 best, index = distance, k
     return best, 3 if index >= 0 else 0, index
+
+
+@borrowing
+def _is_no_nearer(gap2: float, radius: float, best: float) -> bool:
+    """Whether a ball is no nearer than `best`, by the square of how far off its middle is: told
+    without a root, and never where rounding could tell otherwise."""
+    near = best + radius + ROUNDING * (abs(best) + radius)
+    return near <= 0.0 or gap2 >= SURELY * near * near
 
 
 @borrowing

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -26,17 +26,17 @@ from clearway.avoidance.leaving import Leaving, Taken
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import (
+    Meetings,
     Passing,
     noted,
     passing_rules,
-    passings,
     passings_after,
 )
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
-from clearway.avoidance.verify import sloping
+from clearway.avoidance.verify import clearances, sloping
 from clearway.avoidance.way_out import Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut, carried_m
 from clearway.base.brief import one_line, runs
@@ -223,6 +223,10 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
+    @cache
+    def measured(hazards: Hazards, margin_m: float) -> FloatArray:
+        return clearances(prepared.paths, hazards, margin_m)
+
     def choose_clear_of(hazards: Hazards, share: float, candidates: Candidates) -> Choice:
         return choose(
             prepared,
@@ -232,6 +236,7 @@ def decide(
             margin_m=share * margin,
             threshold=settings.threshold,
             verify=settings.verify,
+            measured=measured,
         )
 
     def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
@@ -242,10 +247,10 @@ def decide(
 
     names = tuple(intruder.name for intruder in near.intruders)
     begun = commitment.passings if commitment else ()
-    met = passings(prepared.reach_set, near.hazards.moving, names)
+    met = Meetings(prepared.reach_set, near.hazards.moving, names)
     afar = _afar(planner, situation, prepared, goal, commitment)
     rules = planner.rules if afar is None else (*planner.rules, *afar.rules(planner.grid.range_m))
-    rules = (*rules, *passing_rules(begun, met)) if met else rules
+    rules = (*rules, *passing_rules(begun, met)) if names else rules
     ruling = None
     if rules:
         view = _rule_view(planner, situation, prepared, goal, near, names)

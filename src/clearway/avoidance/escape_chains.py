@@ -167,11 +167,22 @@ def chain_room(
     legs: Legs,
     terms: EscapeTerms,
     enough: float,
+    stop: float,
 ) -> float:
-    """Smallest distance from intruders at equal times along movements, no more than `enough`."""
-    at, best = start, enough
-    for m in movements:
-        corners = carried(pose, legs.path[at, m], (start_s, start_s + legs.duration_s[m]), terms)
+    """Smallest distance from intruders at equal times along movements, no more than `enough`.
+
+    Where it is not above `stop`, only that counts. What comes last is looked at first: intruders
+    grow with time, so that most of what comes before need then not be looked at closely.
+    """
+    count, best = len(movements), enough
+    poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
+    at = np.empty(count + 1, dtype=np.int64)
+    poses[0], times[0], at[0] = pose, start_s, start
+    if not _may_be_flown(movements, legs, poses, times, at):
+        return -np.inf
+    for n in range(count - 1, -1, -1):
+        m, when = movements[n], (times[n], times[n + 1])
+        corners = carried(poses[n], legs.path[at[n], m], when, terms)
         turned = np.empty_like(corners)
         for s in range(len(corners)):
             for axis in range(3):
@@ -180,9 +191,10 @@ def chain_room(
                     + terms.grid_from_level[axis, 1] * corners[s, 1]
                     + terms.grid_from_level[axis, 2] * corners[s, 2]
                 )
-        end_s = start_s + legs.duration_s[m]
-        found = moving_clearance(span_of(turned, start_s, end_s), terms.moving, best)
+        sagitta = legs.sagitta_m[at[n], m]
+        found = moving_clearance(span_of(turned, *when), terms.moving, best + sagitta)
         if found[2] >= 0:
-            best = min(best, found[0] - legs.sagitta_m[at, m])
-        pose, start_s, at = pose_after(pose, legs.path[at, m]), end_s, legs.following[at, m]
+            best = min(best, found[0] - sagitta)
+            if best <= stop:
+                break
     return best

@@ -219,9 +219,9 @@ def first_escape(
                 continue
             if len(terms.moving.radius_m) == 0:
                 return escape, np.inf
-            room = chain_room(
-                movements_of(ways, escape), start, pose, start_s, legs, terms, 2.0 * terms.margin_m
-            )
+            whole, most = movements_of(ways, escape), 2.0 * terms.margin_m
+            # One that has no more room than the best need not be looked at to its end.
+            room = chain_room(whole, start, pose, start_s, legs, terms, most, best_room)
             if room > best_room:
                 best, best_room = escape, room
             compared += 1

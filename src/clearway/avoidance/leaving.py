@@ -160,7 +160,11 @@ class Leaving:
         if not len(hazards.moving.radius_m):
             return None
         firsts = self.prepared.first_movement[self.candidates.nodes]
-        leave = [m for m in np.unique(firsts).tolist() if self._after(ways, m, True) is not None]
+        leave = [
+            m
+            for m in np.unique(firsts).tolist()
+            if ways.leaves(m) or self._after(ways, m, True) is not None
+        ]
         allowed = among(self.candidates, np.isin(firsts, leave))
         if not len(allowed.nodes):
             return None

@@ -10,14 +10,16 @@ as long again.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cache, cached_property
 
 import numpy as np
 
+from clearway.avoidance.clearance import SURELY
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
+from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
@@ -43,76 +45,96 @@ class Passing:
     when the side was chosen."""
 
 
-class Meeting(NamedTuple):
-    """How the way to each node meets one intruder, flown straight on from its end; grid frame."""
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """How the ways to all nodes of a reach set meet the moving, each flown straight on from its
+    end; grid frame. Worked out as far as it is asked for: most are never passed."""
 
-    name: str
-    aside_m: FloatArray
-    """[nodes, 3] from the vehicle to the intruder when they are closest."""
-    time_s: FloatArray
-    """[nodes] when that is."""
-    lack_m: FloatArray
-    """[nodes] by how much the intruder, as it grows, comes nearer than 0 after the way's end and
-    within the time of the longest; on the way itself verification looks."""
-    radius_m: float
-    growth_mps: float
+    reach_set: ReachSet
+    moving: MovingHazards
+    names: tuple[str, ...]
 
+    __repr__ = brief
 
-def passings(
-    reach_set: ReachSet, moving: MovingHazards, names: Sequence[str]
-) -> tuple[Meeting, ...]:
-    """How each of the moving, in the grid frame, is met."""
-    horizon_s = float(reach_set.end_time_s.max())
-    found = []
-    for index, name in enumerate(names):
-        radius, growth = float(moving.radius_m[index]), float(moving.growth_mps[index])
-        met = _meeting(
-            reach_set.parent,
-            reach_set.samples_m,
-            reach_set.end_time_s,
-            moving.position_m[index],
-            moving.velocity_mps[index],
-            radius,
-            growth,
-            horizon_s,
+    @cached_property
+    def lack_m(self) -> FloatArray:
+        """[nodes] by how much any of them, as it grows, comes nearer than 0 after the way's end and
+        within the time of the longest, at most; on the way itself verification looks."""
+        ways, moving = self.reach_set, self.moving
+        return _most_lack(
+            ways.parent,
+            ways.samples_m,
+            ways.end_time_s,
+            moving.position_m,
+            moving.velocity_mps,
+            moving.radius_m,
+            moving.growth_mps,
+            float(ways.end_time_s.max()),
         )
-        found.append(Meeting(name, *met, radius, growth))
-    return tuple(found)
+
+    def aside_m(self, index: int) -> FloatArray:
+        """[nodes, 3] from the vehicle to one of them when they are closest."""
+        ways, one = self.reach_set, slice(index, index + 1)
+        aside_m, _ = _closest(
+            ways.parent,
+            ways.samples_m,
+            ways.end_time_s,
+            self.moving.position_m[one],
+            self.moving.velocity_mps[one],
+        )
+        found: FloatArray = aside_m[0]
+        return found
+
+    def at(self, node: int) -> tuple[FloatArray, FloatArray]:
+        """[k, 3] from the vehicle to each when they are closest on the way to a node, and [k] when
+        that is."""
+        ways, path = self.reach_set, np.array(self.reach_set.path(node), dtype=np.int64)
+        aside_m, time_s = _closest(
+            np.arange(-1, len(path) - 1, dtype=ways.parent.dtype),
+            ways.samples_m[path],
+            ways.end_time_s[path],
+            self.moving.position_m,
+            self.moving.velocity_mps,
+        )
+        return aside_m[:, -1], time_s[:, -1]
 
 
-def passing_rules(passings: Sequence[Passing], met: Sequence[Meeting]) -> tuple[Rule, ...]:
+def passing_rules(passings: Sequence[Passing], met: Meetings) -> tuple[Rule, ...]:
     """Pass intruders on the sides begun, and none by a way that only ends before it is met; within
     the side, as begun."""
     sides = {passing.name: passing.aside for passing in passings}
+    kept = ", ".join(name for name in met.names if name in sides)
+
+    @cache
+    def towards(view: RuleView) -> list[tuple[FloatArray, FloatArray]]:
+        """Of who is being passed: [nodes] how far towards the side begun it is, and how far off."""
+        found = []
+        for index, name in enumerate(met.names):
+            if name in sides:
+                aside_m = met.aside_m(index)
+                apart_m = np.sqrt(np.einsum("ni,ni->n", aside_m, aside_m))
+                found.append((aside_m @ (sides[name] @ view.world_from_grid), apart_m))
+        return found
+
+    def off(view: RuleView, least_cos: float) -> BoolArray:
+        """[nodes] whether the way to a node passes someone too far from where it was begun."""
+        forbidden = np.zeros(view.reach_set.nodes, dtype=np.bool_)
+        for along_m, apart_m in towards(view):
+            forbidden |= along_m < least_cos * apart_m
+        return forbidden
 
     def off_side(view: RuleView) -> Verdict | None:
-        forbidden = _off(view, sides, met, 0.0)
-        for one in met:
-            forbidden |= one.lack_m > -view.margin_m
-        return _verdict(forbidden)
+        return _verdict(off(view, 0.0) | (met.lack_m > -view.margin_m))
 
     def unsteady(view: RuleView) -> Verdict | None:
-        return _verdict(_off(view, sides, met, STEADY_COS))
+        return _verdict(off(view, STEADY_COS))
 
     def _verdict(forbidden: BoolArray) -> Verdict | None:
         if not forbidden.any():
             return None
-        kept = ", ".join(one.name for one in met if one.name in sides)
         return Verdict(f"{kept} as begun" if kept else "met beyond the way's end", forbidden)
 
     return (Rule(SIDE, off_side), Rule(STEADILY, unsteady))
-
-
-def _off(
-    view: RuleView, sides: Mapping[str, FloatArray], met: Sequence[Meeting], least_cos: float
-) -> BoolArray:
-    """[nodes] whether the way to a node passes someone too far from where it was begun."""
-    off = np.zeros(view.reach_set.nodes, dtype=np.bool_)
-    for one in met:
-        if one.name in sides:
-            apart = np.sqrt(np.einsum("ni,ni->n", one.aside_m, one.aside_m))
-            off |= one.aside_m @ (sides[one.name] @ view.world_from_grid) < least_cos * apart
-    return off
 
 
 def noted(notes: Sequence[RuleNote]) -> tuple[RuleNote, ...]:
@@ -121,49 +143,124 @@ def noted(notes: Sequence[RuleNote]) -> tuple[RuleNote, ...]:
 
 
 def passings_after(
-    before: Sequence[Passing],
-    met: Sequence[Meeting],
-    frame: GridFrame,
-    node: int,
-    margin_m: float,
+    before: Sequence[Passing], met: Meetings, frame: GridFrame, node: int, margin_m: float
 ) -> tuple[Passing, ...]:
     """Who is being passed on the way to a node, and on which side; the sides begun stay.
 
     An intruder is passed from when it comes near on the way chosen until it is behind.
     """
+    if not met.names:
+        return ()
     sides = {passing.name: passing for passing in before}
     found = []
-    for one in met:
-        aside, time_s = frame.world_from_grid @ one.aside_m[node], float(one.time_s[node])
+    asides_m, times_s = met.at(node)
+    near_m = met.moving.radius_m + met.moving.growth_mps * times_s + CONFLICT_MARGINS * margin_m
+    far = np.sqrt(np.einsum("ki,ki->k", asides_m, asides_m)) > SURELY * near_m
+    passed = (times_s > 0.0) & ~(far & ~np.array([name in sides for name in met.names]))
+    for index in np.flatnonzero(passed).tolist():
+        aside, name = frame.world_from_grid @ asides_m[index], met.names[index]
         apart = float(np.linalg.norm(aside))
-        if time_s <= 0.0 or apart < LEAST_ASIDE_M:
+        if apart < LEAST_ASIDE_M:
             continue
-        begun = sides.get(one.name)
+        begun = sides.get(name)
         if begun is not None and float(aside @ begun.aside) >= 0.0:
             found.append(begun)
-            continue
-        near = one.radius_m + one.growth_mps * time_s
-        if begun is not None or apart <= near + CONFLICT_MARGINS * margin_m:
-            found.append(Passing(one.name, aside / apart))
+        elif begun is not None or apart <= float(near_m[index]):
+            found.append(Passing(name, aside / apart))
     return tuple(found)
 
 
 @compiled
-def _meeting(
+def _most_lack(
     parent: IndexArray,
     samples: FloatArray,
     end_time_s: FloatArray,
     place: FloatArray,
     velocity: FloatArray,
-    radius: float,
-    growth: float,
+    radius: FloatArray,
+    growth: FloatArray,
     horizon_s: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    nodes, count = samples.shape[0], samples.shape[1]
+) -> FloatArray:
+    most = np.full(len(parent), -np.inf)
+    _note_most_lack(parent, samples, end_time_s, place, velocity, radius, growth, horizon_s, most)
+    return most
+
+
+@borrowing
+def _note_most_lack(
+    parent: IndexArray,
+    samples: FloatArray,
+    end_time_s: FloatArray,
+    place: FloatArray,
+    velocity: FloatArray,
+    radius: FloatArray,
+    growth: FloatArray,
+    horizon_s: float,
+    most: FloatArray,
+) -> None:
+    """Fill in the most that any lacks; flown straight on counts the last chord of a movement."""
+    count = samples.shape[1]
+    last = count - 1
+    for n in range(len(parent)):
+        p, ended_s = parent[n], 0.0
+        x, y, z = 0.0, 0.0, 0.0
+        if p >= 0:
+            ended_s = end_time_s[p]
+            x, y, z = samples[p, last, 0], samples[p, last, 1], samples[p, last, 2]
+        if count > 1:
+            x, y, z = samples[n, last - 1, 0], samples[n, last - 1, 1], samples[n, last - 1, 2]
+        ex, ey, ez = samples[n, last, 0], samples[n, last, 1], samples[n, last, 2]
+        step_s = (end_time_s[n] - ended_s) / count
+        for _ in range(count):
+            ended_s = ended_s + step_s
+        ux, uy, uz = (ex - x) / step_s, (ey - y) / step_s, (ez - z) / step_s
+        left_s = max(0.0, horizon_s - ended_s)
+        for k in range(len(radius)):
+            vx, vy, vz = velocity[k, 0], velocity[k, 1], velocity[k, 2]
+            cx, cy, cz = vx - ux, vy - uy, vz - uz
+            dx, dy = place[k, 0] + ended_s * vx - ex, place[k, 1] + ended_s * vy - ey
+            dz = place[k, 2] + ended_s * vz - ez
+            within_s = min(_closest_s(dx, dy, dz, cx, cy, cz, np.inf), left_s)
+            dx, dy, dz = dx + within_s * cx, dy + within_s * cy, dz + within_s * cz
+            gap = np.sqrt(dx * dx + dy * dy + dz * dz)
+            lack = radius[k] + growth[k] * (ended_s + within_s) - gap
+            if lack > most[n]:
+                most[n] = lack
+
+
+@compiled
+def _closest(
+    parent: IndexArray,
+    samples: FloatArray,
+    end_time_s: FloatArray,
+    place: FloatArray,
+    velocity: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    nodes, many = len(parent), len(place)
     # On the way to the node itself, which its sequels begin with, and then with what follows it.
-    on_way2, on_way_aside = np.empty(nodes), np.empty((nodes, 3))
-    on_way_s = np.empty(nodes)
-    aside_m, time_s, lack_m = np.empty((nodes, 3)), np.empty(nodes), np.empty(nodes)
+    on_way, aside_m = np.empty((nodes, 5)), np.empty((many, nodes, 3))
+    time_s = np.empty((many, nodes))
+    for k in range(many):
+        _note_closest(
+            parent, samples, end_time_s, place[k], velocity[k], on_way, aside_m[k], time_s[k]
+        )
+    return aside_m, time_s
+
+
+@borrowing
+def _note_closest(
+    parent: IndexArray,
+    samples: FloatArray,
+    end_time_s: FloatArray,
+    place: FloatArray,
+    velocity: FloatArray,
+    on_way: FloatArray,
+    aside_m: FloatArray,
+    time_s: FloatArray,
+) -> None:
+    """Fill in where and when one is closest. on_way: [nodes, 5] room for what sequels go on from:
+    distance squared, time and what lies between."""
+    nodes, count = samples.shape[0], samples.shape[1]
     px, py, pz = place[0], place[1], place[2]
     vx, vy, vz = velocity[0], velocity[1], velocity[2]
     for n in range(nodes):
@@ -174,8 +271,8 @@ def _meeting(
         if p >= 0:
             start_s = end_time_s[p]
             x, y, z = samples[p, count - 1, 0], samples[p, count - 1, 1], samples[p, count - 1, 2]
-            nearest2, nearest_s = on_way2[p], on_way_s[p]
-            ax, ay, az = on_way_aside[p, 0], on_way_aside[p, 1], on_way_aside[p, 2]
+            nearest2, nearest_s = on_way[p, 0], on_way[p, 1]
+            ax, ay, az = on_way[p, 2], on_way[p, 3], on_way[p, 4]
         step_s = (end_time_s[n] - start_s) / count
         began_s = start_s
         cx, cy, cz = 0.0, 0.0, 0.0
@@ -192,20 +289,15 @@ def _meeting(
                 ax, ay, az = dx, dy, dz
             x, y, z = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
             began_s = began_s + step_s
-        on_way2[n], on_way_s[n] = nearest2, nearest_s
-        on_way_aside[n, 0], on_way_aside[n, 1], on_way_aside[n, 2] = ax, ay, az
+        on_way[n, 0], on_way[n, 1] = nearest2, nearest_s
+        on_way[n, 2], on_way[n, 3], on_way[n, 4] = ax, ay, az
         dx, dy, dz = px + began_s * vx - x, py + began_s * vy - y, pz + began_s * vz - z
         after_s = _closest_s(dx, dy, dz, cx, cy, cz, np.inf)
         tx, ty, tz = dx + after_s * cx, dy + after_s * cy, dz + after_s * cz
         if tx * tx + ty * ty + tz * tz < nearest2:
             nearest_s = began_s + after_s
             ax, ay, az = tx, ty, tz
-        within_s = min(after_s, max(0.0, horizon_s - began_s))
-        tx, ty, tz = dx + within_s * cx, dy + within_s * cy, dz + within_s * cz
-        gap = np.sqrt(tx * tx + ty * ty + tz * tz)
-        lack_m[n] = radius + growth * (began_s + within_s) - gap
         aside_m[n, 0], aside_m[n, 1], aside_m[n, 2], time_s[n] = ax, ay, az, nearest_s
-    return aside_m, time_s, lack_m
 
 
 @borrowing

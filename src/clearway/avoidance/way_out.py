@@ -89,6 +89,15 @@ class WayOut:
     @property
     def after_one(self) -> WayOut:
         """What is left of it after its first movement."""
-        if self.begins:
-            return replace(self, begins=self.begins[1:], under_way_s=None)
-        return replace(self, loop=self.loop[1:] + self.loop[:1])
+        return self.after(1)
+
+    def after(self, movements: int) -> WayOut:
+        """What is left of it after so many movements."""
+        if movements == 0:
+            return self
+        begun = (movements - len(self.begins)) % len(self.loop)
+        if movements <= len(self.begins):
+            return replace(self, begins=self.begins[movements:], under_way_s=None)
+        under_way_s = None if self.begins else self.under_way_s
+        loop = self.loop[begun:] + self.loop[:begun]
+        return replace(self, begins=(), loop=loop, under_way_s=under_way_s)

@@ -131,6 +131,7 @@ class WaysOut:
         self._aloof: dict[int, bool] = {}
         self._loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
+        self._left: dict[int, bool] = {}
 
     def warm_up(self) -> None:
         """Compile and load what only some decisions run."""
@@ -140,7 +141,7 @@ class WaysOut:
         pose_after(STANDING, path)
         corners = carried(STANDING, path, (0.0, 1.0), terms)
         keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
-        chain_room(np.zeros(1, dtype=np.int64), at, STANDING, 0.0, legs, terms, 1.0)
+        chain_room(np.zeros(1, dtype=np.int64), at, STANDING, 0.0, legs, terms, 1.0, 0.0)
 
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
         """Whether an attitude is one of the library's, with which loops close."""
@@ -157,7 +158,7 @@ class WaysOut:
         """The same for ways out that are verified for half as long, where they drift."""
         less = copy(self)
         less._lasts_s = 0.5 * self._lasts_s
-        less._after = {}
+        less._after, less._left = {}, {}
         return less
 
     @property
@@ -168,7 +169,7 @@ class WaysOut:
             return None
         exact = copy(self)
         exact._terms = terms._replace(tube_m=np.zeros(0), unsure_mps=0.0)
-        exact._after, exact._aloof = {}, {}
+        exact._after, exact._left, exact._aloof = {}, {}, {}
         return exact
 
     @cached_property
@@ -193,8 +194,8 @@ class WaysOut:
         """Distance from intruders at equal times on the first round of a way out that begins now,
         no more than twice the margin."""
         terms, movements = self._terms, self._numbers(way.movements)
-        most = 2.0 * terms.margin_m
-        return float(chain_room(movements, self._start, STANDING, 0.0, self._legs, terms, most))
+        most, at = 2.0 * terms.margin_m, self._start
+        return float(chain_room(movements, at, STANDING, 0.0, self._legs, terms, most, -np.inf))
 
     def stands(self, way: WayOut) -> bool:
         """Whether a way out is to stay where the vehicle is."""
@@ -211,6 +212,17 @@ class WaysOut:
             terms = self._with(strict, share * self._full_m)
             self._after[key] = self._find_after(movement, terms)
         return self._after[key]
+
+    def leaves(self, movement: int) -> bool:
+        """Whether there is a way out from the end of a movement that begins now, with the whole
+        margin: of intruders depends which one is taken, not whether there is one."""
+        asked = (movement, self.strict, 1.0)
+        if asked in self._after:
+            return self._after[asked] is not None
+        if movement not in self._left:
+            terms = self._with(True, self._full_m)._replace(moving=self._terms.nothing)
+            self._left[movement] = self._find_after(movement, terms) is not None
+        return self._left[movement]
 
     def _find_after(self, movement: int, terms: EscapeTerms) -> WayOut | None:
         legs, at = self._legs, self._start

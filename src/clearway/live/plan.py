@@ -179,14 +179,12 @@ class Plan:
         """What of the way out is left at a time, and in the middle of a movement that movement,
         after which it begins."""
         way = self.way_out
-        for entry in self.flown_until(now_s).entries:
+        for flown, entry in enumerate(self.flown_until(now_s).entries):
             if entry.start_s + TIME_TOLERANCE_S < now_s < entry.end_s - TIME_TOLERANCE_S:
-                return way, UnderWay(entry.movement.name, entry.end_s - now_s)
-            if way is None:
-                continue
-            if abs(entry.end_s - now_s) <= TIME_TOLERANCE_S:
-                return way, None
-            way = way.after_one
+                left = None if way is None else way.after(flown)
+                return left, UnderWay(entry.movement.name, entry.end_s - now_s)
+            if way is not None and abs(entry.end_s - now_s) <= TIME_TOLERANCE_S:
+                return way.after(flown), None
         return None, None
 
     def _side_after(self, decision: Decision) -> Side:
