@@ -7,7 +7,7 @@ either by a function of the same type.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -65,9 +65,10 @@ class Prices:
     """Per metre of height changed."""
     risk: float = 0.5
     """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
-    coated: float = 3.0
+    coated: float | None = None
     """For passing cells that the safety margin around evidence reaches into, in movement lengths:
-    cells are coarse, so a verified path may, but need not."""
+    cells are coarse, so a verified path may, but need not. None for 3, and for 0 where the vehicle
+    can stop: it would turn on the spot again and again to where other cells are free."""
     miss: float = 2.0
     """For grazing the reach radius of the goal, in movement lengths; little well inside it."""
     other_side: float = 4.0
@@ -84,12 +85,18 @@ class Prices:
     speed, beyond straight away from it: a pursuer is run away from."""
 
     def __post_init__(self) -> None:
-        keys = self.__slots__
+        keys = [key for key in self.__slots__ if key != "coated" or self.coated is not None]
         problems = found(number_problem(key, getattr(self, key)) for key in keys)
         if problems:
             raise InputError("prices", problems)
 
     __repr__ = brief
+
+    def suited(self, *, can_stop: bool) -> Prices:
+        """With the price of coated cells that suits a vehicle, where none is given."""
+        if self.coated is not None:
+            return self
+        return replace(self, coated=0.0 if can_stop else 3.0)
 
 
 Climbing = tuple[float, float]

@@ -381,7 +381,7 @@ def _candidates(
         goal,
         arrived,
         to_go,
-        planner.settings.prices,
+        planner.prices,
         commitment or Commitment(),
         known.near.hazards.moving,
     )

@@ -249,6 +249,11 @@ class Planner:
         return self.rating or rating_named(self.settings.rating)
 
     @cached_property
+    def prices(self) -> Prices:
+        """Those of the settings, as they suit the vehicle."""
+        return self.settings.prices.suited(can_stop=self.automaton.can_stop)
+
+    @cached_property
     def speed_mps(self) -> float:
         """Fastest speed of the automaton."""
         return self.automaton.fastest_mps

@@ -39,8 +39,9 @@ NARROW = (1.25, 1.5)
 TALL, TALL_FINE = 100.0, 200.0
 """Price of a metre that nobody has seen above or below what stands, in coarse cells and in fine
 ones: most of it stands on."""
-MOST_FINE = 10.0
-"""Price of a metre in fine cells at most, when a way is looked for: who can stop may look."""
+MOST_FINE = 60.0
+"""Price of a metre in fine cells at most, when a way is looked for: who can stop may look, but not
+for longer than it takes to fly back out of a room."""
 IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0

@@ -227,8 +227,9 @@ class PricesSection(Section):
     """Per metre of height changed."""
     risk: NotNegative = 0.5
     """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
-    coated: NotNegative = 3.0
-    """For passing cells that the margin around evidence reaches into, in movement lengths."""
+    coated: NotNegative | None = None
+    """For passing cells that the margin around evidence reaches into, in movement lengths; by
+    default 3, and 0 where the vehicle can stop."""
     miss: NotNegative = 2.0
     """For grazing the reach radius of the goal, in movement lengths."""
     other_side: NotNegative = 4.0

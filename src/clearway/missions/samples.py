@@ -150,3 +150,78 @@ name = "near"
 radius_m = 150
 half_height_m = 30
 """
+PLANT = '''\
+"""A vehicle of one's own: what truly moves, and the movements it is flown with."""
+
+import numpy as np
+
+import clearway as cw
+
+
+class Blimp:
+    """A blimp that gains speed and turns slowly, and that every wind carries off."""
+
+    movements = staticmethod(
+        lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.multirotor(
+            speed_mps, 15.0, duration_s, climb_mps=0.5, diagonals=False
+        )
+    )
+
+    def __init__(self, state, speed_mps, air):
+        self.outputs = {}
+        self.state, self.air, self.now = np.array(state, dtype=float), air, np.zeros(3)
+        self.now[0] = speed_mps
+
+    def begin(self, movement):
+        self.asked = np.array([movement.speed_mps, movement.yaw_rate_rps, movement.climb_mps or 0])
+
+    def step(self, duration_s):
+        self.now += (self.asked - self.now) * (1.0 - np.exp(-duration_s / 0.4))
+        speed, rate, climb = self.now
+        air = self.air.step(duration_s, speed, self.state[2], self.state[5])
+        yaw = self.state[5] = self.state[5] + rate * duration_s
+        way = np.array([speed * np.cos(yaw), speed * np.sin(yaw), climb])
+        self.state = np.concatenate([self.state[:3] + (way + air) * duration_s, self.state[3:]])
+'''
+FLOWN = """\
+# That blimp among masts that no map shows. Once it is measured it may fly by what it really does:
+# automaton = "blimp.toml" under [vehicle].
+[mission]
+name = "blimp-mission"
+waypoints_m = [[60, 0, 0]]
+reach_radius_m = 3
+
+[vehicle]
+plant = "own_plant.py:Blimp"
+speed_mps = 3
+movement_s = 2
+body_radius_m = 0.5
+
+[grid]
+range_m = 40
+layers = 10
+
+[safety]
+margin_m = 1.5
+
+[simulation]
+wind_mps = [0, 0.3, 0]
+gusts_mps = 0.1
+
+[[lidar]]
+sigma_m = 0.03
+
+[[obstacle]]
+name = "mast"
+shape = "line"
+position_m = [22, 1, 0]
+orientation_deg = [0, 90, 0]
+size_m = [40]
+radius_m = 0.5
+
+[[obstacle]]
+name = "house"
+shape = "cuboid"
+position_m = [42, -5, 0]
+size_m = [6, 8, 30]
+"""

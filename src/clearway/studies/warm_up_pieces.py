@@ -128,7 +128,7 @@ def study_risk() -> None:
     model = made_up_model()
     study(model, [CLEARWAY], range(2))
     for vehicle in ("copter", "wing"):
-        study(model, [CLEARWAY], range(2), RiskSettings(vehicle=vehicle))
+        study(model, [CLEARWAY], range(2), RiskSettings.real_scale(vehicle))
 
 
 def read_samples() -> None:

@@ -49,7 +49,7 @@ def routes(
     free = rate_reach_set(reach_set, np.ones(reach_set.grid.cells))
     everywhere = np.ones(reach_set.nodes, dtype=np.bool_)
     candidates = price_candidates(
-        prepared, free, everywhere, goal, arrived, to_go, planner.settings.prices, Commitment()
+        prepared, free, everywhere, goal, arrived, to_go, planner.prices, Commitment()
     )
     order = np.argsort(candidates.cost_m, kind="stable")
     return Routes(prepared, goal, candidates.nodes[order], candidates.cost_m[order])
