@@ -198,7 +198,7 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
     heard.set()
     due, every = time.monotonic(), round(OWN_HZ / options.hz)
     clouds = round(60.0 * options.minutes * options.hz)
-    for number in range(every * (clouds + round(options.hz))):
+    for number in range(every * clouds):
         for one in bus.take():
             told = unpacked(one.raw, one.type)
             to, fast = told.position, told.velocity
@@ -207,7 +207,7 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
             yaw = told.yaw
         place = place + velocity / OWN_HZ
         stamp = stamp_of(time.time())
-        if number % every == 0 and number < every * clouds:
+        if number % every == 0:
             table[:, 0] = along_m - place[0] % STEP_M
             cloud.header.stamp = stamp
             bus.publish("/points", packed(cloud))
