@@ -21,6 +21,7 @@ from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
 from clearway.missions.planned import FORMATS as PLANS
 from clearway.studies.samples import SAMPLES
 from in_process import clearway
+from repository import REPOSITORY
 
 LONG = ("campaign", "compare", "risk")
 """Commands that fly more than once, or long: a night run tries them too."""
@@ -139,3 +140,8 @@ def test_a_guardian_lets_the_recorded_commands_through_until_the_house_is_near(
     assert told["passed"] >= 20
     assert told["replaced"] >= 3
     assert not told["missing"]
+
+
+def test_the_plant_is_that_of_the_example(samples: Path) -> None:
+    shown = (REPOSITORY / "examples" / "own_plant.py").read_text()
+    assert (samples / "own_plant.py").read_text().partition("class")[2].strip() in shown

@@ -15,6 +15,7 @@ from clearway.missions.mission_sections import OF_MOVEMENTS
 from clearway.missions.setup import prepare
 from clearway.sim.plants import PLANTS, Air
 from clearway.sim.plants.air import GustScales
+from clearway.sim.plants.movements import quadrotor_movements
 from clearway.sim.plants.quadrotor import SIDES, Airframe, derivative, stepped
 from clearway.vehicle.automaton import MovementAutomaton
 from repository import REPOSITORY
@@ -229,6 +230,17 @@ def test_a_plain_function_is_a_plant():
     plant.begin(MovementAutomaton.plane()["Straight"])
     plant.step(0.05)
     assert plant.state.tolist() == [1.05, 1, 1, 1, 1, 1]
+
+
+def test_a_plain_function_tells_its_movements_as_any_plant_does():
+    from clearway.sim.plants.plant import own_plant
+
+    def still(state, _inputs, _duration_s, _air_mps):
+        return state
+
+    assert own_plant("plant own", still).movements is None
+    still.movements = quadrotor_movements
+    assert own_plant("plant own", still).movements is quadrotor_movements
 
 
 def test_a_vehicle_of_ones_own_is_under_forty_lines_and_flies():

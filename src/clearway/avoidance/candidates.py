@@ -130,7 +130,8 @@ def price_candidates(
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
     cost = ends.path_cost_m + to_go_m
     cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
-    cost += step_m * (prices.coated or 0.0) * ~is_clear
+    assert prices.coated is not None  # A planner's prices suit its vehicle.
+    cost += step_m * prices.coated * ~is_clear
     sides = sides_of(ends, goal, reach_set.grid.range_m)
     _add_changes_of_mind(cost, prepared, ends, sides, prices, commitment)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):

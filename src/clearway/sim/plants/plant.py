@@ -95,7 +95,7 @@ def own_plant(label: str, found: Any) -> PlantKind:
     """A user's plant: a `PlantKind`, what makes one, or a function that moves a state.
 
     What makes one takes (state, speed_mps, air); a function takes (state, inputs, duration_s,
-    air_mps). Raises OwnCodeError for what is none of these.
+    air_mps). Either may have `movements`. Raises OwnCodeError for what is none of these.
     """
     if isinstance(found, PlantKind):
         return found
@@ -109,7 +109,7 @@ def own_plant(label: str, found: Any) -> PlantKind:
         def of_function(state: FloatArray, _speed_mps: float, air: Air) -> Plant:
             return FunctionPlant(moves, np.array(state, dtype=np.float64), air)
 
-        return PlantKind(about, of_function)
+        return PlantKind(about, of_function, getattr(found, "movements", None))
     raise OwnCodeError(
         label,
         "must take (state, speed_mps, air) and give a plant, or take (state, inputs, duration_s, "
