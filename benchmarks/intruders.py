@@ -73,13 +73,17 @@ def at_the_vehicle_s_time(quick: bool) -> Row:
     ).row(f"{COUNT} intruders across the grid, line and spread, at the vehicle's time (5.5)")
 
 
-def decision(make: Callable[[], Sequence[Intruder]], where: str) -> Callable[[bool], Row]:
+def decision(
+    make: Callable[[], Sequence[Intruder]], where: str, escape: str = "strict"
+) -> Callable[[bool], Row]:
     """A whole decision among intruders, from their reports to its explanation."""
 
     def measure(quick: bool) -> Row:
         start = State(np.zeros(3))
         mission = Mission("benchmark", start, np.array([[100.0, 0.0, 0.0]]))
-        system = AvoidanceSystem(planner_at(1.0), mission)
+        planner = planner_at(1.0)
+        planner = replace(planner, settings=replace(planner.settings, escape=escape))
+        system = AvoidanceSystem(planner, mission)
         system.update(start)
         for number, each in enumerate(make()):
             system.update(replace(each, name=f"i{number}"))
@@ -87,8 +91,8 @@ def decision(make: Callable[[], Sequence[Intruder]], where: str) -> Callable[[bo
         system.update(replace(start, time_s=0.5))
         return timed(lambda: system.decide(0.5), quick).row(
             f"a decision with {COUNT} intruders {where}, line and spread, from reports to the "
-            "explained decision",
-            target_s=5e-3,
+            f"explained decision, escape {escape}",
+            target_s=5e-3 if escape == "off" else None,
         )
 
     return measure
@@ -126,7 +130,13 @@ BENCHMARKS = (
     Benchmark("intruders, leaving", assessed(*LEAVING, ("line", "spread"))),
     Benchmark("bands, four intruders", banded(4000.0, "4 km off")),
     Benchmark("bands, four intruders near", banded(700.0, "700 m off")),
-    Benchmark("decision, 32 intruders leaving", decision(*LEAVING)),
-    Benchmark("decision, 32 intruders", decision(*AT_RANDOM), headline=True),
-    Benchmark("decision, 32 intruders across", decision(*ACROSS), headline=True),
+    *(
+        Benchmark(
+            f"decision, 32 intruders{name}{'' if escape == 'strict' else ', escape off'}",
+            decision(*among, escape),
+            headline=escape == "off",
+        )
+        for name, among in (("", AT_RANDOM), (" across", ACROSS), (" leaving", LEAVING))
+        for escape in ("strict", "off")
+    ),
 )

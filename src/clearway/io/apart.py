@@ -1,34 +1,32 @@
 """Reading in a process of its own: where a library may end its process, or never end.
 
-The process has so much memory and processor time, by the size of the file, and nothing of what it
-prints is seen. What it sends back, or how it ended, is told like anything that a reader says.
+The process, forked by `readers`, has so much memory and processor time, by the size of the file,
+and nothing of what it prints is seen. What it sends back, or how it ended, is told like anything
+that a reader says.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import pickle
 import resource
 import select
 import signal
 import struct
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.io.readers import ALONE, Reader, reader
 
 MEMORY_BYTES, MEMORY_PER_BYTE = 700_000_000, 30
 """Of data, for the libraries and for each byte of the file."""
 CPU_S, CPU_S_PER_BYTE = 20, 4e-6
 LONGEST_WAIT_S = 600.0
 """For one answer, on a machine that is busy with something else."""
-START = "import sys, json; sys.path[:] = json.loads(sys.argv[1]); from clearway.io import apart; "
 LENGTH = struct.Struct("<Q")
 Result = TypeVar("Result")
 
@@ -39,7 +37,8 @@ def apart(path: Path, kind: str, function: Callable[..., Result], *arguments: ob
     path, kind: the file that it reads, and what the file is called. Raises InputError where the
     call ends the process, or takes too much memory or time.
     """
-    with contextlib.closing(_answers(path, kind, _one, function, *arguments)) as answers:
+    module = _module_of(function)
+    with contextlib.closing(_answers(path, kind, module, _one, function, *arguments)) as answers:
         result: Result = next(answers)
         return result
 
@@ -48,7 +47,11 @@ def items_apart(
     path: Path, kind: str, function: Callable[..., Iterator[Result]], *arguments: object
 ) -> Generator[Result, None, None]:
     """The same of a function that yields: one item after the other, as they are asked for."""
-    return _answers(path, kind, function, *arguments)
+    return _answers(path, kind, _module_of(function), function, *arguments)
+
+
+def _module_of(function: Callable[..., object]) -> str:
+    return getattr(function, "__module__", None) or "builtins"
 
 
 def _one(function: Callable[..., Result], *arguments: object) -> Iterator[Result]:
@@ -56,29 +59,28 @@ def _one(function: Callable[..., Result], *arguments: object) -> Iterator[Result
 
 
 def _answers(
-    path: Path, kind: str, function: Any, *arguments: object
+    path: Path, kind: str, module: str, function: Any, *arguments: object
 ) -> Generator[Any, None, None]:
     try:
         size = path.stat().st_size
     except OSError:
         size = 0
     limits = (MEMORY_BYTES + MEMORY_PER_BYTE * size, int(CPU_S + CPU_S_PER_BYTE * size))
-    receiving, sending = os.pipe()
-    command = f"{START}apart.serve({sending}, {limits})"
-    process = subprocess.Popen(
-        [sys.executable, "-W", "ignore", "-c", command, json.dumps(sys.path)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        pass_fds=(sending,),
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-    )
-    os.close(sending)
+    (receiving, sending), (asked, asking) = os.pipe(), os.pipe()
     try:
+        process = reader(module, asked, sending)
+    except BaseException:
+        os.close(receiving)
+        os.close(asking)
+        raise
+    finally:
+        os.close(sending)
+        os.close(asked)
+    try:
+        with contextlib.suppress(BrokenPipeError), os.fdopen(asking, "wb") as ask:
+            pickle.dump((limits, _folder(), {**os.environ, **ALONE}), ask, protocol=5)
+            pickle.dump((function, arguments), ask, protocol=5)
         with os.fdopen(receiving, "rb", buffering=0) as pipe:
-            assert process.stdin is not None
-            with contextlib.suppress(BrokenPipeError), process.stdin:
-                pickle.dump((function, arguments), process.stdin, protocol=5)
             while True:
                 answer = _received(pipe)
                 if answer is None:
@@ -92,17 +94,21 @@ def _answers(
                     raise InputError(str(path), f"damaged or truncated {kind} ({value})")
                 yield value
     finally:
-        process.kill()
-        process.wait()
+        process.close()
 
 
-def _end_of(process: subprocess.Popen[bytes]) -> str:
-    """Why a process sends no more."""
+def _folder() -> str:
+    """Where relative paths begin; "" where that is gone."""
     try:
-        status = process.wait(1.0)
-    except subprocess.TimeoutExpired:
-        return "reading it does not come to an end"
-    if status == -signal.SIGXCPU:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+def _end_of(process: Reader) -> str:
+    """Why a process sends no more."""
+    status = process.status()
+    if status is None or status == -signal.SIGXCPU:
         return "reading it does not come to an end"
     if status >= 0:
         return f"the library that reads it ended (status {status})"
@@ -137,15 +143,19 @@ def _bytes(pipe: IO[bytes], count: int, deadline: float) -> bytearray | None:
     return found
 
 
-def serve(sending: int, limits: tuple[int, int]) -> None:
-    """What runs in the other process: call what is asked for on standard input, send what comes."""
-    memory_bytes, cpu_s = limits
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes, memory_bytes))
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
-    with os.fdopen(sending, "wb") as pipe:
+def serve(asked: int, sending: int) -> None:
+    """What runs in the other process: call what is asked for, send what comes."""
+    with os.fdopen(asked, "rb") as asking, os.fdopen(sending, "wb") as pipe:
         try:
-            function, arguments = pickle.load(sys.stdin.buffer)
+            (memory_bytes, cpu_s), folder, environment = pickle.load(asking)
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes, memory_bytes))
+            resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
+            os.environ.clear()
+            os.environ.update(environment)
+            with contextlib.suppress(OSError):
+                os.chdir(folder)
+            function, arguments = pickle.load(asking)
             for item in function(*arguments):
                 _send(pipe, ("item", item))
             _send(pipe, ("end", None))

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 from clearway.base.errors import InputError
 from clearway.io.foreign_errors import damage_told
 
+LOADED_APART = ("pyulog",)
+"""Before a reader is forked, see `io.readers`."""
 READ_OVER, READ_MORE_BYTES = 20, 10_000_000
 CALLS_A_BYTE, CALLS_MORE = 3, 1_000
 """How much pyulog may read, and how often, of a log of so many bytes: where one is damaged it looks

@@ -30,6 +30,8 @@ RECORD_HEADER_BYTES, EXTENDED_RECORD_HEADER_BYTES = 54, 60
 COMPRESSED_FORMAT = 128
 """Added to the point format by LAZ."""
 PACKAGES = ("laspy", "pyproj")
+LOADED_APART = ("laspy", "lazrs", "pyproj")
+"""Before a reader is forked, see `io.readers`."""
 MOST_PACKED = 5_000_000
 """Points of a LAZ file that need not have a byte each."""
 HORIZONTAL_UNIT_KEY = 3076

@@ -22,6 +22,8 @@ from clearway.io.traffic.traffic_rows import (
 )
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
+LOADED_APART = ("pymavlink.DFReader",)
+"""Before a reader is forked, see `io.readers`."""
 FORM = "DataFlash log of ArduPilot (.bin)"
 MAGIC = b"\xa3\x95\x80\x80"
 OWN = "own"
