@@ -19,6 +19,7 @@ from in_process import clearway
 from repository import REPOSITORY
 
 CONTENT = bytes(range(256)) * 1000
+GETS = "`clearway data --fetch DIR` gets"
 
 
 class Source(BaseHTTPRequestHandler):
@@ -145,6 +146,33 @@ def test_what_needs_a_public_file_says_how_to_get_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="clearway data --fetch DIR"):
         read_mission(tmp_path / "tree.toml")
     assert where_from("somebody's.las") == ""
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("risk", "daa/em-models/uncor_1200only_fwse_v1p2.txt"),
+        ("traffic", "adsb/tracks_brc_20min_20230830.jsonl"),
+        ("assess --no-plots --scan", "lidar/ouster/OS-1-128_v2.3.0_1024x10_lb_n3.pcap"),
+    ],
+)
+def test_commands_find_a_public_file_by_its_name_or_say_how_to_get_it(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(public_data.FOLDER, raising=False)
+    words = (*command.split(), Path(name).name)
+    done = clearway(*words, cwd=tmp_path)
+    assert done.exit_code == 2
+    assert f"no such file; it is public and no part of clearway: {GETS} {name}" in done.stderr
+    # One that is there, and is none: what is said is about its content.
+    kept = tmp_path / "kept" / name
+    kept.parent.mkdir(parents=True)
+    kept.write_bytes(b"nothing of the kind\n")
+    monkeypatch.setenv(public_data.FOLDER, str(tmp_path / "kept"))
+    done = clearway(*words, cwd=tmp_path)
+    assert done.exit_code == 2
+    assert "no such file" not in done.stderr
+    assert str(kept) in done.stderr
 
 
 def test_public_files_are_looked_for_in_the_folder_of_data_too(

@@ -4,11 +4,15 @@ What is not run as it stands stands below a comment, `<!-- commands: KIND -->`, 
 setup (installs), hardware (a link, a cluster), data (public files: `clearway data`), or long. Its
 options are checked all the same; a night run tries long ones, and those on data that are there, on
 few flights each.
+
+`CLEARWAY_PROGRAM=/path/to/bin/clearway` runs them by a program that is installed elsewhere, such as
+one from a wheel, each in a process of its own that knows nothing of the checkout.
 """
 
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import shlex
 import shutil
@@ -22,8 +26,11 @@ import pytest
 from typer.main import get_command
 
 from clearway.cli.app import app
-from in_process import clearway
+from in_process import Done
+from in_process import clearway as clearway_of_checkout
 from repository import REPOSITORY
+
+PROGRAM = os.environ.get("CLEARWAY_PROGRAM")
 
 PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md"))]
 KINDS = ("setup", "hardware", "data", "long")
@@ -48,6 +55,30 @@ FEW = {
 BESIDE = "clearway.mavlink.simulated"
 """What flies beside the command of the line before."""
 DRAWS = ("assess", "compare", "fly", "map", "pursuit", "reach-set", "reproduce")
+
+
+def clearway(*arguments: object, cwd: Path | None = None) -> Done:
+    """The command of the checkout, or of the program that is to be tried."""
+    if PROGRAM is None:
+        return clearway_of_checkout(*arguments, cwd=cwd)
+    words = [PROGRAM, *map(str, arguments)]
+    ended = subprocess.run(
+        words, cwd=cwd, env=surroundings(), capture_output=True, text=True, check=False
+    )
+    return Done(ended.returncode, ended.stdout, ended.stderr)
+
+
+def surroundings() -> dict[str, str]:
+    """The environment of processes: without the checkout where a program is to be tried."""
+    kept = dict(os.environ)
+    if PROGRAM is not None:
+        kept.pop("PYTHONPATH", None)
+    return kept
+
+
+def python() -> str:
+    """Of the program's environment."""
+    return sys.executable if PROGRAM is None else str(Path(PROGRAM).parent / "python")
 
 
 class Line(NamedTuple):
@@ -201,15 +232,18 @@ def test_commands_beside_the_simulated_autopilot_fly(
 ) -> None:
     code = "from clearway.cli.app import main; main()"
     companion = subprocess.Popen(
-        [sys.executable, "-c", code, *line.words[1:]],
+        [python(), "-c", code, *line.words[1:]],
         cwd=prepared,
+        env=surroundings(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     try:
-        words = [sys.executable, *beside.words[1:], "--duration", "40"]
-        flown = subprocess.run(words, cwd=prepared, capture_output=True, text=True, timeout=300)
+        words = [python(), *beside.words[1:], "--duration", "40"]
+        flown = subprocess.run(
+            words, cwd=prepared, env=surroundings(), capture_output=True, text=True, timeout=300
+        )
     finally:
         companion.send_signal(signal.SIGINT)
         told = companion.communicate(timeout=60)

@@ -24,6 +24,7 @@ from clearway.studies.encounter_model import made_up_model
 from clearway.studies.encounters.flights import RADIUS_M
 from clearway.studies.risk.encounter import draw_encounter
 from clearway.studies.risk.settings import NEAR_COLLISION, RiskSettings
+from in_process import clearway
 from repository import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
@@ -120,6 +121,23 @@ def test_absent_data_are_skipped_with_a_reason(
     rows, settings = read_results(tmp_path / "out" / "results.parquet")
     print_tables(rows, settings, json.loads(settings["skipped"]))
     assert "skipped place: place.toml needs survey.laz" in capsys.readouterr().out
+
+
+def test_families_that_were_not_asked_for_are_not_skipped(tmp_path: Path) -> None:
+    """What `--only` flies is all there: exit status 0, and no word about what it did not name."""
+    file = tmp_path / "c.toml"
+    file.write_text(
+        'name = "c"\nplanners = ["clearway"]\n'
+        '[[family]]\nfamily = "place"\nlabel = "gone"\nparameters = { mission = "gone.toml" }\n'
+        '[[family]]\nfamily = "head-on"\n'
+    )
+    own = ("campaign", file, "--workers", "1", "--out", tmp_path / "out")
+    done = clearway(*own, "--only", "head-on/*")
+    assert done.exit_code == 0
+    assert "skipped gone" not in done.stderr
+    assert "skipped gone" in done.stdout, "the table says what is not in it"
+    done = clearway(*own, "--only", "gone/*")
+    assert (done.exit_code, "skipped gone" in done.stderr) == (3, True)
 
 
 def test_surveyed_places_without_their_public_files_are_skipped(

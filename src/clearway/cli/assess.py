@@ -145,9 +145,12 @@ def assess(
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }
+    from clearway.io.public_data import found
+
     pictures = drawn.pictures_of(form, dpi)
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
+    scan = None if scan is None else found(scan)
     read = _read(scene, scan, _given(overrides))
     kind = "play" if every else "assess"
     folder = ResultsFolder.checked(

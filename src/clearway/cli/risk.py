@@ -233,11 +233,12 @@ def _planners(names: list[str] | None, settings: RiskSettings) -> list[str]:
 
 def _model(path: Path | None, settings: RiskSettings) -> EncounterModel:
     from clearway.base.errors import InputError
+    from clearway.io.public_data import found
     from clearway.studies.encounter_model import made_up_model, read_encounter_model
 
     if path is None:
         say("no model given: the numbers of this one are made up, not measured")
-    network = made_up_model() if path is None else read_encounter_model(path)
+    network = made_up_model() if path is None else read_encounter_model(found(path))
     bins = network.variables[network.index("L")].bins
     if any(layer >= bins for layer in settings.layers):
         raise InputError("--layers", f"the model has layers 1 to {bins}")

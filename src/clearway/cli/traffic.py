@@ -82,9 +82,11 @@ def traffic(
     Exit status 1: the encounter was flown, and the margin lost or the end not reached.
     """
     from clearway.base.provenance import provenance
+    from clearway.io.public_data import at_hand
     from clearway.missions.traffic_result import traffic_result
 
     kept = drawn.pictures_of(form, dpi)
+    files = [at_hand(file) for file in files]
     pictures = _pictures(files, own)
     if encounter is not None:
         from clearway.cli.fly_recorded import fly_recorded
@@ -113,13 +115,14 @@ def traffic(
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
     """Air pictures of all files; raises SeveralErrors, one for each file that is of no use."""
+    from clearway.io.public_data import found
     from clearway.io.traffic.traffic import read_traffic
     from clearway.traffic.recorded.picture import air_picture
 
     pictures, problems = [], []
     for file in files:
         try:
-            pictures.append(air_picture(read_traffic(file), own))
+            pictures.append(air_picture(read_traffic(found(file)), own))
         except ClearwayError as error:
             problems.append(error)
     if problems:

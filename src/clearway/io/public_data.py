@@ -145,6 +145,14 @@ def at_hand(path: Path) -> Path:
     return kept if kept.exists() else path
 
 
+def found(path: Path) -> Path:
+    """As `at_hand`; raises InputError, with how to get it, for a public file in neither place."""
+    there = at_hand(path)
+    if not there.exists() and (whence := where_from(path)):
+        raise InputError(str(path), f"no such file{whence}")
+    return there
+
+
 def _known(path: str | Path) -> PublicFile | None:
     return next((one for one in FILES if Path(one.name).name == Path(path).name), None)
 

@@ -32,7 +32,7 @@ class CampaignProgress:
     """In the order of the campaign's tasks."""
     flown_now: int
     skipped: dict[str, str]
-    """Why, by label."""
+    """Why, by label, of what was asked for."""
 
 
 def run_campaign(
@@ -68,7 +68,9 @@ def run_campaign(
             {**settings, "skipped": json.dumps(skipped), "provenance": json.dumps(provenance())},
         )
         (folder / JOURNAL).unlink()
-    return CampaignProgress(ordered, len(left), skipped)
+    asked_for = {task.label for task in chosen(tasks, only)}
+    told = {label: why for label, why in skipped.items() if label in asked_for}
+    return CampaignProgress(ordered, len(left), told)
 
 
 def chosen(tasks: Sequence[Task], only: str) -> list[Task]:
