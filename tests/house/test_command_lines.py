@@ -188,7 +188,6 @@ def shortened(words: list[str]) -> list[str]:
 @pytest.fixture(scope="module")
 def prepared(samples: Path) -> Path:
     """The samples, with what commands of the documentation name beside them."""
-    shutil.copytree(REPOSITORY / "examples", samples / "examples")
     (samples / "docs").mkdir()
     shutil.copy(REPOSITORY / "docs" / "faults.md", samples / "docs")
     shutil.copy(REPOSITORY / "docs" / "campaign.md", samples / "page.md")

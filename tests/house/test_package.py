@@ -39,6 +39,9 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
     place = tmp_path / "site"
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target"]
     subprocess.run([*install, str(place), str(wheel)], check=True, capture_output=True)
+    examples = subprocess.run(
+        ["git", "ls-files", "examples"], cwd=REPOSITORY, capture_output=True, text=True, check=False
+    ).stdout.splitlines()
     code = (
         "import clearway; from clearway.missions.mission_file import read_mission_file;"
         "print(clearway.__file__); print(read_mission_file('static-obstacles').mission.name);"
@@ -46,7 +49,11 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
         "from clearway.studies.campaigns.file import read_campaign; from pathlib import Path;"
         "named = [f.parameters['mission'] for f in read_campaign('standard').file.family"
         "         if f.family == 'place'];"
-        "print(len(named), all((PLACES / Path(name).name).is_file() for name in named))"
+        "print(len(named), all((PLACES / Path(name).name).is_file() for name in named));"
+        "import numpy; from clearway.studies.samples import SAMPLES;"
+        "[one.write(Path('examples'), numpy.random.default_rng()) for one in SAMPLES"
+        " if one.name == 'examples'];"
+        "print(len([one for one in Path('examples').rglob('*') if one.is_file()]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -60,6 +67,7 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
         str(place / "clearway" / "__init__.py"),
         "static-obstacles",
         "4 True",
+        str(len(examples)),
     ]
     version = subprocess.run(
         [sys.executable, "-c", "from clearway.cli.app import main; main()", "--version"],

@@ -17,26 +17,24 @@ if TYPE_CHECKING:
 
 def alerts(
     file: Annotated[Path, typer.Argument(help="Recording: {traffic}; gzip too.")],
-    own: Annotated[
-        str, typer.Option(help="Address or callsign of the aircraft that looks.")
-    ] = "Ownship",
+    own: Annotated[str, typer.Option(help="Address or callsign of the own aircraft.")] = "Ownship",
     volumes: Annotated[
         str,
-        typer.Option(help="{volumes}, or a .toml file with [[volume]] tables."),
+        typer.Option(help="{volumes}, or a .toml file with tables [\\[volume]]."),
     ] = "f3442",
     vehicle: Annotated[
-        str, typer.Option(help="How it can manoeuvre, for the bands: {vehicles}.")
+        str, typer.Option(help="Its performance, which the bands need: {vehicles}.")
     ] = "wing",
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object, with the bands of every second.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for alerts.json and the picture alerts.png.")
+        Path | None, typer.Option(help="Folder for alerts.json and the picture.")
     ] = None,
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
-    """Alerts about every other aircraft, and bands of heading, climb and speed, every second."""
+    """Tell alerts about all other aircraft, and bands of heading, climb and speed, each second."""
     from clearway.io.traffic.traffic import read_traffic
     from clearway.missions.alert_history import alert_history
     from clearway.missions.volume_section import volumes_named

@@ -76,34 +76,41 @@ def assess(
         typer.Option(
             "--airframe-radius",
             min=0.0,
-            help="Returns within so many metres of the body's origin are the own airframe's.",
+            help="Returns within this many metres of the body's origin are the own airframe's.",
         ),
     ] = None,
     range_m: Annotated[
         float | None, typer.Option("--range", help="Range in metres.", rich_help_panel=GRID)
     ] = None,
-    layers: Annotated[int | None, typer.Option(rich_help_panel=GRID)] = None,
-    columns: Annotated[int | None, typer.Option(rich_help_panel=GRID)] = None,
-    rows: Annotated[int | None, typer.Option(rich_help_panel=GRID)] = None,
+    layers: Annotated[
+        int | None, typer.Option(help="Cells along the range.", rich_help_panel=GRID)
+    ] = None,
+    columns: Annotated[
+        int | None, typer.Option(help="Cells from side to side.", rich_help_panel=GRID)
+    ] = None,
+    rows: Annotated[
+        int | None, typer.Option(help="Cells from bottom to top.", rich_help_panel=GRID)
+    ] = None,
     azimuth_deg: Annotated[
-        str | None, typer.Option(help="Half width, or right,left.", rich_help_panel=GRID)
+        str | None, typer.Option(help="Half width in degrees, or right,left.", rich_help_panel=GRID)
     ] = None,
     elevation_deg: Annotated[
-        str | None, typer.Option(help="Half height, or bottom,top.", rich_help_panel=GRID)
+        str | None,
+        typer.Option(help="Half height in degrees, or bottom,top.", rich_help_panel=GRID),
     ] = None,
     method: Annotated[
         str | None,
         typer.Option(help="Reach set: {methods}."),
     ] = None,
     speed: Annotated[
-        float | None, typer.Option(help="Vehicle in m/s; default: one layer a second.")
+        float | None, typer.Option(help="Speed of the vehicle in m/s; default: one layer a second.")
     ] = None,
     rating: Annotated[str | None, typer.Option(help="How safe a cell is: {ratings}.")] = None,
     unknown: Annotated[
         float | None, typer.Option(help="How far hidden space counts as blocked, 0 to 1.")
     ] = None,
     detection: Annotated[
-        str | None, typer.Option(help="How hits become P_OD: {detection}.")
+        str | None, typer.Option(help="How hits make a cell occupied (P_OD): {detection}.")
     ] = None,
     as_json: Annotated[
         bool,

@@ -27,7 +27,9 @@ def campaign(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, help="Processes; default: one a core.", rich_help_panel=RUN),
+        typer.Option(
+            min=1, help="Processes side by side; default: one per core.", rich_help_panel=RUN
+        ),
     ] = None,
     engine: Annotated[
         str, typer.Option(help="processes of this machine, or dask.", rich_help_panel=RUN)
@@ -39,7 +41,7 @@ def campaign(
     only: Annotated[
         str,
         typer.Option(
-            help="Fly the flights with such keys: family/planner/seed, with * for anything.",
+            help="Fly only flights with such a key, family/planner/seed; * stands for anything.",
             rich_help_panel=RUN,
         ),
     ] = "*",
@@ -77,8 +79,8 @@ def campaign(
 ) -> None:
     """Fly a campaign, or go on with it.
 
-    Exit status 0 if its first planner was safe throughout, 1 if not, 3 if families were skipped for
-    want of their data.
+    Exit status 0 if its first planner was safe throughout, 1 if not, 3 if families were skipped
+    because their data are missing.
     """
     if list_families:
         _list(as_json)
@@ -195,7 +197,7 @@ def _print(results: Path, docs: list[Path], as_json: bool, more: dict[str, int])
 
     rows, settings = read_results(results)
     if docs and "campaign" not in settings:
-        raise InputError(str(results), "does not say of which campaign it is, for the pages")
+        raise InputError(str(results), "does not name its campaign, which the pages need")
     skipped = json.loads(settings.get("skipped", "{}"))
     for page in docs:
         say(f"{page}: {', '.join(write_pages(page, rows, settings, skipped))} written")

@@ -34,7 +34,10 @@ def compare(
         ),
     ],
     planners: Annotated[
-        str | None, typer.Option(help="With commas between, of {planners}; default: all of ours.")
+        str | None,
+        typer.Option(
+            help="Names with commas between, of {planners}; default: all that come with clearway."
+        ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Flights of each planner.")] = 1,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first flight.")] = 0,

@@ -26,7 +26,7 @@ def data(
     ] = None,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="Part of a name; may be repeated: only such files."),
+        typer.Option(help="Only files with this in their name; may be repeated."),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")

@@ -53,7 +53,7 @@ def encounters(
     noise: Annotated[
         str,
         typer.Option(
-            help="Noise of reports, metres,m/s at scale 1 (0.3,0.1); they pass a tracker then.",
+            help="Noise of reports, metres,m/s at scale 1 (0.3,0.1); a tracker then smooths them.",
             rich_help_panel=KIND,
         ),
     ] = "0,0",
@@ -71,27 +71,35 @@ def encounters(
         ),
     ] = 0.0,
     scale: Annotated[
-        float, typer.Option(help="Multiplies lengths and speeds.", rich_help_panel=KIND)
+        float, typer.Option(help="Factor on lengths and speeds.", rich_help_panel=KIND)
     ] = 1.0,
     every_kind: Annotated[
         bool,
         typer.Option(
-            "--every-kind", help="Fly all kinds that the project is held to.", rich_help_panel=KIND
+            "--every-kind",
+            help="Fly every kind that has a target of its own.",
+            rich_help_panel=KIND,
         ),
     ] = False,
     planner: Annotated[
         list[str] | None,
         typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
     ] = None,
-    count: Annotated[int, typer.Option(min=1, help="Encounters.", rich_help_panel=RUN)] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first one.", rich_help_panel=RUN)] = 0,
+    count: Annotated[
+        int, typer.Option(min=1, help="Number of encounters.", rich_help_panel=RUN)
+    ] = 1000,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first one.", rich_help_panel=RUN)
+    ] = 0,
     only: Annotated[
         int | None,
         typer.Option(
             min=0, help="Fly this seed alone and print its decisions.", rich_help_panel=RUN
         ),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.", rich_help_panel=RUN)] = 2,
+    workers: Annotated[
+        int, typer.Option(min=1, help="Processes side by side.", rich_help_panel=RUN)
+    ] = 2,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,

@@ -34,7 +34,7 @@ def faults(
     seed: Annotated[int, typer.Option(min=0, help="Of the first world.", rich_help_panel=RUN)] = 0,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, help="Processes; default: one a core.", rich_help_panel=RUN),
+        typer.Option(min=1, help="Processes; default: one per core.", rich_help_panel=RUN),
     ] = None,
     missions: Annotated[
         bool,

@@ -22,12 +22,12 @@ Video = Annotated[
 ]
 Fps = Annotated[
     int | None,
-    typer.Option(help="Frames a second; default: 15, of a GIF 10.", rich_help_panel=PANEL),
+    typer.Option(help="Frames per second; default: 15, or 10 for a GIF.", rich_help_panel=PANEL),
 ]
 Speed = Annotated[
     float | None,
     typer.Option(
-        help="Seconds of flight in a second of film; default: what makes it last 20 s, and no "
+        help="Seconds of flight per second of film; default: so that it lasts 20 s, but never "
         "slower than flown.",
         rich_help_panel=PANEL,
     ),

@@ -44,7 +44,9 @@ def fly(
     ] = None,
     spawn: Annotated[
         str | None,
-        typer.Option(help="Intruders appear relative to: nominal flight, ownship, or world."),
+        typer.Option(
+            help="What intruders' places are relative to: nominal (flight), ownship or world."
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of noise and drop-outs.")] = None,
     rating: Annotated[
@@ -56,7 +58,9 @@ def fly(
     ] = None,
     verify: Annotated[
         str | None,
-        typer.Option(help="evidence holds candidates against it; none flies on cell ratings."),
+        typer.Option(
+            help="evidence: check candidates against all that was seen; none: trust ratings."
+        ),
     ] = None,
     planner: Annotated[str, typer.Option(help="Who decides: {planners}.")] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,

@@ -39,7 +39,7 @@ def guard(
         typer.Option(help="MAVLink: the autopilot's udpin:HOST:PORT, udpout:HOST:PORT, serial:..."),
     ] = None,
     commands: Annotated[
-        str, typer.Option(help="MAVLink: where wishes come from, an address likewise.")
+        str, typer.Option(help="MAVLink: the address that commands come to, of the same forms.")
     ] = "udpin:127.0.0.1:14560",
     act: mavlink_options.Act = False,
     check: ros2_bus.Check = False,
@@ -50,14 +50,17 @@ def guard(
     remap: ros2_bus.Remap = None,
     rate: mavlink_options.Rate = 20.0,
     hold_s: Annotated[
-        float, typer.Option(min=0.05, max=10.0, help="MAVLink: a wish is verified for so long.")
+        float,
+        typer.Option(min=0.05, max=10.0, help="MAVLink: seconds for which a command is verified."),
     ] = 0.5,
     acceleration_mps2: Annotated[
         float | None,
-        typer.Option(min=0.01, help="MAVLink: of the vehicle; default: changes speed at once."),
+        typer.Option(
+            min=0.01, help="MAVLink: the vehicle's greatest; default: it changes speed at once."
+        ),
     ] = None,
     timeout_s: Annotated[
-        float, typer.Option(min=0.05, max=10.0, help="MAVLink: a wish counts for so long.")
+        float, typer.Option(min=0.05, max=10.0, help="MAVLink: seconds for which a command counts.")
     ] = 0.5,
     signing_key: mavlink_options.SigningKey = None,
     system: mavlink_options.System = 1,
@@ -68,7 +71,7 @@ def guard(
     heartbeat_s: mavlink_options.Heartbeat = 3.0,
     lock_step: mavlink_options.LockStep = False,
     duration: Annotated[
-        float | None, typer.Option(min=0.0, help="End after so many seconds; default: Ctrl-C.")
+        float | None, typer.Option(min=0.0, help="End after so many seconds; default: at Ctrl-C.")
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")

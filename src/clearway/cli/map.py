@@ -28,11 +28,14 @@ def show_map(
         str | None,
         typer.Option(
             help="Latitude,longitude,height of the local frame in degrees and metres; default: "
-            "amid the first file."
+            "the middle of the first file."
         ),
     ] = None,
     radius: Annotated[
-        float, typer.Option(min=0.1, help="Metres that a mere point stands for.")
+        float,
+        typer.Option(
+            min=0.1, help="Radius, in metres, of an obstacle given as a point without one."
+        ),
     ] = 20.0,
     crs: Annotated[
         str | None,
@@ -42,7 +45,9 @@ def show_map(
     ] = None,
     at: Annotated[
         str | None,
-        typer.Option(help="Moment such as 2025-06-01T12:00Z: zones not in force then are left out"),
+        typer.Option(
+            help="Moment such as 2025-06-01T12:00Z: zones not in force then are left out."
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the picture; default clearway-out/map.")
@@ -88,7 +93,10 @@ def _origin(text: str | None) -> Geodetic | None:
             "--origin", f"latitude,longitude,height are needed, got {text!r}"
         ) from None
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(height) < 1e5):
-        raise InputError("--origin", f"{text!r} is no place: +-90 and +-180 degrees, metres")
+        raise InputError(
+            "--origin",
+            f"{text!r} is no place; valid: within +-90 and +-180 degrees, height in metres",
+        )
     return Geodetic(latitude, longitude, height)
 
 

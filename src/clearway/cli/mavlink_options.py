@@ -16,20 +16,25 @@ Rate = Annotated[
 ]
 SigningKey = Annotated[
     Path | None,
-    typer.Option(help="File of 32 bytes or 64 hex digits: frames not signed so are refused."),
+    typer.Option(help="File of 32 bytes or 64 hex digits: frames not signed with it are refused."),
 ]
 System = Annotated[int, typer.Option(min=1, max=255, help="The vehicle's system id.")]
 Component = Annotated[int, typer.Option(min=1, max=255, help="The autopilot's id.")]
 Icao = Annotated[str | None, typer.Option(help="Our transponder's address, six hex digits.")]
 TrafficMargin = Annotated[
-    float, typer.Option(min=0.0, help="Kept from aircraft beyond margin and half span.")
+    float,
+    typer.Option(min=0.0, help="Distance kept from aircraft, beyond margin and half their span."),
 ]
 Fan = Annotated[
     float,
-    typer.Option(min=0.0, max=60.0, help="How far up and down distances count; 0: level."),
+    typer.Option(
+        min=0.0,
+        max=60.0,
+        help="Fan of distance messages: how far up and down they count; 0: level.",
+    ),
 ]
 Heartbeat = Annotated[
-    float, typer.Option(min=0.5, help="The link is lost after so long without a heartbeat.")
+    float, typer.Option(min=0.5, help="The link counts as lost after so long without a heartbeat.")
 ]
 LockStep = Annotated[
     bool, typer.Option("--lock-step", help="A simulated vehicle waits for our set-points.")

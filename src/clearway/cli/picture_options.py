@@ -9,10 +9,8 @@ import typer
 if TYPE_CHECKING:
     from clearway.view.plot.style import Pictures
 
-Form = Annotated[
-    str, typer.Option("--format", help="Of pictures: png, svg or pdf.", rich_help_panel="Pictures")
-]
-Dpi = Annotated[int, typer.Option(help="Dots an inch of pictures.", rich_help_panel="Pictures")]
+Form = Annotated[str, typer.Option("--format", help="png, svg or pdf.", rich_help_panel="Pictures")]
+Dpi = Annotated[int, typer.Option(help="Dots per inch.", rich_help_panel="Pictures")]
 FORM, DPI = "png", 110
 
 

@@ -18,10 +18,13 @@ if TYPE_CHECKING:
 def pursuit(
     detected_at: Annotated[float, typer.Option(help="Distance of detection in metres.")] = 6.0,
     accelerations: Annotated[
-        str, typer.Option(help="Bounds in m/s2; 0 flies straight on. Turning takes 0.26 of us.")
+        str,
+        typer.Option(
+            help="Of the intruder, in m/s2; 0: it flies straight on. An own turn takes 0.26."
+        ),
     ] = "0,0.05,0.1,0.26",
     keep: Annotated[float, typer.Option(help="Distance to keep in metres.")] = 1.2,
-    bearing_step_deg: Annotated[float, typer.Option(min=1.0, help="Between bearings.")] = 5.0,
+    bearing_step_deg: Annotated[float, typer.Option(min=1.0, help="Step between bearings.")] = 5.0,
     out: Annotated[Path, typer.Option(help="Folder of the picture.")] = Path(
         "clearway-out/pursuit"
     ),

@@ -17,36 +17,42 @@ if TYPE_CHECKING:
 GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
 MOST_CELLS = 100_000
 
-Layers = Annotated[int, typer.Option(help="Layers of the grid.", rich_help_panel=GRID)]
+Layers = Annotated[int, typer.Option(help="Cells along the range.", rich_help_panel=GRID)]
 RangeM = Annotated[
     float | None,
     typer.Option(
         "--range",
-        help="Range of the grid in metres; by default one movement's length per layer.",
+        help="Range of the grid in metres; default: one movement's length per layer.",
         rich_help_panel=GRID,
     ),
 ]
-Columns = Annotated[int, typer.Option(help="Columns.", rich_help_panel=GRID)]
-Rows = Annotated[int, typer.Option(help="Rows.", rich_help_panel=GRID)]
-AzimuthDeg = Annotated[str, typer.Option(help="Half width, or right,left.", rich_help_panel=GRID)]
+Columns = Annotated[int, typer.Option(help="Cells from side to side.", rich_help_panel=GRID)]
+Rows = Annotated[int, typer.Option(help="Cells from bottom to top.", rich_help_panel=GRID)]
+AzimuthDeg = Annotated[
+    str, typer.Option(help="Half width in degrees, or right,left.", rich_help_panel=GRID)
+]
 ElevationDeg = Annotated[
-    str, typer.Option(help="Half height, or bottom,top.", rich_help_panel=GRID)
+    str, typer.Option(help="Half height in degrees, or bottom,top.", rich_help_panel=GRID)
 ]
 Speed = Annotated[float, typer.Option(help="Speed in m/s.", rich_help_panel=VEHICLE)]
-TurnStepDeg = Annotated[float, typer.Option(help="Turn by one movement.", rich_help_panel=VEHICLE)]
+TurnStepDeg = Annotated[float, typer.Option(help="Turn of one movement.", rich_help_panel=VEHICLE)]
 Duration = Annotated[float, typer.Option(help="Seconds of one movement.", rich_help_panel=VEHICLE)]
 PitchLimitDeg = Annotated[
     str,
-    typer.Option(help="Steepest pitch, or none as in table 6.1.", rich_help_panel=VEHICLE),
+    typer.Option(
+        help="Steepest pitch, or none (as in the paper's table 6.1).", rich_help_panel=VEHICLE
+    ),
 ]
-Movements = Annotated[int, typer.Option(help="9, or 5 without diagonals.", rich_help_panel=VEHICLE)]
+Movements = Annotated[
+    int, typer.Option(help="9, or 5: without diagonals.", rich_help_panel=VEHICLE)
+]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
 ]
 Out = Annotated[
     Path | None,
     typer.Option(
-        help="Folder of the pictures; one in clearway-out by default.", rich_help_panel=OUTPUT
+        help="Folder of the pictures; default: one in clearway-out.", rich_help_panel=OUTPUT
     ),
 ]
 Plots = Annotated[

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def reach_set(
     context: typer.Context,
-    method: Annotated[str, typer.Option(help="What is kept: {methods}.")] = "flying",
+    method: Annotated[str, typer.Option(help="Which trajectories are kept: {methods}.")] = "flying",
     layers: given.Layers = 10,
     range_m: given.RangeM = None,
     columns: given.Columns = 7,
@@ -37,10 +37,13 @@ def reach_set(
     pitch_limit_deg: given.PitchLimitDeg = "30",
     movements: given.Movements = 9,
     start_pitch_deg: Annotated[
-        float, typer.Option(help="Pitch at the start, nose down.", rich_help_panel=given.VEHICLE)
+        float,
+        typer.Option(
+            help="Pitch at the start; nose down is positive.", rich_help_panel=given.VEHICLE
+        ),
     ] = 0.0,
     spread: Annotated[
-        int | None, typer.Option(help="Nodes per cell, of methods that have it.")
+        int | None, typer.Option(help="Nodes per cell, for methods that limit them.")
     ] = None,
     harmonic: Annotated[int | None, typer.Option(help="Harmonic nodes per cell, likewise.")] = None,
     side_exits: Annotated[

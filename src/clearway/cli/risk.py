@@ -28,7 +28,7 @@ def risk(
     model: Annotated[
         Path | None,
         typer.Argument(
-            help="Encounter model (MIT-LL text format); made-up numbers where none is given."
+            help="Encounter model in the text format of MIT Lincoln Laboratory; default: made up."
         ),
     ] = None,
     curves: Annotated[
@@ -43,35 +43,40 @@ def risk(
         list[str] | None,
         typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
     ] = None,
-    count: Annotated[int, typer.Option(min=1, help="Encounters.", rich_help_panel=RUN)] = 500,
+    count: Annotated[
+        int, typer.Option(min=1, help="Number of encounters.", rich_help_panel=RUN)
+    ] = 500,
     first: Annotated[
         int, typer.Option(min=0, help="Number of the first one.", rich_help_panel=RUN)
     ] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of all of them.", rich_help_panel=RUN)] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all of them.", rich_help_panel=RUN)] = 0,
     only: Annotated[
         int | None,
         typer.Option(min=0, help="Fly this one alone, draw and explain it.", rich_help_panel=RUN),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.", rich_help_panel=RUN)] = 2,
+    workers: Annotated[
+        int, typer.Option(min=1, help="Processes side by side.", rich_help_panel=RUN)
+    ] = 2,
     own_kt: Annotated[
         float, typer.Option(help="Speed of the ownship in knots.", rich_help_panel=KIND)
     ] = 50.0,
     noise: Annotated[
         str,
         typer.Option(
-            help="Noise of reports, metres,m/s; in height less by --stretch.", rich_help_panel=KIND
+            help="Noise of reports, metres,m/s; in height it is divided by --stretch.",
+            rich_help_panel=KIND,
         ),
     ] = "0,0",
     report_s: Annotated[
         float, typer.Option(help="Seconds between reports.", rich_help_panel=KIND)
     ] = 1.0,
     stretch: Annotated[
-        float, typer.Option(help="Heights are decided on times this.", rich_help_panel=KIND)
+        float, typer.Option(help="Factor on heights when it decides.", rich_help_panel=KIND)
     ] = 4.0,
     vehicle: Annotated[
         str | None,
         typer.Option(
-            help="Fly in the true world with this airframe: {vehicles}.", rich_help_panel=SCALE
+            help="Fly at real scale with this airframe: {vehicles}.", rich_help_panel=SCALE
         ),
     ] = None,
     surveillance: Annotated[
@@ -80,30 +85,32 @@ def risk(
     ] = None,
     range_m: Annotated[
         float | None,
-        typer.Option(help="How far they are heard; default: as it says.", rich_help_panel=SCALE),
+        typer.Option(
+            help="How far intruders are heard, in metres; default: by --surveillance.",
+            rich_help_panel=SCALE,
+        ),
     ] = None,
     reaction_s: Annotated[
         float | None,
-        typer.Option(help="From a decision to the controls.", rich_help_panel=SCALE),
+        typer.Option(help="Seconds from a decision to the controls.", rich_help_panel=SCALE),
     ] = None,
     floor_ft: Annotated[
-        float, typer.Option(help="Height above ground that is kept.", rich_help_panel=SCALE)
+        float, typer.Option(help="Least height above ground, in feet.", rich_help_panel=SCALE)
     ] = 50.0,
     ceiling_ft: Annotated[
-        float, typer.Option(help="Height that is not exceeded.", rich_help_panel=SCALE)
+        float, typer.Option(help="Greatest height, in feet.", rich_help_panel=SCALE)
     ] = 6000.0,
     limits: Annotated[
         str,
         typer.Option(
-            help="Largest ratios of near mid-air collision,loss of well clear.",
+            help="Largest ratios allowed: near mid-air collision,loss of well clear.",
             rich_help_panel=OUTPUT,
         ),
     ] = "0.18,0.40",
     journal: Annotated[
         Path | None,
         typer.Option(
-            help="File that outcomes are kept in as they come: an interrupted study goes "
-            "on from it.",
+            help="File that keeps outcomes as they come, so that an interrupted study goes on.",
             rich_help_panel=RUN,
         ),
     ] = None,
@@ -124,7 +131,7 @@ def risk(
         ),
     ] = None,
 ) -> None:
-    """Risk ratios, held against ASTM F3442's or your own by the upper ends of their intervals.
+    """Compute risk ratios, and hold their intervals' upper ends against ASTM F3442's or your own.
 
     Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
     neither is shown.

@@ -66,13 +66,15 @@ def traffic(
     dpi: drawn.Dpi = drawn.DPI,
     as_json: Annotated[
         bool,
-        typer.Option("--json", help="Print one JSON object, with all.", rich_help_panel=OUTPUT),
+        typer.Option(
+            "--json", help="Print one JSON object, with all of them.", rich_help_panel=OUTPUT
+        ),
     ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
             help="Folder for traffic.json and a picture of each recording, or for the flight "
-            "(default there: clearway-out/<mission>).",
+            "(default for that: clearway-out/<mission>).",
             rich_help_panel=OUTPUT,
         ),
     ] = None,

@@ -12,7 +12,7 @@ from clearway.cli.report import print_json, say, show
 
 def warm_up(
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one a core.")
+        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")

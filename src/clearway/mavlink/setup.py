@@ -199,5 +199,5 @@ def _address(text: str | None) -> int | None:
     except ValueError:
         address = -1
     if len(text) != 6 or address < 0:
-        raise InputError("--icao", f"{text!r} is no address; needed are six hexadecimal digits")
+        raise InputError("--icao", f"{text!r} is no address; six hexadecimal digits are needed")
     return address

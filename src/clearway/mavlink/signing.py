@@ -39,7 +39,7 @@ def read_key(path: Path) -> bytes:
     if len(key) != KEY_BYTES:
         raise InputError(
             str(path),
-            f"no signing key: {len(data)} bytes; needed are 32 bytes, or 64 hexadecimal digits",
+            f"no signing key: {len(data)} bytes; 32 bytes or 64 hexadecimal digits are needed",
         )
     return key
 

@@ -89,7 +89,7 @@ def _notes(file: MissionFile, maps: tuple[MapFile, ...]) -> tuple[str, ...]:
     if file.mission.origin_geodetic is None:
         latitude, longitude, height = maps[0].origin
         notes.append(
-            "no mission.origin_geodetic: the origin is amid the first map file, at "
+            "no mission.origin_geodetic: the origin is in the middle of the first map file, at "
             f"{latitude:.6f}, {longitude:.6f}, {height:.1f} m"
         )
     for one in maps:

@@ -36,7 +36,7 @@ class MissionSection(Section):
     waypoints, start, speed, fences, and what suits the speed; keys given here take precedence."""
     origin_geodetic: Point | None = None
     """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
-    x is then east and y north. Default: amid the first map file, if there is one."""
+    x is then east and y north. Default: the middle of the first map file, if there is one."""
     reach_radius_m: Positive = 1.5
     """A waypoint is reached within this distance; 0.4 turning radii serve well."""
     landing_m: Points = ()

@@ -33,7 +33,7 @@ class BagBus:
         self._bag = self._stack.enter_context(open_bag(path))
         if self._bag.kind == "ROS 1 bag":
             self.close()
-            raise InputError(str(path), "is a ROS 1 bag; needed is one of ROS 2")
+            raise InputError(str(path), "is a ROS 1 bag; one of ROS 2 is needed")
         self._there = {topic.name: topic for topic in self._bag.topics}
         self._coming: Iterator[RawMessage] | None = None
         self._next: RawMessage | None = None

@@ -6,6 +6,7 @@ one more changes none of the others.
 
 from __future__ import annotations
 
+import shutil
 import zlib
 from collections.abc import Callable, Sequence
 from importlib import resources
@@ -80,6 +81,14 @@ def _model(path: Path, rng: np.random.Generator) -> None:
     del rng
     shipped = resources.files("clearway.studies") / "encounter_model" / "made-up.txt"
     path.write_text(shipped.read_text(encoding="utf-8"))
+
+
+def _examples(folder: Path, rng: np.random.Generator) -> None:
+    """What the documentation calls examples/: in a checkout at its top, in a wheel beside this."""
+    del rng
+    shipped = Path(__file__).with_name("examples")
+    top = shipped if shipped.is_dir() else Path(__file__).parents[3] / "examples"
+    shutil.copytree(top, folder, ignore=shutil.ignore_patterns("__pycache__", "*.pyc"))
 
 
 CAMPAIGN = """\
@@ -245,6 +254,8 @@ SAMPLES = (
            "clearway campaign my.toml", "parquet"),
     Sample("own_planner.py", "planner", "one's own, as module:name", _text(PLANNER),
            "clearway compare my-mission.toml --planners clearway,own_planner:make"),
+    Sample("examples", "examples", "missions, scenes and own parts of the documentation", _examples,
+           "clearway fly examples/missions/rules.toml"),
 )  # fmt: skip
 """Add a sample here: README.md of the folder and the tests are made from it."""
 

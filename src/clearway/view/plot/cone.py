@@ -11,6 +11,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
 from clearway.view.plot.flight import grid_outline
+from clearway.view.plot.space import name_height
 
 LINE, DEVIATED, EDGE, START = "#1f3fd6", "#2e9e4f", "#c1272d", "#222222"
 PROBABLE = (0.5, 0.4)
@@ -39,7 +40,8 @@ def draw_position(
     axes.plot(*start_m, "o", color=START, label="detected here")
     axes.plot(*center, "o", color=LINE, label="expected position")
     axes.plot(*probable, "o", color=DEVIATED, label="a probable position")
-    axes.set(xlabel="x ahead (m)", ylabel="y left (m)", zlabel="z up (m)")
+    axes.set(xlabel="x ahead (m)", ylabel="y left (m)")
+    name_height(axes, "z up (m)")
     _to_one_scale(axes, np.concatenate([rim, start_m[None]]))
     axes.view_init(elev=18.0, azim=-20.0)
     figure.legend(loc="outside lower center", ncols=5, frameon=False)
@@ -93,7 +95,8 @@ def draw_cone_in_grid(
         axes.plot(*np.stack([start_m, end], axis=1), color=EDGE, lw=0.6)
     axes.plot(*grid.centers_m[met].T, ".", color="#8a5a00", ms=4, label="cells met")
     axes.plot(*start_m, "o", color=START, label="intruder")
-    axes.set(xlabel="x ahead (m)", ylabel="y left (m)", zlabel="z up (m)")
+    axes.set(xlabel="x ahead (m)", ylabel="y left (m)")
+    name_height(axes, "z up (m)")
     _to_one_scale(axes, np.array([[0.0, -9.0, -6.0], [12.0, 9.0, 6.0]]))
     axes.view_init(elev=28.0, azim=-60.0)
     figure.legend(loc="outside lower center", ncols=4, frameon=False)

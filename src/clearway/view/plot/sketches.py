@@ -16,6 +16,7 @@ from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.sensors.space import SpaceCells, SpaceClass
 from clearway.view.plot.cells import cell_wedges
+from clearway.view.plot.space import name_height
 
 INK, BEAM, BODY, HIT = "#222222", "#9db8d9", "#e8c384", "#b2182b"
 SPACES = {
@@ -100,7 +101,8 @@ def draw_patch(
         for elevation in elevation_rad:
             corner = cartesian_from_spherical(np.array([radius_m, azimuth, elevation]))
             axes.plot(*np.stack([np.zeros(3), corner], axis=1), color=INK, lw=1.0)
-    axes.set(xlabel="x ahead (m)", ylabel="y left (m)", zlabel="z up (m)", title=title)
+    axes.set(xlabel="x ahead (m)", ylabel="y left (m)", title=title)
+    name_height(axes, "z up (m)")
     axes.set_box_aspect((1.0, 1.0, 1.0))
     axes.view_init(elev=22.0, azim=35.0)
     return figure
