@@ -120,10 +120,10 @@ def test_a_flight_keeps_clear_of_the_mast_on_the_side_without_the_zone(tmp_path,
     assert np.sign(beside) == -np.sign(north_deg)
 
 
-def test_without_an_origin_it_is_amid_the_first_file_and_said(tmp_path):
+def test_without_an_origin_it_is_in_the_middle_of_the_first_file_and_said(tmp_path):
     text = MISSION.replace("origin_geodetic = [50.94, 6.96, 50]\n", "")
     setup = prepare(saved(tmp_path, text))
-    assert "the origin is amid the first map file, at 50.955" in "\n".join(setup.notes)
+    assert "the origin is in the middle of the first map file, at 50.955" in "\n".join(setup.notes)
 
 
 def test_the_effective_mission_finds_its_maps_from_anywhere(tmp_path):

@@ -19,12 +19,12 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 START = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
-    "from clearway.io import readers; readers.keep({})"
+    "from clearway.io import apart, readers; readers.keep({}, apart.serve)"
 )
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Libraries of linear algebra start no threads then."""
@@ -36,6 +36,8 @@ FDS = 3
 HOW_IT_ENDED, STILL_RUNS = b"?", b"."
 LOST = -int(signal.SIGKILL)
 """The status of what ended together with the process that it was forked from."""
+Serve = Callable[[int, int], None]
+"""What a reader does with the descriptors that bring what is asked for and take answers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +137,11 @@ def _end() -> None:
             each.process.wait()
 
 
-def keep(control_fd: int) -> None:
-    """What runs in the process that forks: a reader for every request, until nobody asks."""
+def keep(control_fd: int, serve: Serve) -> None:
+    """What runs in the process that forks: a reader for every request, until nobody asks.
+
+    serve: `apart.serve`, given since that room looks into this one and not the other way round.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Whoever asks ends it.
     control = socket.socket(fileno=control_fd)
     running: dict[socket.socket, _Running] = {}
@@ -156,12 +161,13 @@ def keep(control_fd: int) -> None:
                 if len(fds) < FDS:
                     asked.unregister(control)
                     continue
-                life = _forked(module, fds, (control, *running), running)
+                life = _forked(serve, module, fds, (control, *running), running)
                 if life is not None:
                     asked.register(life, selectors.EVENT_READ)
 
 
 def _forked(
+    serve: Serve,
     module: str,
     fds: list[int],
     others: Sequence[socket.socket],
@@ -177,7 +183,7 @@ def _forked(
     if pid == 0:
         for each in (*others, life):
             each.close()
-        _read(fds[0], fds[1])
+        _read(serve, fds[0], fds[1])
     os.close(fds[0])
     os.close(fds[1])
     if pid < 0:
@@ -241,10 +247,8 @@ def _load(module: str) -> None:
                 importlib.import_module(name)
 
 
-def _read(asking: int, sending: int) -> None:
+def _read(serve: Serve, asking: int, sending: int) -> None:
     """What the forked process does; it never returns."""
-    from clearway.io.apart import serve
-
     try:
         serve(asking, sending)
     finally:
