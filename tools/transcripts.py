@@ -23,8 +23,8 @@ COLUMNS = re.compile(r"\S {3,}\S.* {3,}\S|[│┃─━]")
 SLOW = re.compile(
     r"^(preparing reach sets|still working|compiling|clearway compiles).*\n", re.MULTILINE
 )
-TIMES = re.compile(r"\b(\d+\.\d+)( ms\b)")
-TIMED_COLUMNS = re.compile(r"(?<= )[\d.]+( +)[\d.]+$")
+TIMES = re.compile(r"( *)\b(\d+\.\d+)(?= ms\b)")
+TIMED_COLUMNS = re.compile(r"( +)([\d.]+)(?=( +[\d.]+)?$)")
 """The last two of a table whose header ends with TIMED_HEADER."""
 TIMED_HEADER = "p50 ms   p99 ms"
 
@@ -41,7 +41,7 @@ def transcript(command: str, folder: Path) -> str:
         check=False,
     )
     said = SLOW.sub("", done.stderr.replace(f"{folder}{os.sep}", ""))
-    text = without_times(TIMES.sub(r"...\2", said + done.stdout))
+    text = without_times(TIMES.sub(_left_out, said + done.stdout))
     lines = [part for line in text.strip().splitlines() for part in _fitted(line.rstrip())]
     if len(lines) > LINES:
         lines = [*lines[: LINES - 1], f"({len(lines) - LINES + 1} more lines)"]
@@ -53,8 +53,14 @@ def without_times(text: str) -> str:
     lines, timed = [], False
     for line in (one.rstrip() for one in text.splitlines()):
         timed = bool(line) and (timed or line.endswith(TIMED_HEADER))
-        lines.append(TIMED_COLUMNS.sub(r"...\1...", line) if timed else line)
+        lines.append(TIMED_COLUMNS.sub(_left_out, line) if timed else line)
     return "\n".join(lines)
+
+
+def _left_out(found: re.Match[str]) -> str:
+    """Dots in place of a number, as wide as it was in a table: columns stay under their names."""
+    before, number = found.groups()[:2]
+    return "...".rjust(len(before + number)) if len(before) > 1 else f"{before}..."
 
 
 def _fitted(line: str) -> list[str]:
