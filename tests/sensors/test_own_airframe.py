@@ -75,7 +75,7 @@ def test_a_guessed_sensor_drops_no_return() -> None:
     ranges = np.where(np.arange(len(directions)) < 30, 0.3, 5.0)
     near = estimate_pattern(directions * ranges[:, None])
     assert near.min_range_m == 0.0
-    assert "30 returns nearer than its blind range of 0.5 m kept" in near.name
+    assert "30 returns are nearer than its blind range of 0.5 m: none assumed" in near.name
 
 
 def test_a_bench_about_the_sensor_is_told_as_such_and_with_its_end() -> None:

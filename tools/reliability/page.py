@@ -63,7 +63,7 @@ def _head(rows: list[dict[str, Any]]) -> str:
 
 def _scores(found: dict[str, dict[str, Reliability]]) -> str:
     lines = [
-        "| of | rating | so many | were so | mean rating | Brier score | saved | off by |",
+        "| what | rating | number | true | mean rating | Brier score | saved | off by |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for kind, ratings in found.items():

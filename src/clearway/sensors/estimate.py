@@ -70,7 +70,7 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
         f"azimuth step {np.degrees(step):.3g} deg measured, {sector}"
     )
     if near:
-        name += f"; {near} returns nearer than its blind range of {known.min_range_m:g} m kept"
+        name += f"; {near} returns are nearer than its blind range of {known.min_range_m:g} m: none assumed"
     pattern = BeamPattern.from_angles(azimuths, lasers, name=name)
     # What measures nearer than the sensor it was taken for is another one with the same rings.
     blind = 0.0 if near else known.min_range_m
