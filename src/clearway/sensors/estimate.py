@@ -70,11 +70,12 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
         f"azimuth step {np.degrees(step):.3g} deg measured, {sector}"
     )
     if near:
-        name += f"; {near} returns are nearer than its blind range of {known.min_range_m:g} m: none assumed"
+        blind = f"its blind range of {known.min_range_m:g} m"
+        name += f"; {near} returns are nearer than {blind}: none assumed"
     pattern = BeamPattern.from_angles(azimuths, lasers, name=name)
     # What measures nearer than the sensor it was taken for is another one with the same rings.
-    blind = 0.0 if near else known.min_range_m
-    return replace(pattern, min_range_m=blind, max_range_m=max(known.max_range_m, farthest))
+    least = 0.0 if near else known.min_range_m
+    return replace(pattern, min_range_m=least, max_range_m=max(known.max_range_m, farthest))
 
 
 def _rings(elevation: FloatArray) -> FloatArray | None:

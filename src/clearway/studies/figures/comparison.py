@@ -15,7 +15,7 @@ from clearway.sim.baselines import CLEARWAY
 from clearway.sim.pilot import Steering
 from clearway.view.plot.flight import PLANNED, WAYPOINT
 from clearway.view.plot.ground_plan import draw_ground_plan
-from clearway.view.plot.style import OWN, line_of
+from clearway.view.plot.style import lines_of
 
 INTRUDER = "#8a8a8a"
 SPARE = 0.08
@@ -35,11 +35,10 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
     above, near = figure.subplots(2, 1, height_ratios=[tall, NEAR_IN])
     draw_ground_plan(above, tracks_m, world, next(iter(runs.values())).safety_margin_m)
     _draw_intruders(above, next(iter(runs.values())))
-    others = [planner for planner in runs if planner != CLEARWAY]
+    looks = lines_of(list(runs))
     for planner, run in runs.items():
-        own = planner == CLEARWAY
-        color, line = (OWN, "-") if own else line_of(others.index(planner))
-        _draw_run(above, near, run, planner, (color, line, own or len(runs) == 1))
+        alone = planner == CLEARWAY or len(runs) == 1
+        _draw_run(above, near, run, planner, (*looks[planner], alone))
     _finish(above, near, next(iter(runs.values())))
     above.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     handles, labels = above.get_legend_handles_labels()

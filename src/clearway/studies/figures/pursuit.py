@@ -36,15 +36,12 @@ def draw_win_map(win_map: WinMap) -> Figure:
         )
         name = "flies straight on" if bound == 0.0 else f"turns with up to {bound:g} m/s²"
         axes.set_title(f"{name}\n{100.0 * share:.0f} % won", fontsize=10)
-        axes.set_xlabel("bearing of the intruder, deg")
+        axes.set_xlabel("bearing of the intruder (deg)")
         if panel == 0:
             axes.set_ylabel("its speed, share of the ownship's")
     figure.suptitle(
         f"Collision courses detected at {win_map.detected_at_m:g} m: "
         f"which keep {win_map.keep_m:g} m whatever the intruder does",
-        x=0.02,
-        ha="left",
-        weight="bold",
     )
     figure.legend(
         handles=[Patch(color=colour, label=label) for colour, label in LABELS.items()],

@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
+from clearway.view.plot.style import lines_of
+from clearway.view.plot.traffic import INTRUDER, STRAIGHT
 
-# Okabe-Ito: told apart by colour-blind eyes too.
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
-INTRUDER, STRAIGHT = "#D55E00", "#999999"
 LIMITS_FT = ((2000.0, 250.0), (500.0, 100.0))
 """Well clear, and near mid-air collision: horizontal, vertical."""
+SHOWN_FT = (6000.0, 1000.0)
+"""As far apart as is drawn, and farther where they never come so near."""
+BEYOND = 1.6
+"""Times the least distances, there."""
 
 
 class EncounterTracks(NamedTuple):
@@ -42,7 +45,7 @@ def draw_encounter(tracks: EncounterTracks) -> Figure:
     _apart(apart, tracks)
     handles, labels = above.get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=min(6, len(labels)), frameon=False)
-    figure.suptitle(tracks.title, x=0.02, ha="left", weight="bold")
+    figure.suptitle(tracks.title)
     figure.tight_layout(rect=(0.0, 0.08, 1.0, 1.0))
     return figure
 
@@ -50,32 +53,42 @@ def draw_encounter(tracks: EncounterTracks) -> Figure:
 def _above(axes: Axes, tracks: EncounterTracks) -> None:
     axes.plot(*_km(tracks.straight_m), "--", color=STRAIGHT, label="straight flight")
     axes.plot(*_km(tracks.intruder_m), color=INTRUDER, label="intruder")
-    for (name, (_, own, _)), colour in zip(tracks.flown.items(), COLOURS, strict=False):
-        axes.plot(*_km(own), color=colour, label=name)
+    looks = lines_of(list(tracks.flown))
+    for name, (_, own, _) in tracks.flown.items():
+        colour, line = looks[name]
+        axes.plot(*_km(own), line, color=colour, label=name)
     for path, colour in ((tracks.straight_m, STRAIGHT), (tracks.intruder_m, INTRUDER)):
         axes.plot(*_km(path[:1]), "o", color=colour, markersize=5)
-    axes.set(title="from above (dots: where it begins)", xlabel="x, km", ylabel="y, km (left)")
+    axes.set(title="from above (dots: where it begins)", xlabel="x (km)", ylabel="y left (km)")
     axes.set_aspect("equal", adjustable="datalim")
 
 
 def _heights(axes: Axes, tracks: EncounterTracks) -> None:
     axes.plot(tracks.time_s, tracks.straight_m[:, 2] / FOOT_M, "--", color=STRAIGHT)
     axes.plot(tracks.time_s, tracks.intruder_m[:, 2] / FOOT_M, color=INTRUDER)
-    for (time_s, own, _), colour in zip(tracks.flown.values(), COLOURS, strict=False):
-        axes.plot(time_s, own[:, 2] / FOOT_M, color=colour)
-    axes.set(title="height", xlabel="s", ylabel="ft above the ownship's first")
+    looks = lines_of(list(tracks.flown))
+    for name, (time_s, own, _) in tracks.flown.items():
+        colour, line = looks[name]
+        axes.plot(time_s, own[:, 2] / FOOT_M, line, color=colour)
+    axes.set(title="height", xlabel="time (s)", ylabel="above the ownship's first height (ft)")
 
 
 def _apart(axes: Axes, tracks: EncounterTracks) -> None:
     for (level, up), style in zip(LIMITS_FT, (":", "-"), strict=True):
         axes.plot([0.0, level, level], [up, up, 0.0], style, color="black", linewidth=0.9)
         axes.annotate(f"{level:g} x {up:g} ft", (level, up), fontsize=8, va="bottom", ha="left")
-    axes.plot(*_feet_apart(tracks.straight_m, tracks.intruder_m), "--", color=STRAIGHT)
-    for (_, own, other), colour in zip(tracks.flown.values(), COLOURS, strict=False):
-        axes.plot(*_feet_apart(own, other), color=colour)
+    looks = lines_of(list(tracks.flown)) | {"": (STRAIGHT, "--")}
+    ways = {"": _feet_apart(tracks.straight_m, tracks.intruder_m)} | {
+        name: _feet_apart(own, other) for name, (_, own, other) in tracks.flown.items()
+    }
+    for name, way in ways.items():
+        colour, line = looks[name]
+        axes.plot(*way, line, color=colour)
+    nearest = [max(float(way[axis].min()) for way in ways.values()) for axis in (0, 1)]
+    across, up = (max(far, BEYOND * near) for far, near in zip(SHOWN_FT, nearest, strict=True))
     axes.set(
-        title="distance between the two", xlabel="horizontal, ft", ylabel="vertical, ft",
-        xlim=(0.0, 6000.0), ylim=(0.0, 1000.0),
+        title="distance between the two", xlabel="horizontal (ft)", ylabel="vertical (ft)",
+        xlim=(0.0, across), ylim=(0.0, up),
     )  # fmt: skip
 
 

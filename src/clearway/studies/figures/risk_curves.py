@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from clearway.base.errors import InputError
 from clearway.traffic.surveillance import SURVEILLANCES
+from clearway.view.plot.style import lines_of
 
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
 """Of planners, in the order in which studies name them."""
 SPARE = 0.04
 """Of an axis, below zero, so that marks there are whole."""
@@ -70,8 +70,8 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
             axes.set_ylim(-SPARE * axes.get_ylim()[1], None)
             axes.grid(alpha=0.25)
         ranges.set_ylabel(f"risk ratio, {title}")
-        ranges.set_xlabel(f"heard within, km ({by_range[0]['surveillance']})")
-        detours.set_xlabel("farthest aside, mean over all that enter, m")
+        ranges.set_xlabel(f"heard within (km), {by_range[0]['surveillance']}")
+        detours.set_xlabel("farthest aside, mean over all that enter (m)")
     handles: dict[str, Any] = {}
     for axes in rows[0]:
         found, labels = axes.get_legend_handles_labels()
@@ -114,7 +114,7 @@ def _told(studies: Sequence[dict[str, Any]], names: Sequence[str]) -> Iterator[T
             known.add(key)
             number, mark = names.index(planner), MARKS.get(study["vehicle"], "s")
             beside = 2 * number + (mark != MARKS["copter"]) - len(names) + 0.5
-            style = (COLOURS[number % len(COLOURS)], mark)
+            style = (lines_of(names)[planner][0], mark)
             yield told, study, f"{planner}, {study['vehicle']}", style, beside
 
 
@@ -145,11 +145,11 @@ def draw_detour_curves(told: dict[str, Any]) -> Figure:
     figure = Figure(figsize=(12.0, 4.6), layout="constrained")
     for axes, (measure, title) in zip(figure.subplots(1, 2), MEASURES, strict=True):
         highest = 0.0
-        for number, (planner, rows) in enumerate(told["curves"].items()):
+        for planner, rows in told["curves"].items():
             rows = sorted(rows, key=lambda row: row["aside_m"])
             aside = [row["aside_m"] for row in rows]
             value, low, high = zip(*(row[measure] for row in rows), strict=True)
-            colour = COLOURS[number % len(COLOURS)]
+            colour = lines_of(list(told["curves"]))[planner][0]
             axes.plot(aside, value, color=colour, marker="o", markersize=5, label=planner)
             axes.fill_between(aside, low, high, color=colour, alpha=0.12, linewidth=0.0)
             highest = max(highest, *value)
@@ -157,9 +157,9 @@ def draw_detour_curves(told: dict[str, Any]) -> Figure:
         top = max(1.25 * highest, 0.1)
         axes.set_ylim(-SPARE * top, top)
         axes.set_xlim(0.0, None)
-        axes.set_xlabel("farthest aside, mean over all that enter, m")
+        axes.set_xlabel("farthest aside, mean over all that enter (m)")
         axes.set_ylabel(f"risk ratio, {title}")
         axes.grid(alpha=0.25)
     figure.axes[0].legend(frameon=False)
-    figure.suptitle(f"{told['kind']}: {told['encounters']} encounters", fontsize=11)
+    figure.suptitle(f"{told['kind']}: {told['encounters']} encounters")
     return figure

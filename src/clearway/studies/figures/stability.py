@@ -20,7 +20,7 @@ def draw_deviations(
     """Deviations [flights, n] at times [n], their middle and 95 %, and the bound [n]."""
     figure = Figure(figsize=(9.0, 5.4), layout="constrained")
     axes = figure.add_subplot()
-    axes.set_title(title, fontsize=13)
+    figure.suptitle(title)
     axes.plot(time_s, deviation_m.T, color=FLOWN, lw=0.3, alpha=0.25)
     axes.plot([], [], color=FLOWN, lw=0.8, label="flights")
     for share, style, name in ((0.5, "-", "median"), (0.95, "--", "95 %")):
@@ -43,7 +43,7 @@ def draw_approach(
 ) -> Figure:
     """The track [n, 3] from above, and V [n] over time with what rises marked."""
     figure = Figure(figsize=(12.0, 5.4), layout="constrained")
-    figure.suptitle(title, fontsize=13)
+    figure.suptitle(title)
     above, value = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
     draw_ground_plan(above, np.concatenate([track_m, goal_m[None]]), world, 0.6)
     above.plot(track_m[:, 0], track_m[:, 1], color=FLOWN)

@@ -149,7 +149,9 @@ class VolumeSet:
         return self.volumes[-1]
 
     @classmethod
-    def of(cls, name: str, volumes: tuple[AirVolume, ...], about: str = "your own") -> VolumeSet:
+    def of(
+        cls, name: str, volumes: tuple[AirVolume, ...], about: str = "volumes of your own"
+    ) -> VolumeSet:
         """With alerts at the usual times: the outermost volume within 55 s is corrective, within
         25 s a warning, and half as much again of it, within 55 s, preventive."""
         outermost = volumes[0] if volumes else None

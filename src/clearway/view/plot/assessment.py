@@ -187,7 +187,7 @@ def draw_panels(
     """One figure: trajectories by `node_values` [nodes] at left, cells by row at right."""
     grid = reach_set.grid
     figure = Figure(figsize=(14.0, 8.0), layout="constrained")
-    figure.suptitle(title, fontsize=15)
+    figure.suptitle(title)
     halves = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.15])
     left, right = figure.add_subfigure(halves[0]), figure.add_subfigure(halves[1])
     space = left.add_subplot(projection="3d")
@@ -207,7 +207,7 @@ def draw_cells_alone(
 ) -> Figure:
     """One figure of cells by row, without trajectories in space."""
     figure = Figure(figsize=(9.0, 7.2), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     draw_cells(figure, grid, quantity, np.zeros((0, 3)), view)
     return figure
 

@@ -17,7 +17,7 @@ def draw_chain(run: Run, until_s: float, title: str) -> Figure:
     decisions = [entry.flight for entry in run.decisions if entry.flight.time_s < until_s]
     limits = limits_around(np.concatenate([track, *(each.decision.path_m for each in decisions)]))
     figure = Figure(figsize=(11.0, 6.6), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     panels = stacked_views(figure, figure.add_gridspec(1, 1)[0], limits)
     for axes, across, label in zip(panels, (1, 2), ("y left (m)", "z up (m)"), strict=True):
         for number, each in enumerate(decisions):

@@ -27,7 +27,7 @@ def draw_position(
 ) -> Figure:
     """The straight line, the ellipse at its end, and one probable position in it (fig. 5.1)."""
     figure = Figure(figsize=(8.5, 6.5), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     axes = figure.add_subplot(projection="3d")
     assert isinstance(axes, Axes3D)
     center = start_m + distance_m * along
@@ -53,7 +53,7 @@ def draw_on_ellipse(
 ) -> Figure:
     """Values [n] at offsets [n, 2] across the flight, and the ellipse around them."""
     figure = Figure(figsize=(8.5, 6.5), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     axes = figure.add_subplot()
     width = 6.0 if len(offsets_m) > 5000 else 30.0
     dots = axes.scatter(
@@ -80,7 +80,7 @@ def draw_cone_in_grid(
     growth: [2] semi-axes per metre of flight.
     """
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     axes = figure.add_subplot(projection="3d")
     assert isinstance(axes, Axes3D)
     for number, line in enumerate(grid_outline(grid)):

@@ -313,7 +313,7 @@ def draw_tracking(run: Run[Steering]) -> Figure:
     panels[-1].set_xlabel("time (s)")
     tracking = run.metrics.tracking_m
     figure.suptitle(
-        f"{run.mission.name}: tracking; deviation from the straight lines "
+        f"{run.mission.name}: tracking\ndeviation from the straight lines "
         f"{tracking.mean():.2f} m on average, {tracking.max():.2f} m at most"
     )
     return figure

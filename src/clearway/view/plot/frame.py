@@ -24,7 +24,7 @@ INK, ARROW = "#222222", "#5c6370"
 def draw_frame(modules: Sequence[Module], flows: Sequence[Flow], title: str) -> Figure:
     """One box per module, coloured by level, with an arrow per flow."""
     figure = Figure(figsize=(11.0, 6.6), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     axes = figure.add_subplot()
     levels = list(dict.fromkeys(level for level, _, _ in modules))
     places = {name: np.array(at) for (_, name, _), at in zip(modules, PLACES, strict=True)}

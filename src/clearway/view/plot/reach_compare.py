@@ -55,9 +55,6 @@ def draw_spreads(comparison: Comparison, spreads: Mapping[str, tuple[SpreadPoint
     figure.suptitle(
         f"Nodes against coverage, {layers} x {columns} x {rows} cells, "
         f"{len(comparison.automaton.movements)} movements",
-        x=0.02,
-        ha="left",
-        weight="bold",
     )
     return figure
 

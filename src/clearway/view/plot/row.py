@@ -13,7 +13,7 @@ SEEN, HIDDEN, HINDERED = "#ded5a4", "#2d3463", "#b2182b"
 def draw_row(title: str, hindrance: FloatArray, visible: FloatArray) -> Figure:
     """Visibility [cells] as bars, and the hindrance [cells] of cells that have one within them."""
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     axes = figure.add_subplot()
     cells = np.arange(1, len(visible) + 1)
     axes.bar(cells, visible, 0.92, color=SEEN, label="visible")

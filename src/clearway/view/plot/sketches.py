@@ -35,7 +35,7 @@ def draw_beams(
 ) -> Figure:
     """Beams of one row against bodies (centre [2], radius), each scanned by itself, from above."""
     figure = Figure(figsize=(11.0, 3.2 * len(bodies)), layout="constrained")
-    figure.suptitle(title, fontsize=14)
+    figure.suptitle(title)
     panels = figure.subplots(len(bodies), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (center, radius), hits in zip(panels, bodies, hits_m, strict=True):
         far = float(center[0]) + 2.0 * radius
@@ -64,7 +64,7 @@ def draw_spaces(
     here = points_m[grid.cell_of(points_m) % grid.rows == row]
     axes.plot(here[:, 1], here[:, 0], ".", color=INK, ms=2.5)
     axes.plot(0, 0, "^", color=INK, ms=8)
-    axes.set_title(title, fontsize=14)
+    figure.suptitle(title)
     axes.set(xlabel="y left (m)", ylabel="x ahead (m)", aspect="equal")
     axes.autoscale_view()
     axes.invert_xaxis()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
@@ -47,6 +47,14 @@ def halo() -> list[AbstractPathEffect]:
 def line_of(number: int) -> tuple[str, str]:
     """Colour and line of the planner with a number from 0 that is not clearway."""
     return OTHERS[number % len(OTHERS)], LINES[number // len(OTHERS) % len(LINES)]
+
+
+def lines_of(planners: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Colour and line of each planner: clearway's own, wherever it stands, and those of others."""
+    others = [planner for planner in planners if planner != "clearway"]
+    return {
+        one: (OWN, "-") if one == "clearway" else line_of(others.index(one)) for one in planners
+    }
 
 
 @dataclass(frozen=True, slots=True)
