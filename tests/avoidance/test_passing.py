@@ -120,9 +120,17 @@ def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every
     ]
     np.testing.assert_array_equal(met.lack_m, np.max([one.lack_m for one in alone], axis=0))
     assert len(np.unique(met.lack_m)) > 10
-    for node in rng.choice(reach_set.nodes, 10).tolist():
+    nodes = rng.choice(reach_set.nodes, 10).tolist()
+    sides = met.at(nodes[0])[0]
+    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+    asides = [met.at(node)[0] for node in nodes]
+    cosines = [min(np.sum(a * sides, axis=1) / np.linalg.norm(a, axis=1)) for a in asides]
+    least = 0.5 * (min(cosines) + max(cosines)), 0.1 * min(cosines) + 0.9 * max(cosines)
+    off = met.off_sides(range(5), sides, least)[:, nodes]
+    np.testing.assert_array_equal(off, [[c < each for c in cosines] for each in least])
+    assert 0 < off[0].sum() <= off[1].sum() < len(nodes)
+    for node in nodes:
         asides_m, times_s = met.at(node)
         for k, one in enumerate(alone):
-            np.testing.assert_array_equal(asides_m[k], met.aside_m(k)[node])
             np.testing.assert_array_equal(asides_m[k], one.at(node)[0][0])
             assert times_s[k] == one.at(node)[1][0]

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.avoidance.candidates import SIDES, Candidates, Side
 from clearway.avoidance.fusion import ReachAssessment
-from clearway.avoidance.hazards import Cause, Hazards
+from clearway.avoidance.hazards import CAUSES, Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import RuleNote
 from clearway.avoidance.verify import KEPT, Verification, path_clearance
@@ -154,7 +154,7 @@ class ChoiceReport:
                     RuledOut(
                         int(self.candidates.nodes[candidate]),
                         float(self.candidates.cost_m[candidate]),
-                        Cause(int(verification.causes[at])),
+                        CAUSES[verification.causes[at]],
                         int(verification.cause_index[at]),
                         float(verification.shortfall_m[at]),
                     )

@@ -44,12 +44,20 @@ class Span(NamedTuple):
 @compiled
 def span_of(corners: FloatArray, start_s: float, end_s: float) -> Span:
     """The movement through given corners."""
-    middle = 0.5 * (corners[0] + corners[-1])
-    reach2 = 0.0
+    middle = np.empty(3)
+    return Span(corners, middle, reach_about(corners, middle), start_s, end_s)
+
+
+@borrowing
+def reach_about(corners: FloatArray, middle: FloatArray) -> float:
+    """Radius of the ball around corners; fills in its middle [3]."""
+    last, reach2 = len(corners) - 1, 0.0
+    for axis in range(3):
+        middle[axis] = 0.5 * (corners[0, axis] + corners[last, axis])
     for q in range(len(corners)):
         dx, dy, dz = corners[q, 0] - middle[0], corners[q, 1] - middle[1], corners[q, 2] - middle[2]
         reach2 = max(reach2, dx * dx + dy * dy + dz * dz)
-    return Span(corners, middle, np.sqrt(reach2), start_s, end_s)
+    return float(np.sqrt(reach2))
 
 
 @borrowing

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from clearway.avoidance.clearance import moving_clearance, span_of
+from clearway.avoidance.clearance import Span, moving_clearance, reach_about
 from clearway.avoidance.escape_legs import (
     EscapeTerms,
+    LegRoom,
     carried,
+    lay_out,
     leg_keeps_margin,
+    leg_room,
     leg_was_seen,
     pose_after,
+    turn_to_grid,
 )
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
@@ -18,7 +24,26 @@ from clearway.base.state import IntArray
 from clearway.reach.escapes import Legs
 
 
-@borrowing
+class Chain(NamedTuple):
+    """Where each of some movements, flown one after the other, begins; room for more."""
+
+    poses: FloatArray
+    """[n + 1, 4]"""
+    times_s: FloatArray
+    """[n + 1]"""
+    at: IntArray
+    """[n + 1] attitudes."""
+    leg: LegRoom
+
+
+@compiled
+def chain_for(movements: int, legs: Legs) -> Chain:
+    """Room for so many movements."""
+    times, at = np.empty(movements + 1), np.empty(movements + 1, dtype=np.int64)
+    return Chain(np.empty((movements + 1, 4)), times, at, leg_room(legs.path.shape[2]))
+
+
+@compiled
 def chain_keeps(
     movements: IntArray,
     start: int,
@@ -31,68 +56,51 @@ def chain_keeps(
 
     What is quick to find out is looked at first: most chains fail in what nobody has seen.
     """
-    unseen = terms.unseen_m
-    if terms.must_see and not chain_was_seen(movements, start, pose, start_s, legs, unseen, terms):
+    chain = chain_for(len(movements), legs)
+    if not may_be_flown(movements, start, pose, start_s, legs, chain):
         return False
-    return chain_keeps_margin(movements, start, pose, start_s, legs, terms)
+    if terms.must_see and not chain_was_seen(movements, legs, terms.unseen_m, terms, chain):
+        return False
+    return chain_keeps_margin(movements, legs, terms, chain)
 
 
-@compiled
+@borrowing
 def chain_was_seen(
-    movements: IntArray,
-    start: int,
-    pose: FloatArray,
-    start_s: float,
-    legs: Legs,
-    unseen: float,
-    terms: EscapeTerms,
+    movements: IntArray, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain
 ) -> bool:
-    """Whether all movements may be flown, through seen space, so far from the unseen."""
-    count = len(movements)
-    poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
-    at = np.empty(count + 1, dtype=np.int64)
-    poses[0], times[0], at[0] = pose, start_s, start
-    if not _may_be_flown(movements, legs, poses, times, at):
-        return False
-    for turn in range(count):
-        n = _far_first(turn, count)
-        m, when = movements[n], (times[n], times[n + 1])
-        path, sagitta = legs.path[at[n], m], legs.sagitta_m[at[n], m]
-        if not leg_was_seen(poses[n], path, sagitta, when, unseen, terms):
-            return False
-    return True
-
-
-@compiled
-def chain_keeps_margin(
-    movements: IntArray,
-    start: int,
-    pose: FloatArray,
-    start_s: float,
-    legs: Legs,
-    terms: EscapeTerms,
-) -> bool:
-    """Whether all movements may be flown, with the margin."""
-    count = len(movements)
-    poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
-    at = np.empty(count + 1, dtype=np.int64)
-    poses[0], times[0], at[0] = pose, start_s, start
-    if not _may_be_flown(movements, legs, poses, times, at):
-        return False
-    for turn in range(count):
-        n = _far_first(turn, count)
-        m, when = movements[n], (times[n], times[n + 1])
-        path, sagitta = legs.path[at[n], m], legs.sagitta_m[at[n], m]
-        if not leg_keeps_margin(poses[n], path, sagitta, when, terms):
+    """Whether all movements of a chain lead through seen space, so far from the unseen."""
+    for turn in range(len(movements)):
+        n = _far_first(turn, len(movements))
+        m, at, when = movements[n], chain.at[n], (chain.times_s[n], chain.times_s[n + 1])
+        sagitta = legs.sagitta_m[at, m]
+        if not leg_was_seen(
+            chain.poses[n], legs.path[at, m], sagitta, when, unseen, terms, chain.leg
+        ):
             return False
     return True
 
 
 @borrowing
-def _may_be_flown(
-    movements: IntArray, legs: Legs, poses: FloatArray, times: FloatArray, at: IntArray
+def chain_keeps_margin(movements: IntArray, legs: Legs, terms: EscapeTerms, chain: Chain) -> bool:
+    """Whether all movements of a chain keep the margin."""
+    for turn in range(len(movements)):
+        n = _far_first(turn, len(movements))
+        m, at, when = movements[n], chain.at[n], (chain.times_s[n], chain.times_s[n + 1])
+        sagitta = legs.sagitta_m[at, m]
+        if not leg_keeps_margin(chain.poses[n], legs.path[at, m], sagitta, when, terms, chain.leg):
+            return False
+    return True
+
+
+@borrowing
+def may_be_flown(
+    movements: IntArray, start: int, pose: FloatArray, start_s: float, legs: Legs, chain: Chain
 ) -> bool:
-    """Whether movements may follow each other; fills in poses, times and attitudes after each."""
+    """Whether movements may follow each other; fills in where and when each begins."""
+    poses, times, at = chain.poses, chain.times_s, chain.at
+    for axis in range(4):
+        poses[0, axis] = pose[axis]
+    times[0], at[0] = start_s, start
     for n in range(len(movements)):
         m = movements[n]
         at[n + 1], times[n + 1] = legs.following[at[n], m], times[n] + legs.duration_s[m]
@@ -174,25 +182,29 @@ def chain_room(
     Where it is not above `stop`, only that counts. What comes last is looked at first: intruders
     grow with time, so that most of what comes before need then not be looked at closely.
     """
-    count, best = len(movements), enough
-    poses, times = np.empty((count + 1, 4)), np.empty(count + 1)
-    at = np.empty(count + 1, dtype=np.int64)
-    poses[0], times[0], at[0] = pose, start_s, start
-    if not _may_be_flown(movements, legs, poses, times, at):
+    chain = chain_for(len(movements), legs)
+    if not may_be_flown(movements, start, pose, start_s, legs, chain):
         return -np.inf
-    for n in range(count - 1, -1, -1):
-        m, when = movements[n], (times[n], times[n + 1])
-        corners = carried(poses[n], legs.path[at[n], m], when, terms)
-        turned = np.empty_like(corners)
-        for s in range(len(corners)):
-            for axis in range(3):
-                turned[s, axis] = (
-                    terms.grid_from_level[axis, 0] * corners[s, 0]
-                    + terms.grid_from_level[axis, 1] * corners[s, 1]
-                    + terms.grid_from_level[axis, 2] * corners[s, 2]
-                )
-        sagitta = legs.sagitta_m[at[n], m]
-        found = moving_clearance(span_of(turned, *when), terms.moving, best + sagitta)
+    return _room_along(movements, legs, terms, enough, stop, chain)
+
+
+@borrowing
+def _room_along(
+    movements: IntArray,
+    legs: Legs,
+    terms: EscapeTerms,
+    enough: float,
+    stop: float,
+    chain: Chain,
+) -> float:
+    best, leg = enough, chain.leg
+    for n in range(len(movements) - 1, -1, -1):
+        m, at, when = movements[n], chain.at[n], (chain.times_s[n], chain.times_s[n + 1])
+        lay_out(chain.poses[n], legs.path[at, m], when, terms.wind_mps, leg.level_m)
+        turn_to_grid(leg, terms.grid_from_level)
+        span = Span(leg.grid_m, leg.middle_m, reach_about(leg.grid_m, leg.middle_m), *when)
+        sagitta = legs.sagitta_m[at, m]
+        found = moving_clearance(span, terms.moving, best + sagitta)
         if found[2] >= 0:
             best = min(best, found[0] - sagitta)
             if best <= stop:

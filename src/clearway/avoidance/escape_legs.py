@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.clearance import span_clearance, span_of
+from clearway.avoidance.clearance import Span, reach_about, span_clearance
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
@@ -71,30 +71,60 @@ class EscapeTerms(NamedTuple):
         return brief(self)
 
 
+class LegRoom(NamedTuple):
+    """Where a movement at a time is laid out."""
+
+    level_m: FloatArray
+    """[samples + 1, 3] its corners, level frame."""
+    grid_m: FloatArray
+    """[samples + 1, 3] likewise in the grid's frame."""
+    middle_m: FloatArray
+    """[3]"""
+
+
 @compiled
-def corners_of(pose: FloatArray, path: FloatArray) -> FloatArray:
-    """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4]."""
-    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
-    corners = np.empty((len(path) + 1, 3))
-    corners[0] = pose[:3]
-    for s in range(len(path)):
-        corners[s + 1, 0] = pose[0] + cosine * path[s, 0] - sine * path[s, 1]
-        corners[s + 1, 1] = pose[1] + sine * path[s, 0] + cosine * path[s, 1]
-        corners[s + 1, 2] = pose[2] + path[s, 2]
-    return corners
+def leg_room(samples: int) -> LegRoom:
+    """For movements of so many samples."""
+    return LegRoom(np.empty((samples + 1, 3)), np.empty((samples + 1, 3)), np.empty(3))
 
 
 @compiled
 def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms) -> FloatArray:
-    """[samples + 1, 3] as `corners_of`, carried by the wind; poses are those in still air."""
-    corners = corners_of(pose, path)
-    wind, last = terms.wind_mps, len(corners) - 1
+    """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4] and carried by
+    the wind; poses are those in still air."""
+    corners = np.empty((len(path) + 1, 3))
+    lay_out(pose, path, times, terms.wind_mps, corners)
+    return corners
+
+
+@borrowing
+def lay_out(
+    pose: FloatArray, path: FloatArray, times: Times, wind: FloatArray, corners: FloatArray
+) -> None:
+    """Fill in `carried`."""
+    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
+    last = len(path)
+    for axis in range(3):
+        corners[0, axis] = pose[axis]
+    for s in range(last):
+        corners[s + 1, 0] = pose[0] + cosine * path[s, 0] - sine * path[s, 1]
+        corners[s + 1, 1] = pose[1] + sine * path[s, 0] + cosine * path[s, 1]
+        corners[s + 1, 2] = pose[2] + path[s, 2]
     if wind[0] != 0.0 or wind[1] != 0.0 or wind[2] != 0.0:
         for s in range(last + 1):
             time = times[0] + (times[1] - times[0]) * s / last
             for axis in range(3):
                 corners[s, axis] += wind[axis] * time
-    return corners
+
+
+@borrowing
+def turn_to_grid(room: LegRoom, grid_from_level: FloatArray) -> None:
+    """Fill in corners in the grid's frame."""
+    g, level, turned = grid_from_level, room.level_m, room.grid_m
+    for s in range(len(level)):
+        x, y, z = level[s, 0], level[s, 1], level[s, 2]
+        for axis in range(3):
+            turned[s, axis] = g[axis, 0] * x + g[axis, 1] * y + g[axis, 2] * z
 
 
 @borrowing
@@ -161,26 +191,6 @@ def _way_was_seen(
 
 
 @compiled
-def keeps_margin(
-    corners: FloatArray, sagitta: float, start_s: float, end_s: float, terms: EscapeTerms
-) -> bool:
-    """Whether a movement through corners, level frame, keeps the margin from all that stands."""
-    turned = np.empty_like(corners)
-    g = terms.grid_from_level
-    farthest2 = 0.0
-    for s in range(len(corners)):
-        x, y, z = corners[s, 0], corners[s, 1], corners[s, 2]
-        farthest2 = max(farthest2, x * x + y * y + z * z)
-        for axis in range(3):
-            turned[s, axis] = g[axis, 0] * x + g[axis, 1] * y + g[axis, 2] * z
-    needed = terms.margin_m + sagitta + terms.slope * np.sqrt(farthest2)
-    span = span_of(turned, start_s, end_s)
-    least = needed - 1e-9 * terms.margin_m
-    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed, least)
-    return bool(found[0] >= least)
-
-
-@borrowing
 def leg_keeps(
     pose: FloatArray,
     path: FloatArray,
@@ -190,13 +200,13 @@ def leg_keeps(
     terms: EscapeTerms,
 ) -> bool:
     """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
-    times = (start_s, end_s)
-    if terms.must_see and not leg_was_seen(pose, path, sagitta, times, terms.unseen_m, terms):
+    times, room = (start_s, end_s), leg_room(len(path))
+    if terms.must_see and not leg_was_seen(pose, path, sagitta, times, terms.unseen_m, terms, room):
         return False
-    return leg_keeps_margin(pose, path, sagitta, times, terms)
+    return leg_keeps_margin(pose, path, sagitta, times, terms, room)
 
 
-@compiled
+@borrowing
 def leg_was_seen(
     pose: FloatArray,
     path: FloatArray,
@@ -204,17 +214,36 @@ def leg_was_seen(
     times: Times,
     unseen: float,
     terms: EscapeTerms,
+    room: LegRoom,
 ) -> bool:
     """Whether it leads through seen space, so far from the unseen."""
-    corners = carried(pose, path, times, terms)
+    lay_out(pose, path, times, terms.wind_mps, room.level_m)
     radius = sagitta + unsure_after(times[1], terms) + unseen
-    return _way_was_seen(corners, radius, terms.origin_m, terms.yaw_rad, terms.free, terms.window)
+    return _way_was_seen(
+        room.level_m, radius, terms.origin_m, terms.yaw_rad, terms.free, terms.window
+    )
 
 
-@compiled
+@borrowing
 def leg_keeps_margin(
-    pose: FloatArray, path: FloatArray, sagitta: float, times: Times, terms: EscapeTerms
+    pose: FloatArray,
+    path: FloatArray,
+    sagitta: float,
+    times: Times,
+    terms: EscapeTerms,
+    room: LegRoom,
 ) -> bool:
-    corners = carried(pose, path, times, terms)
+    """Whether it keeps the margin from all that stands."""
+    lay_out(pose, path, times, terms.wind_mps, room.level_m)
+    turn_to_grid(room, terms.grid_from_level)
+    farthest2 = 0.0
+    for s in range(len(room.level_m)):
+        x, y, z = room.level_m[s, 0], room.level_m[s, 1], room.level_m[s, 2]
+        farthest2 = max(farthest2, x * x + y * y + z * z)
     around = sagitta + unsure_after(times[1], terms)
-    return keeps_margin(corners, around, times[0], times[1], terms)
+    needed = terms.margin_m + around + terms.slope * np.sqrt(farthest2)
+    reach = reach_about(room.grid_m, room.middle_m)
+    span = Span(room.grid_m, room.middle_m, reach, times[0], times[1])
+    least = needed - 1e-9 * terms.margin_m
+    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed, least)
+    return bool(found[0] >= least)

@@ -6,13 +6,15 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.avoidance.escape_chains import (
+    chain_for,
     chain_keeps_margin,
     chain_room,
     chain_was_seen,
+    may_be_flown,
     rounds,
     step_on,
 )
-from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps_margin, leg_was_seen
+from clearway.avoidance.escape_legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -23,6 +25,8 @@ MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""
 NEARLY = 0.9
 """Of a distance, so that rounding never makes a first look stricter than the last."""
+LONGEST = 32
+"""Movements of a loop that there is room for from the beginning."""
 AT_ONCE = 64
 """Escapes that get a first look at once."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
@@ -153,7 +157,8 @@ def first_escape(
     poses, times = np.empty((count, 4)), np.empty(count)
     placed = np.empty((count, 6))
     poses[0], times[0], placed[0] = pose, start_s, _placed_at(pose, start_s, terms)
-    wind = _wind_of(terms)
+    wind, chain = _wind_of(terms), chain_for(LONGEST, legs)
+    up = np.empty(count, dtype=np.int64)
     known, looked_at = 1, 0
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
@@ -202,18 +207,25 @@ def first_escape(
                 continue
             begin, loop = ways.begins[escape], ways.loop[escape]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-            if not _begin_was_seen(begin, unseen, ways, legs, poses, times, seen, terms):
-                continue
-            movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
-            at, then, when = ways.attitude[begin], poses[begin], times[begin]
-            if terms.must_see and not chain_was_seen(
-                movements, at, then, when, legs, unseen, terms
+            if not _begin_was_seen(
+                begin, unseen, ways, legs, poses, times, seen, terms, up, chain.leg
             ):
                 continue
-            if not _begin_keeps_margin(begin, ways, legs, poses, times, clear, terms):
+            movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
+            if len(movements) >= len(chain.times_s):
+                chain = chain_for(len(movements), legs)
+            at, then, when = ways.attitude[begin], poses[begin], times[begin]
+            if not may_be_flown(movements, at, then, when, legs, chain):
+                cleared[escape] = FAILS
+                continue
+            if terms.must_see and not chain_was_seen(movements, legs, unseen, terms, chain):
+                continue
+            if not _begin_keeps_margin(
+                begin, ways, legs, poses, times, clear, terms, up, chain.leg
+            ):
                 continue
             if cleared[escape] == UNKNOWN:
-                keeps = chain_keeps_margin(movements, at, then, when, legs, terms)
+                keeps = chain_keeps_margin(movements, legs, terms, chain)
                 cleared[escape] = KEEPS if keeps else FAILS
             if cleared[escape] == FAILS:
                 continue
@@ -351,7 +363,7 @@ def _is_clear(placed: FloatArray, unseen: float, terms: EscapeTerms) -> bool:
     return is_free(terms.free, terms.window, x, y, z, NEARLY * unseen)
 
 
-@compiled
+@borrowing
 def _begin_was_seen(
     begin: int,
     unseen: float,
@@ -361,22 +373,26 @@ def _begin_was_seen(
     times: FloatArray,
     seen: Known,
     terms: EscapeTerms,
+    up: IntArray,
+    room: LegRoom,
 ) -> bool:
-    """Whether a beginning may be flown, and leads through seen space where that is asked for."""
-    if seen[begin] != UNKNOWN:
-        return bool(seen[begin] == KEEPS)
-    for b in _up_to(begin, ways, seen):
+    """Whether a beginning may be flown, and leads through seen space where that is asked for.
+
+    up: [beginnings] room for those before it.
+    """
+    for n in range(_note_up_to(begin, ways, seen, up) - 1, -1, -1):
+        b = up[n]
         parent, m = ways.parent[b], ways.movement[b]
         at, when = ways.attitude[parent], (times[parent], times[b])
         good = seen[parent] == KEEPS and legs.following[at, m] >= 0
         if good and terms.must_see:
             path, sagitta = legs.path[at, m], legs.sagitta_m[at, m]
-            good = leg_was_seen(poses[parent], path, sagitta, when, unseen, terms)
+            good = leg_was_seen(poses[parent], path, sagitta, when, unseen, terms, room)
         seen[b] = KEEPS if good else FAILS
     return bool(seen[begin] == KEEPS)
 
 
-@compiled
+@borrowing
 def _begin_keeps_margin(
     begin: int,
     ways: Ways,
@@ -385,30 +401,29 @@ def _begin_keeps_margin(
     times: FloatArray,
     clear: Known,
     terms: EscapeTerms,
+    up: IntArray,
+    room: LegRoom,
 ) -> bool:
     """Whether a beginning keeps the margin."""
-    if clear[begin] != UNKNOWN:
-        return bool(clear[begin] == KEEPS)
-    for b in _up_to(begin, ways, clear):
+    for n in range(_note_up_to(begin, ways, clear, up) - 1, -1, -1):
+        b = up[n]
         parent, m = ways.parent[b], ways.movement[b]
         at, when = ways.attitude[parent], (times[parent], times[b])
-        path, sagitta = legs.path[at, m], legs.sagitta_m[at, m]
-        good = clear[parent] == KEEPS and leg_keeps_margin(
-            poses[parent], path, sagitta, when, terms
-        )
+        good = clear[parent] == KEEPS
+        if good:
+            path, sagitta = legs.path[at, m], legs.sagitta_m[at, m]
+            good = leg_keeps_margin(poses[parent], path, sagitta, when, terms, room)
         clear[b] = KEEPS if good else FAILS
     return bool(clear[begin] == KEEPS)
 
 
-@compiled
-def _up_to(begin: int, ways: Ways, state: Known) -> IntArray:
-    """A beginning and those before it of which nothing is known yet, the first one first."""
-    depth, b = 0, begin
+@borrowing
+def _note_up_to(begin: int, ways: Ways, state: Known, up: IntArray) -> int:
+    """Fill in a beginning and those before it of which nothing is known yet, the first one last;
+    returns how many."""
+    count, b = 0, begin
     while state[b] == UNKNOWN:
-        depth += 1
+        up[count] = b
+        count += 1
         b = ways.parent[b]
-    up, b = np.empty(depth, dtype=np.int64), begin
-    for n in range(depth - 1, -1, -1):
-        up[n] = b
-        b = ways.parent[b]
-    return up
+    return count

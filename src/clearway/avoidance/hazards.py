@@ -27,6 +27,10 @@ class Cause(IntEnum):
     INTRUDER = 3
 
 
+CAUSES = tuple(Cause)
+"""By number: quicker than asking the enumeration."""
+
+
 class PointHazards(NamedTuple):
     """Balls that stand for returns."""
 

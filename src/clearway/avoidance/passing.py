@@ -10,6 +10,7 @@ as long again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -72,18 +73,21 @@ class Meetings:
             float(ways.end_time_s.max()),
         )
 
-    def aside_m(self, index: int) -> FloatArray:
-        """[nodes, 3] from the vehicle to one of them when they are closest."""
-        ways, one = self.reach_set, slice(index, index + 1)
-        aside_m, _ = _closest(
+    def off_sides(
+        self, indices: Sequence[int], sides: FloatArray, least_cos: Sequence[float]
+    ) -> BoolArray:
+        """[len(least_cos), nodes] whether the way to a node passes one of some too far from where
+        it was begun: from [n, 3] directions, by each of the cosines."""
+        ways, which = self.reach_set, list(indices)
+        return _off_sides(
             ways.parent,
             ways.samples_m,
             ways.end_time_s,
-            self.moving.position_m[one],
-            self.moving.velocity_mps[one],
+            self.moving.position_m[which],
+            self.moving.velocity_mps[which],
+            np.ascontiguousarray(sides, dtype=np.float64),
+            np.array(least_cos),
         )
-        found: FloatArray = aside_m[0]
-        return found
 
     def at(self, node: int) -> tuple[FloatArray, FloatArray]:
         """[k, 3] from the vehicle to each when they are closest on the way to a node, and [k] when
@@ -105,29 +109,22 @@ def passing_rules(passings: Sequence[Passing], met: Meetings) -> tuple[Rule, ...
     sides = {passing.name: passing.aside for passing in passings}
     kept = ", ".join(name for name in met.names if name in sides)
 
-    @cache
-    def towards(view: RuleView) -> list[tuple[FloatArray, FloatArray]]:
-        """Of who is being passed: [nodes] how far towards the side begun it is, and how far off."""
-        found = []
-        for index, name in enumerate(met.names):
-            if name in sides:
-                aside_m = met.aside_m(index)
-                apart_m = np.sqrt(np.einsum("ni,ni->n", aside_m, aside_m))
-                found.append((aside_m @ (sides[name] @ view.world_from_grid), apart_m))
-        return found
+    passed = [index for index, name in enumerate(met.names) if name in sides]
 
-    def off(view: RuleView, least_cos: float) -> BoolArray:
-        """[nodes] whether the way to a node passes someone too far from where it was begun."""
-        forbidden = np.zeros(view.reach_set.nodes, dtype=np.bool_)
-        for along_m, apart_m in towards(view):
-            forbidden |= along_m < least_cos * apart_m
-        return forbidden
+    @cache
+    def off(view: RuleView) -> BoolArray:
+        """[2, nodes] whether the way to a node passes someone on another side than begun, and
+        whether too far from where it was begun."""
+        if not passed:
+            return np.zeros((2, view.reach_set.nodes), dtype=np.bool_)
+        begun = np.array([sides[met.names[index]] for index in passed])
+        return met.off_sides(passed, begun @ view.world_from_grid, (0.0, STEADY_COS))
 
     def off_side(view: RuleView) -> Verdict | None:
-        return _verdict(off(view, 0.0) | (met.lack_m > -view.margin_m))
+        return _verdict(off(view)[0] | (met.lack_m > -view.margin_m))
 
     def unsteady(view: RuleView) -> Verdict | None:
-        return _verdict(off(view, STEADY_COS))
+        return _verdict(off(view)[1])
 
     def _verdict(forbidden: BoolArray) -> Verdict | None:
         if not forbidden.any():
@@ -159,7 +156,7 @@ def passings_after(
     passed = (times_s > 0.0) & ~(far & ~np.array([name in sides for name in met.names]))
     for index in np.flatnonzero(passed).tolist():
         aside, name = frame.world_from_grid @ asides_m[index], met.names[index]
-        apart = float(np.linalg.norm(aside))
+        apart = math.sqrt(float(aside @ aside))
         if apart < LEAST_ASIDE_M:
             continue
         begun = sides.get(name)
@@ -226,6 +223,35 @@ def _note_most_lack(
             lack = radius[k] + growth[k] * (ended_s + within_s) - gap
             if lack > most[n]:
                 most[n] = lack
+
+
+@compiled
+def _off_sides(
+    parent: IndexArray,
+    samples: FloatArray,
+    end_time_s: FloatArray,
+    place: FloatArray,
+    velocity: FloatArray,
+    sides: FloatArray,
+    least_cos: FloatArray,
+) -> BoolArray:
+    nodes, many = len(parent), len(place)
+    off = np.zeros((len(least_cos), nodes), dtype=np.bool_)
+    on_way, aside, time_s = np.empty((nodes, 5)), np.empty((nodes, 3)), np.empty(nodes)
+    for k in range(many):
+        _note_closest(parent, samples, end_time_s, place[k], velocity[k], on_way, aside, time_s)
+        _note_off(aside, sides[k], least_cos, off)
+    return off
+
+
+@borrowing
+def _note_off(aside: FloatArray, side: FloatArray, least_cos: FloatArray, off: BoolArray) -> None:
+    for n in range(len(aside)):
+        x, y, z = aside[n, 0], aside[n, 1], aside[n, 2]
+        along, apart = x * side[0] + y * side[1] + z * side[2], np.sqrt(x * x + y * y + z * z)
+        for c in range(len(least_cos)):
+            if along < least_cos[c] * apart:
+                off[c, n] = True
 
 
 @compiled

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.clearance import Found, Span, span_clearance, span_of
+from clearway.avoidance.clearance import Found, Span, reach_about, span_clearance
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
 from clearway.base.brief import brief
@@ -40,6 +40,15 @@ class Paths(NamedTuple):
 
     def __repr__(self) -> str:
         return brief(self)
+
+
+class Room(NamedTuple):
+    """Where a movement at a time is laid out."""
+
+    corners_m: FloatArray
+    """[samples + 1, 3]"""
+    middle_m: FloatArray
+    """[3]"""
 
 
 def paths_of(reach_set: ReachSet, tube_m: FloatArray | None = None) -> Paths:
@@ -163,27 +172,34 @@ def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
 
 
 @compiled
-def _span(paths: Paths, n: int) -> Span:
-    """The movement of a node, from its parent's end."""
-    count = paths.samples_m.shape[1]
-    corners = np.zeros((count + 1, 3))
-    start_s = 0.0
-    parent = paths.parent[n]
-    if parent >= 0:
-        corners[0] = paths.samples_m[parent, count - 1]
-        start_s = paths.end_time_s[parent]
-    corners[1:] = paths.samples_m[n]
-    return span_of(corners, start_s, paths.end_time_s[n])
+def _room(paths: Paths) -> Room:
+    """For one movement at a time."""
+    return Room(np.empty((paths.samples_m.shape[1] + 1, 3)), np.empty(3))
 
 
-@compiled
+@borrowing
 def _node_clearance(
-    paths: Paths, n: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
+    paths: Paths,
+    n: int,
+    bins: PointBins,
+    shapes: Shapes,
+    moving: MovingHazards,
+    enough: float,
+    room: Room,
 ) -> Found:
     """Clearance of one movement, exact where it is below `enough`."""
+    samples, corners = paths.samples_m, room.corners_m
+    count, parent, start_s = samples.shape[1], paths.parent[n], 0.0
+    if parent >= 0:
+        start_s = paths.end_time_s[parent]
+    for axis in range(3):
+        corners[0, axis] = samples[parent, count - 1, axis] if parent >= 0 else 0.0
+        for q in range(count):
+            corners[q + 1, axis] = samples[n, q, axis]
+    reach = reach_about(corners, room.middle_m)
+    span = Span(corners, room.middle_m, reach, start_s, paths.end_time_s[n])
     sagitta = paths.sagitta_m[n]
-    span, cap = _span(paths, n), enough + sagitta
-    distance, cause, index = span_clearance(span, bins, shapes, moving, cap, -np.inf)
+    distance, cause, index = span_clearance(span, bins, shapes, moving, enough + sagitta, -np.inf)
     return distance - sagitta, cause, index
 
 
@@ -196,6 +212,7 @@ def _keeps(
     moving: MovingHazards,
     margin: float,
     known: FloatArray,
+    room: Room,
 ) -> tuple[int, int, int, float]:
     """Where a path first lacks the margin: (node or -1, cause, index, clearance there).
 
@@ -205,7 +222,7 @@ def _keeps(
     for at in range(len(path) - 1, -1, -1):
         n = path[at]
         if np.isnan(known[n, 0]):
-            found = _node_clearance(paths, n, bins, shapes, moving, margin)
+            found = _node_clearance(paths, n, bins, shapes, moving, margin, room)
             known[n, 0], known[n, 1], known[n, 2] = found
         # What is not a number keeps no margin.
         if not known[n, 0] >= KEPT * margin:
@@ -237,7 +254,8 @@ def _first_clear(
     price: FloatArray,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
     nodes, tried = len(paths.parent), len(candidates)
-    clearance, room = np.full((nodes, 3), np.nan), np.full((nodes, 3), np.nan)
+    clearance, circling = np.full((nodes, 3), np.nan), np.full((nodes, 3), np.nan)
+    room = _room(paths)
     blocked_at = np.full(tried, -1, dtype=np.int64)
     causes = np.zeros(tried, dtype=np.int64)
     cause_index = np.full(tried, -1, dtype=np.int64)
@@ -249,13 +267,13 @@ def _first_clear(
             break
         end = candidates[c]
         path = _way_to(paths, end, steps)
-        at, cause, index, found = _keeps(paths, path, bins, shapes, moving, margin, clearance)
+        at, cause, index, found = _keeps(paths, path, bins, shapes, moving, margin, clearance, room)
         if at < 0 and loiter.radius_m > 0.0:
             if loiter.needed[end]:
                 found, cause, index = room_to_circle(loiter, end, bins, shapes, margin)
                 at = end if found < KEPT * margin else -1
             if at < 0 and price[c] > 0.0:
-                found, cause, index = early_room(loiter, path, bins, shapes, margin, room)
+                found, cause, index = early_room(loiter, path, bins, shapes, margin, circling)
                 if found < KEPT * margin:
                     at = path[-1]
                     chosen = c if chosen < 0 else chosen
@@ -267,14 +285,14 @@ def _first_clear(
     return chosen, blocked_at[:told], causes[:told], cause_index[:told], shortfall[:told]
 
 
-@borrowing
+@compiled
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:
-    best = (enough, 0, -1)
+    best, room = (enough, 0, -1), _room(paths)
     n = node
     while n >= 0:
-        found = _node_clearance(paths, n, bins, shapes, moving, best[0])
+        found = _node_clearance(paths, n, bins, shapes, moving, best[0], room)
         if found[1] != 0 and found[0] < best[0]:
             best = found
         n = paths.parent[n]
@@ -285,12 +303,25 @@ def _path_clearance(
 def _clearances(
     paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
 ) -> FloatArray:
-    result = np.empty((len(paths.parent), 2))
+    result, room = np.empty((len(paths.parent), 2)), _room(paths)
+    _note_clearances(paths, bins, shapes, moving, cap, room, result)
+    return result
+
+
+@borrowing
+def _note_clearances(
+    paths: Paths,
+    bins: PointBins,
+    shapes: Shapes,
+    moving: MovingHazards,
+    cap: float,
+    room: Room,
+    result: FloatArray,
+) -> None:
     for n in range(len(paths.parent)):
-        distance = min(_node_clearance(paths, n, bins, shapes, moving, cap)[0], cap)
+        distance = min(_node_clearance(paths, n, bins, shapes, moving, cap, room)[0], cap)
         before, lacking = cap, 0.0
         if paths.parent[n] >= 0:
             before, lacking = result[paths.parent[n], 0], result[paths.parent[n], 1]
         result[n, 0] = min(before, distance)
         result[n, 1] = lacking + (cap - distance)
-    return result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -124,14 +125,18 @@ class Intruder:
     def _with(self, **changed: FloatArray | float) -> Intruder:
         """What follows from a checked intruder, without another check: decisions make many."""
         follows = object.__new__(Intruder)
-        for key in self.__slots__:
-            if key not in changed:
-                object.__setattr__(follows, key, getattr(self, key))
-        for key, value in changed.items():
+        for key, slot in _SLOTS:
+            slot.__set__(follows, changed[key] if key in changed else slot.__get__(self))
+        for value in changed.values():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
-            object.__setattr__(follows, key, value)
         return follows
+
+
+_SLOTS: tuple[tuple[str, Any], ...] = tuple(
+    (key, getattr(Intruder, key)) for key in Intruder.__slots__
+)
+"""Each field's name and where it is kept."""
 
 
 def up_seen_from(state: State) -> FloatArray:

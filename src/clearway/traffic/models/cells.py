@@ -80,10 +80,7 @@ def motions(intruders: Sequence[Intruder], range_m: float) -> tuple[FloatArray, 
 
     One that takes ages to pass a grid of such a range stands still.
     """
-    position = np.empty((len(intruders), 3))
-    velocity = np.empty((len(intruders), 3))
-    for n, intruder in enumerate(intruders):
-        position[n] = intruder.position_m
-        velocity[n] = intruder.velocity_mps
+    position = np.array([i.position_m for i in intruders]).reshape(-1, 3)
+    velocity = np.array([i.velocity_mps for i in intruders]).reshape(-1, 3)
     velocity[np.linalg.norm(velocity, axis=1) < STANDING * range_m] = 0.0
     return position, velocity
