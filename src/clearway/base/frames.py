@@ -16,6 +16,8 @@ from clearway.base.compiled import compiled
 
 LEVEL = np.array([1.0, 1.0, 0.0])
 """What the axes count in level distances."""
+IN_SPACE = np.ones(3)
+"""Likewise in distances in space."""
 
 
 def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -12,7 +13,7 @@ import numpy as np
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.checks import above_zero_problem, array_problem, found
 from clearway.base.errors import InputError
-from clearway.base.frames import LEVEL, FloatArray
+from clearway.base.frames import IN_SPACE, LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
@@ -184,10 +185,11 @@ def advanced(
 
     stays_level: of a vehicle that cannot climb, whose goals count as reached by level distance.
     """
-    counts = LEVEL if stays_level else np.ones(3)
+    counts = LEVEL if stays_level else IN_SPACE
 
     def distance_m(goal: FloatArray) -> float:
-        return float(np.linalg.norm((position_m - goal) * counts))
+        away = (position_m - goal) * counts
+        return math.sqrt(away.dot(away))
 
     while progress.detour and distance_m(progress.detour[0]) <= 2.0 * mission.reach_radius_m:
         progress = replace(progress, detour=progress.detour[1:])

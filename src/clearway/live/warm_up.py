@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -26,6 +27,20 @@ SEEN_AT = (0.4, 0.8, 0.8)
 """By step, in ranges of the grid: what was seen first is looked through afterwards."""
 TILT_RAD = 0.01
 """More by every step: from between start pitches, trajectories are predicted anew."""
+
+_warmed_up: WeakKeyDictionary[Planner, set[Hashable]] = WeakKeyDictionary()
+
+
+def is_first_of(planner: Planner, pilot: object, kind: Hashable) -> bool:
+    """Whether no pilot of a kind has flown by a planner in this process yet, and notes that it now
+    does: flights of a campaign, which share their planner, need one warm-up between them. Others'
+    own pilots are always the first."""
+    made_by = type(pilot)
+    kinds, found = _warmed_up.setdefault(planner, set()), (made_by, kind)
+    if found in kinds and made_by.__module__.startswith("clearway."):
+        return False
+    kinds.add(found)
+    return True
 
 
 def warm_up_moments(

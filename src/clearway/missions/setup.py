@@ -19,6 +19,7 @@ from clearway.live.guard.guardian import Guardian
 from clearway.live.mission import Mission
 from clearway.live.preflight import EscapePlan, escape_plan
 from clearway.live.route import check_mission
+from clearway.live.warm_up import is_first_of
 from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
 from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_place import NOWHERE, MissionPlace, mission_place
@@ -201,7 +202,9 @@ class FlightSetup:
         scans: list[Scan] | None = None,
     ) -> Run[D]:
         self.refuse_impossible()
-        pilot.warm_up()
+        told = (bool(self.obstacle_map), self.follow_movers, self.tracker, self.volumes)
+        if is_first_of(self.planner, pilot, (*told, *map(type, self.sensors))):
+            pilot.warm_up()
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
         scanners: list[Lidar | Scanner] = [lies.get(one.name, one) for one in self.sensors]

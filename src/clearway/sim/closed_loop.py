@@ -6,6 +6,7 @@ a movement ends.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -193,10 +194,12 @@ class _Flight(Generic[D]):
 
     def _hit(self) -> bool:
         """Whether the last step went through an obstacle; looked up only where it can have."""
-        step = np.array([state[:3] for state in self.motion.states[-2:]])
-        self.free_m -= float(np.linalg.norm(step[1] - step[0]))
+        before, after = self.motion.states[-2][:3], self.motion.states[-1][:3]
+        flown = after - before
+        self.free_m -= math.sqrt(flown.dot(flown))
         if self.free_m > 0.0:
             return False
+        step = np.array([before, after])
         if swept_distance_m(self.world, step, self.margin_m)[1] <= 0.0:
             return True
         self.free_m = float(self.world.distance_m(step[1:])[0])
