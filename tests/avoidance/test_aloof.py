@@ -12,7 +12,8 @@ from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
-from clearway.sensors.free_space import FreeSpace, SeenSpace
+from clearway.sensors.free_space import SHAPE, FreeSpace
+from clearway.sensors.seen_space import SeenSpace, packed
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIBRARY
 
@@ -26,10 +27,10 @@ ABOVE = np.array([3.0, 0.0, 12.0])
 def seen_below(top_m: float, start_free_m: float = 0.0) -> SeenSpace:
     """All that lies below a height, and a ball about the start that was declared free."""
     seen = FreeSpace(VOXEL_M, np.zeros(3), start_free_m).seen
-    free = np.zeros_like(seen.free)
+    free = np.zeros(SHAPE, dtype=np.bool_)
     layers = np.arange(-free.shape[2] // 2, round(top_m / VOXEL_M))
-    free[:, :, layers % free.shape[2]] = 1
-    return seen._replace(free=free)
+    free[:, :, layers % free.shape[2]] = True
+    return seen._replace(free=packed(free))
 
 
 def above_m(planner: Planner, seen: SeenSpace, *known: Obstacle) -> float:

@@ -20,6 +20,8 @@ from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
+from clearway.sensors.free_space import SHAPE
+from clearway.sensors.seen_space import packed
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner()
@@ -72,9 +74,8 @@ def test_some_are_found_and_some_not(ways) -> None:
 def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed: int) -> None:
     """Held against places all over the body all along the way."""
     rng = np.random.default_rng(seed)
-    shape = ways._terms.free.shape
-    free = (rng.random(shape) < 0.999).astype(np.uint8)
-    terms = ways._terms._replace(free=free, unseen_m=float(rng.uniform(0.05, 0.5)))
+    free = rng.random(SHAPE) < 0.999
+    terms = ways._terms._replace(free=packed(free), unseen_m=float(rng.uniform(0.05, 0.5)))
     assert terms.yaw_rad == 0.0, "level frame and world differ by a place alone"
     ball = rng.normal(size=(300, 3))
     ball *= (rng.random(300) ** (1.0 / 3.0) / np.linalg.norm(ball, axis=1))[:, None]
@@ -88,7 +89,7 @@ def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed
         along = np.stack([np.interp(shares, range(6), corners[:, axis]) for axis in range(3)], 1)
         places = terms.origin_m + (along[:, None] + terms.unseen_m * ball).reshape(-1, 3)
         a, b, c = np.floor(places * terms.window[3]).astype(np.int64).T
-        assert free[a % shape[0], b % shape[1], c % shape[2]].all()
+        assert free[a % SHAPE[0], b % SHAPE[1], c % SHAPE[2]].all()
     assert seen
 
 

@@ -11,7 +11,8 @@ from clearway.avoidance.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import FreeSpace, SeenSpace
+from clearway.sensors.free_space import SHAPE, FreeSpace
+from clearway.sensors.seen_space import SeenSpace, packed
 from worlds_for_tests import planner
 
 VOXEL_M = 0.25
@@ -20,10 +21,10 @@ VOXEL_M = 0.25
 def seen_left_of(right_m: float) -> SeenSpace:
     """All that lies to the left of a plane."""
     seen = FreeSpace(VOXEL_M, np.zeros(3)).seen
-    free = np.zeros_like(seen.free)
+    free = np.zeros(SHAPE, dtype=np.bool_)
     rows = np.arange(int(np.floor(right_m / VOXEL_M)), free.shape[1] // 2)
-    free[:, rows % free.shape[1]] = 1
-    return seen._replace(free=free)
+    free[:, rows % free.shape[1]] = True
+    return seen._replace(free=packed(free))
 
 
 @pytest.mark.parametrize("had_certain", [False, True])

@@ -14,7 +14,7 @@ from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, simulate_scan
-from clearway.sensors.free_space import is_free
+from clearway.sensors.seen_space import is_free
 from clearway.sim import simulate
 from worlds_for_tests import GRID, LIDAR, mission, planner
 

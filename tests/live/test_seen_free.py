@@ -12,7 +12,15 @@ from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
-from clearway.sensors.free_space import NO_BOX, is_free, is_place_free
+from clearway.sensors.seen_space import (
+    NO_BOX,
+    NO_VOXELS,
+    is_box_free,
+    is_free,
+    is_marked,
+    is_place_free,
+    packed,
+)
 from worlds_for_tests import LIDAR, mission, planner
 
 FAR = mission((40.0, 0.0, 0.0))
@@ -87,10 +95,32 @@ def test_what_is_declared_free_ends_at_what_is_seen_to_stand_there() -> None:
 
 def test_a_place_is_free_where_a_ball_without_radius_is() -> None:
     rng = np.random.default_rng(3)
-    free = (rng.random((64, 64, 32)) < 0.5).astype(np.uint8)
+    free = packed(rng.random((64, 64, 64)) < 0.5)
     boxes = (NO_BOX.ravel(), np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 1.5]))
     for declared_m, box in product((0.0, 2.0), boxes):
         window = np.concatenate([[-30.0, -31.0, -17.0, 4.0, 1.0, 1.5, 0.5, declared_m], box])
         for place in rng.uniform(-9.0, 9.0, (500, 3)):
             x, y, z = place.tolist()
             assert is_place_free(free, window, x, y, z) == is_free(free, window, x, y, z, 0.0)
+
+
+def test_a_box_is_free_where_all_its_voxels_are() -> None:
+    """Boxes of all sizes, across words and across the window's seam, with one voxel or none unseen;
+    what is known of a box inside need not be looked at again."""
+    rng = np.random.default_rng(4)
+    window = np.concatenate([[-30.0, -31.0, -100.0, 4.0, 0.0, 0.0, 0.0, 0.0], NO_BOX.ravel()])
+    told = []
+    for _ in range(300):
+        low = rng.integers([-30, -31, -100], [20, 20, 15])
+        high = np.minimum(low + rng.integers(0, [7, 7, 100]), [33, 32, 27])
+        box = tuple(np.stack([low, high], axis=1).ravel().tolist())
+        voxels = np.ones((64, 64, 128), dtype=np.bool_)
+        hole = rng.integers(low - 1, high + 2)
+        voxels[tuple(hole % [64, 64, 128])] = False
+        free = packed(voxels)
+        inside = bool(np.all((low <= hole) & (hole <= high)))
+        assert is_box_free(free, window, box, NO_VOXELS) == (not inside)
+        assert is_marked(free, *low.tolist()) == bool(voxels[tuple(low % [64, 64, 128])])
+        assert is_box_free(free, window, box, box)
+        told.append(inside)
+    assert 50 < sum(told) < 250

@@ -12,7 +12,8 @@ from clearway.live.route_map import Cells, RouteMap
 from clearway.live.seen_route import SeenRoute, seen_route
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import NOTHING_SEEN, FreeSpace
+from clearway.sensors.free_space import SHAPE, FreeSpace
+from clearway.sensors.seen_space import NOTHING_SEEN, packed
 
 MARGIN_M, RADIUS_M, VOXEL_M, REACH_M = 0.6, 3.82, 0.25, 15.0
 START, GOAL = np.zeros(3), np.array([30.0, 0.0, 0.0])
@@ -181,7 +182,7 @@ def test_a_gap_that_came_to_nothing_is_no_other_at_another_height(
     returns = returns[returns[:, 2] <= top_m]
     routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
     seen = FreeSpace(VOXEL_M, START).seen
-    routes.take(seen._replace(free=np.ones_like(seen.free)), balls(returns), START, 100.0)
+    routes.take(seen._replace(free=packed(np.ones(SHAPE))), balls(returns), START, 100.0)
     routes.aim(np.array([START, [12.0, 0.0, 0.0]]))
     assert not routes.came_nearer(START, 6.0)
     cells = routes.cells()

@@ -13,7 +13,7 @@ from clearway.avoidance.clearance import points_clearance, shapes_clearance, spa
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.sensors.free_space import (
+from clearway.sensors.seen_space import (
     NO_VOXELS,
     VoxelBox,
     Voxels,

@@ -16,7 +16,7 @@ from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
-from clearway.sensors.free_space import (
+from clearway.sensors.seen_space import (
     NO_VOXELS,
     Voxels,
     box_about,

@@ -19,7 +19,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.reach.escapes import Legs, Ways
-from clearway.sensors.free_space import Voxels, is_free, is_place_free
+from clearway.sensors.seen_space import Voxels, is_free, is_place_free
 
 MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""

@@ -30,7 +30,7 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_array
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
-from clearway.sensors.free_space import SeenSpace
+from clearway.sensors.seen_space import SeenSpace
 from clearway.sensors.unsure import slope_of
 from clearway.traffic import Intruder
 

@@ -31,7 +31,7 @@ from clearway.base.state import IntArray, State
 from clearway.reach.escapes import SAME_RAD, SAMPLES, EscapeLibrary, Legs, Ways, names_of
 from clearway.reach.lattice import grid_from_level
 from clearway.reach.upwind import ways_in_wind
-from clearway.sensors.free_space import NOTHING_SEEN
+from clearway.sensors.seen_space import NOTHING_SEEN
 from clearway.vehicle.automaton import MovementAutomaton
 
 STANDING = np.zeros(4)

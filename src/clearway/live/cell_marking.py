@@ -7,7 +7,7 @@ import numpy as np
 from clearway.base.arrays import BoolArray, IntArray
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.sensors.free_space import Voxels
+from clearway.sensors.seen_space import WORD, Voxels, is_marked
 
 SHAPE = (64, 64, 16)
 """Cells along each axis, the vehicle about their middle."""
@@ -19,7 +19,7 @@ def mostly_seen(free: Voxels, free_low: IntArray, low: IntArray, per_cell: int) 
     nx, ny, nz = SHAPE
     quarter = per_cell // 4
     mostly = np.zeros((nx, ny, nz), dtype=np.bool_)
-    columns, rows = free.shape[0], free.shape[2]
+    columns, rows = free.shape[0], WORD * free.shape[2]
     for a in range(nx):
         u0 = (low[0] + a) * per_cell
         if u0 < free_low[0] or u0 + per_cell > free_low[0] + columns:
@@ -37,7 +37,7 @@ def mostly_seen(free: Voxels, free_low: IntArray, low: IntArray, per_cell: int) 
                     u = u0 + quarter * (1 + 2 * (eighth & 1))
                     v = v0 + quarter * (1 + (eighth & 2))
                     w = w0 + quarter * (1 + (eighth & 4) // 2)
-                    count += free[u & (columns - 1), v & (columns - 1), w & (rows - 1)]
+                    count += is_marked(free, u, v, w)
                 mostly[a, b, c] = count >= 4
     return mostly
 

@@ -13,7 +13,7 @@ from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
 from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.seen_route import seen_route
-from clearway.sensors.free_space import SeenSpace
+from clearway.sensors.seen_space import SeenSpace
 
 RENEWED = 0.25
 """Share of a full circle's time after which a way through seen space is looked for anew."""

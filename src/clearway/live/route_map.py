@@ -19,7 +19,7 @@ from clearway.base.frames import FloatArray
 from clearway.live.cell_marking import SHAPE, add_ball, mark_balls, mostly_seen
 from clearway.live.distance_field import HALF_DIAGONAL
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SeenSpace
+from clearway.sensors.seen_space import SeenSpace
 from clearway.vehicle.automaton import MovementAutomaton
 
 Number = TypeVar("Number", np.float64, np.bool_)

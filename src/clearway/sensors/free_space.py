@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.brief import brief, one_line
+from clearway.base.brief import one_line
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -28,11 +27,11 @@ from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor
-
-Voxels = npt.NDArray[np.uint8]
+from clearway.sensors.seen_space import NO_BOX, ONE, WORD, SeenSpace, Voxels, bits_from
 
 COLUMNS, ROWS = 256, 128
 """Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
+SHAPE = (COLUMNS, COLUMNS, ROWS)
 ROLL_WITHIN = 8
 """The window follows once the vehicle is off its middle by this part of its width."""
 MOST_ASKED, MOST_STEPS = 20_000, 48
@@ -41,158 +40,6 @@ FINE = 0.7
 """Of a voxel at the farthest place marked, that bins of directions are wide at least."""
 WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 """Part of the window's width that is always there on either side of the vehicle."""
-VoxelBox = tuple[int, int, int, int, int, int]
-"""First and last voxel along each axis."""
-NO_VOXELS: VoxelBox = (0, -1, 0, -1, 0, -1)
-
-
-class SeenSpace(NamedTuple):
-    """What was seen to be free, as compiled loops take it: as few arrays as can be."""
-
-    free: Voxels
-    """[COLUMNS, COLUMNS, ROWS] 1 where seen to be free; a voxel of the world lies at its number
-    modulo the shape."""
-    window: FloatArray
-    """[14] number of the lowest voxel of the window along each axis, voxels per metre, middle and
-    radius of a ball of the world that the mission declares free, and lowest and highest corner of
-    the box in which a map is declared complete."""
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-    @property
-    def voxel_m(self) -> float:
-        return 1.0 / float(self.window[3])
-
-    @property
-    def complete_m(self) -> FloatArray:
-        """[2, 3] corners of the box in which a map is declared complete; without one, infinite
-        ones the wrong way round."""
-        return self.window[8:14].reshape(2, 3)
-
-    @property
-    def low(self) -> IntArray:
-        """[3] number of the lowest voxel along each axis."""
-        return self.window[:3].astype(np.int64)
-
-
-NO_BOX = np.array([[np.inf] * 3, [-np.inf] * 3])
-"""Where no map is declared complete."""
-NOTHING_SEEN = SeenSpace(
-    np.zeros((1, 1, 1), dtype=np.uint8),
-    np.concatenate([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], NO_BOX.ravel()]),
-)
-"""Where no range sensor looks."""
-
-
-@borrowing
-def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
-    """Whether a ball in the world was seen to be free, by all voxels that its box meets.
-
-    free, window: of a `SeenSpace`.
-    """
-    if is_declared(window, x, y, z, radius):
-        return True
-    return is_box_free(free, window, box_about(window, x, y, z, radius), NO_VOXELS)
-
-
-@borrowing
-def is_place_free(free: Voxels, window: FloatArray, x: float, y: float, z: float) -> bool:
-    """`is_free` of a ball without a radius, quickly."""
-    per_m, columns, rows = window[3], free.shape[0], free.shape[2]
-    a = int(np.floor(x * per_m))
-    b = int(np.floor(y * per_m))
-    c = int(np.floor(z * per_m))
-    if (
-        window[0] <= a < window[0] + columns
-        and window[1] <= b < window[1] + columns
-        and window[2] <= c < window[2] + rows
-        and free[a & (columns - 1), b & (columns - 1), c & (rows - 1)]
-    ):
-        return True
-    dx, dy, dz = x - window[4], y - window[5], z - window[6]
-    # A voxel that lies in the ball declared free reaches no farther than it.
-    around = window[7] + 2.0 / per_m
-    if window[8] > window[11] and dx * dx + dy * dy + dz * dz > around * around:
-        return False
-    return is_free(free, window, x, y, z, 0.0)
-
-
-@borrowing
-def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
-    """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
-    dx, dy, dz = x - window[4], y - window[5], z - window[6]
-    inside = window[7] - radius
-    if inside >= 0.0 and dx * dx + dy * dy + dz * dz <= inside * inside:
-        return True
-    return _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius)
-
-
-@borrowing
-def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -> VoxelBox:
-    """Voxels that the box about a ball meets."""
-    per_m = window[3]
-    return (
-        int(np.floor((x - radius) * per_m)),
-        int(np.floor((x + radius) * per_m)),
-        int(np.floor((y - radius) * per_m)),
-        int(np.floor((y + radius) * per_m)),
-        int(np.floor((z - radius) * per_m)),
-        int(np.floor((z + radius) * per_m)),
-    )
-
-
-@borrowing
-def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox) -> bool:
-    """Whether all voxels of a box were seen to be free; those of another are known to be."""
-    a0, a1, b0, b1, c0, c1 = box
-    if a0 < window[0] or b0 < window[1] or c0 < window[2]:
-        return False
-    columns, rows = free.shape[0], free.shape[2]
-    if a1 >= window[0] + columns or b1 >= window[1] + columns or c1 >= window[2] + rows:
-        return False
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            i, j = np.uint64(a & (columns - 1)), np.uint64(b & (columns - 1))
-            aside = known[0] <= a <= known[1] and known[2] <= b <= known[3]
-            below = min(c1 + 1, known[4]) if aside else c1 + 1
-            for c in range(c0, below):
-                if free[i, j, np.uint64(c & (rows - 1))] == 0 and not _declared(window, a, b, c):
-                    return False
-            for c in range(max(c0, known[5] + 1) if aside else c1 + 1, c1 + 1):
-                if free[i, j, np.uint64(c & (rows - 1))] == 0 and not _declared(window, a, b, c):
-                    return False
-    return True
-
-
-@borrowing
-def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
-    """Whether a voxel lies in the ball that the mission declares free, or in the mapped box."""
-    width = 1.0 / window[3]
-    x0, y0, z0 = a * width, b * width, c * width
-    if _in_box(window, x0, x0 + width, y0, y0 + width, z0, z0 + width):
-        return True
-    if window[7] <= 0.0:
-        return False
-    x = max(abs(a * width - window[4]), abs((a + 1) * width - window[4]))
-    y = max(abs(b * width - window[5]), abs((b + 1) * width - window[5]))
-    z = max(abs(c * width - window[6]), abs((c + 1) * width - window[6]))
-    return bool(x * x + y * y + z * z <= window[7] ** 2)
-
-
-@borrowing
-def _in_box(
-    window: FloatArray, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float
-) -> bool:
-    """Whether a box lies in the one in which a map is declared complete."""
-    return bool(
-        window[8] <= x0
-        and x1 <= window[11]
-        and window[9] <= y0
-        and y1 <= window[12]
-        and window[10] <= z0
-        and z1 <= window[13]
-    )
 
 
 class FreeSpace:
@@ -216,7 +63,7 @@ class FreeSpace:
     ) -> None:
         if not 0.0 < voxel_m < np.inf:
             raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
-        self._free: Voxels = np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.uint8)
+        self._free: Voxels = np.zeros((COLUMNS, COLUMNS, ROWS // WORD), dtype=np.uint64)
         self._voxel_m = float(voxel_m)
         self._start_m = np.array(start_m, dtype=np.float64)
         self._start_free_m = float(start_free_m)
@@ -227,8 +74,8 @@ class FreeSpace:
         self._patterns: dict[str, tuple[BeamPattern, BeamPattern]] = {}
 
     def __repr__(self) -> str:
-        seen = f"{int(np.count_nonzero(self._free)):,} voxels of {self._voxel_m:g} m seen free"
-        return one_line("FreeSpace", (seen,))
+        count = int(np.unpackbits(self._free.view(np.uint8)).sum())
+        return one_line("FreeSpace", (f"{count:,} voxels of {self._voxel_m:g} m seen free",))
 
     @property
     def seen(self) -> SeenSpace:
@@ -289,12 +136,13 @@ class FreeSpace:
     ) -> None:
         voxels = np.floor(state.position_m / self._voxel_m).astype(np.int64) + self._nearby
         a, b, c = voxels.T & np.array([[COLUMNS - 1], [COLUMNS - 1], [ROWS - 1]])
-        unseen = np.flatnonzero(self._free[a, b, c] == 0)[:MOST_ASKED]
+        word, bit = c // WORD, ONE << (c % WORD).astype(np.uint64)
+        unseen = np.flatnonzero(self._free[a, b, word] & bit == 0)[:MOST_ASKED]
         half = np.full(len(unseen), 0.5 * self._voxel_m)
         beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
         places = np.asarray((voxels[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
         passed = unseen[sensor.passes(scan, state, places, half, beyond)]
-        self._free[a[passed], b[passed], c[passed]] = 1
+        np.bitwise_or.at(self._free, (a[passed], b[passed], word[passed]), bit[passed])
 
     @cached_property
     def _nearby(self) -> IntArray:
@@ -318,13 +166,13 @@ class FreeSpace:
 
     def _lowest(self, position_m: FloatArray) -> IntArray:
         middle = np.floor(position_m / self._voxel_m).astype(np.int64)
-        return np.asarray(middle - np.array(self._free.shape) // 2, dtype=np.int64)
+        return np.asarray(middle - np.array(SHAPE) // 2, dtype=np.int64)
 
     def _follow(self, position_m: FloatArray) -> None:
         """Let the window follow the vehicle, and clear what comes into it."""
         wanted = self._lowest(position_m)
         low = self._low.copy()
-        for axis, count in enumerate(self._free.shape):
+        for axis, count in enumerate(SHAPE):
             moved = int(wanted[axis] - low[axis])
             if abs(moved) <= count // ROLL_WITHIN:
                 continue
@@ -334,9 +182,12 @@ class FreeSpace:
                 else np.arange(wanted[axis], low[axis])
             )
             cleared = np.unique(fresh[-count:] & (count - 1))
-            at: list[slice | IntArray] = [slice(None)] * 3
-            at[axis] = cleared
-            self._free[tuple(at)] = 0
+            if axis == 2:
+                words = np.zeros(ROWS // WORD, dtype=np.uint64)
+                np.bitwise_or.at(words, cleared // WORD, ONE << (cleared % WORD).astype(np.uint64))
+                self._free &= ~words
+            else:
+                self._free[(cleared,) if axis == 0 else (slice(None), cleared)] = 0
             low[axis] = wanted[axis]
         self._low = low
 
@@ -459,23 +310,34 @@ def _mark_passed(
             # One voxel more on either side than need be: what decides is asked of each of them.
             c0 = max(first_c, int(np.floor((oz + bottom) / voxel)) - 1)
             c1 = min(last_c, int(np.floor((oz + top) / voxel)) + 1)
-            for c in range(c0, c1 + 1):
-                at = np.uint64(c & (ROWS - 1))
-                if free[i, j, at]:
-                    continue
-                dz = (c + 0.5) * voxel - oz
-                x, squared = x0 + r20 * dz, level2 + dz * dz
-                if squared > far2 or squared < near2 or (x < 0.0 and not behind):
-                    continue
-                z, distance = z0 + r22 * dz, np.sqrt(squared)
-                if z < lowest * distance or z > highest * distance:
-                    continue
-                y = y0 + r21 * dz
-                aside = abs(x) + abs(y)
-                if not behind and (y < right * aside or y > left * aside):
-                    continue
-                if _goes_on(x, y, z, distance, short, around, raster):
-                    free[i, j, at] = 1
+            c = c0
+            while c <= c1:
+                first = c & (ROWS - 1)
+                count = min(c1 - c + 1, WORD - (first & (WORD - 1)))
+                word, fresh = np.uint64(first // WORD), np.uint64(0)
+                missing = bits_from(first, count) & ~free[i, j, word]
+                for n in range(count):
+                    if missing == 0:
+                        break
+                    bit = ONE << np.uint64((first & (WORD - 1)) + n)
+                    if missing & bit == 0:
+                        continue
+                    missing ^= bit
+                    dz = (c + n + 0.5) * voxel - oz
+                    x, squared = x0 + r20 * dz, level2 + dz * dz
+                    if squared > far2 or squared < near2 or (x < 0.0 and not behind):
+                        continue
+                    z, distance = z0 + r22 * dz, np.sqrt(squared)
+                    if z < lowest * distance or z > highest * distance:
+                        continue
+                    y = y0 + r21 * dz
+                    aside = abs(x) + abs(y)
+                    if not behind and (y < right * aside or y > left * aside):
+                        continue
+                    if _goes_on(x, y, z, distance, short, around, raster):
+                        fresh |= bit
+                free[i, j, word] |= fresh
+                c += count
 
 
 @borrowing
