@@ -42,7 +42,7 @@ class Paths(NamedTuple):
         return brief(self)
 
 
-class Room(NamedTuple):
+class MovementRoom(NamedTuple):
     """Where a movement at a time is laid out."""
 
     corners_m: FloatArray
@@ -172,9 +172,9 @@ def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
 
 
 @compiled
-def _room(paths: Paths) -> Room:
+def _room(paths: Paths) -> MovementRoom:
     """For one movement at a time."""
-    return Room(np.empty((paths.samples_m.shape[1] + 1, 3)), np.empty(3))
+    return MovementRoom(np.empty((paths.samples_m.shape[1] + 1, 3)), np.empty(3))
 
 
 @borrowing
@@ -185,7 +185,7 @@ def _node_clearance(
     shapes: Shapes,
     moving: MovingHazards,
     enough: float,
-    room: Room,
+    room: MovementRoom,
 ) -> Found:
     """Clearance of one movement, exact where it is below `enough`."""
     samples, corners = paths.samples_m, room.corners_m
@@ -212,7 +212,7 @@ def _keeps(
     moving: MovingHazards,
     margin: float,
     known: FloatArray,
-    room: Room,
+    room: MovementRoom,
 ) -> tuple[int, int, int, float]:
     """Where a path first lacks the margin: (node or -1, cause, index, clearance there).
 
@@ -315,7 +315,7 @@ def _note_clearances(
     shapes: Shapes,
     moving: MovingHazards,
     cap: float,
-    room: Room,
+    room: MovementRoom,
     result: FloatArray,
 ) -> None:
     for n in range(len(paths.parent)):
