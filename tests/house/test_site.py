@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import html
 import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from tools.transcripts import without_times
@@ -68,6 +70,29 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "WARNING" not in done.stderr
     assert (tmp_path / "site" / "tutorials" / "own-scan.html").is_file()
+    names = (tmp_path / "site" / "python.html").read_text()
+    assert "&gt;&gt;&gt;" in names
+    assert "<blockquote>" not in names, "examples are code, not quotes"
+    assert broken_links(tmp_path / "site") == []
+
+
+def broken_links(site: Path) -> list[str]:
+    """Links within a site that lead to no page, or to no place of one."""
+    pages = {page: page.read_text() for page in site.rglob("*.html") if page.name != "404.html"}
+    places = {
+        page: set(re.findall(r' (?:id|name)="([^"]+)"', text)) for page, text in pages.items()
+    }
+    broken = []
+    for page, text in pages.items():
+        for link in re.findall(r' (?:href|src)="([^"]+)"', text):
+            target, _, place = html.unescape(link).partition("#")
+            if re.match(r"[a-z]+:|//", target):
+                continue
+            there = (page.parent / unquote(target.split("?")[0])).resolve() if target else page
+            there = there / "index.html" if there.is_dir() else there
+            if not there.exists() or (place and place not in places.get(there, {place})):
+                broken.append(f"{page.relative_to(site)}: {link}")
+    return broken
 
 
 def test_transcripts_have_no_times_of_computing() -> None:

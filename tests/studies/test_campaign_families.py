@@ -136,6 +136,10 @@ def test_families_that_were_not_asked_for_are_not_skipped(tmp_path: Path) -> Non
     assert done.exit_code == 0
     assert "skipped gone" not in done.stderr
     assert "skipped gone" in done.stdout, "the table says what is not in it"
+    done = clearway(*own, "--only", "haed-on/*")
+    assert "no flight 'haed-on/*' (did you mean 'head-on'?)" in done.stderr
+    done = clearway(*own, "--only", "head-on/vfh/*")
+    assert "did you mean" not in done.stderr
     done = clearway(*own, "--only", "gone/*")
     assert (done.exit_code, "skipped gone" in done.stderr) == (3, True)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.base.provenance import provenance
+from clearway.base.suggest import did_you_mean
 from clearway.base.version import __version__
 from clearway.studies.campaigns.engines import Engine
 from clearway.studies.campaigns.families import AbsentDataError
@@ -77,8 +78,11 @@ def chosen(tasks: Sequence[Task], only: str) -> list[Task]:
     """Tasks whose key fits a pattern; raises InputError where none does."""
     found = [task for task in tasks if fnmatch.fnmatchcase(task.key, only)]
     if not found:
+        label, labels = only.split("/", 1)[0], dict.fromkeys(task.label for task in tasks)
+        near = "" if label in labels else did_you_mean(label, labels)
         examples = ", ".join(task.key for task in tasks[:3])
-        raise InputError("campaign", f"no flight {only!r}; there are {len(tasks)}: {examples}, ...")
+        what = f"no flight {only!r}{near}; there are {len(tasks)}: {examples}, ..."
+        raise InputError("campaign", what)
     return found
 
 
