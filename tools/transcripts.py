@@ -21,8 +21,10 @@ LONGEST, LONGEST_OF_TABLES, LINES = 110, 150, 24
 COLUMNS = re.compile(r"\S {3,}\S.* {3,}\S|[│┃─━]")
 """Of a line of a table: at least three, well apart."""
 SLOW = re.compile(
-    r"^(preparing reach sets|still working|compiling|clearway compiles).*\n", re.MULTILINE
+    r"^(preparing reach sets|still working|compiling|clearway compiles|warming up|net\.core).*\n",
+    re.MULTILINE,
 )
+"""What is said on some machines only: of how long it takes, and of their kernels."""
 TIMES = re.compile(r"( *)\b(\d+\.\d+)(?= ms\b)")
 TIMED_COLUMNS = re.compile(r"( +)([\d.]+)(?=( +[\d.]+)?$)")
 """The last two of a table whose header ends with TIMED_HEADER."""

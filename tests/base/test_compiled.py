@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numba
+import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
@@ -35,7 +36,7 @@ def holds_no_array(kind: Any) -> bool:
         return all(map(holds_no_array, get_type_hints(kind).values()))
     if get_origin(kind) is tuple:
         return all(map(holds_no_array, get_args(kind)))
-    return kind in (int, float, bool, None, type(None))
+    return kind in (int, float, bool, np.uint64, None, type(None))
 
 
 def returned(loop: Dispatcher) -> Any:

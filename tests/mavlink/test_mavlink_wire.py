@@ -220,7 +220,7 @@ def test_keys_are_32_bytes_or_their_digits(tmp_path: Path) -> None:
     assert read_key(file) == KEY
     for bad in (b"", b"secret", KEY[:-1], KEY.hex()[:-2].encode(), b"zz" * 32):
         file.write_bytes(bad)
-        with pytest.raises(InputError, match="32 bytes, or 64 hexadecimal digits"):
+        with pytest.raises(InputError, match="32 bytes or 64 hexadecimal digits"):
             read_key(file)
     with pytest.raises(InputError, match="cannot be read"):
         read_key(tmp_path / "none")

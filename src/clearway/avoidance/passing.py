@@ -89,6 +89,10 @@ class Meetings:
             np.array(least_cos),
         )
 
+    def warm_up(self) -> None:
+        """Compile and load what only those ask for who are passing someone."""
+        self.off_sides(range(len(self.names)), np.zeros((len(self.names), 3)), (0.0, STEADY_COS))
+
     def at(self, node: int) -> tuple[FloatArray, FloatArray]:
         """[k, 3] from the vehicle to each when they are closest on the way to a node, and [k] when
         that is."""

@@ -30,7 +30,7 @@ from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import warm_up_moments, warm_up_ways_out, with_something_near
+from clearway.live.warm_up import warm_up_moments, warm_up_more, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Scan
 from clearway.sensors.detection import Rule
@@ -265,7 +265,7 @@ class AvoidanceSystem:
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
         warm_up_ways(trial._known, start)
-        warm_up_ways_out(planner, trial.situation(time_s)[0])
+        warm_up_more(planner, trial.situation(time_s)[0])
         planner.prepared_at(start).in_wind(WIND_MPS)
 
     def decide(self, now_s: float) -> FlightDecision:

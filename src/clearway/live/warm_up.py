@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from clearway.avoidance.evidence import in_reach
+from clearway.avoidance.passing import Meetings
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.ways_out import WaysOut
@@ -91,8 +92,11 @@ def with_something_near(
     return ObstacleMap([*obstacle_map.obstacles, ball], complete_m=obstacle_map.complete_m)
 
 
-def warm_up_ways_out(planner: Planner, situation: Situation) -> None:
-    """Compile and load what ways out are looked at with in some decisions only."""
+def warm_up_more(planner: Planner, situation: Situation) -> None:
+    """Compile and load what only some decisions ask for: sides of passing, ways out."""
+    names = tuple(intruder.name for intruder in situation.intruders)
+    moving = in_reach(planner, situation).hazards.moving
+    Meetings(planner.prepared_at(situation.state).reach_set, moving, names).warm_up()
     if planner.escapes is None:
         return
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
