@@ -316,12 +316,15 @@ def test_standings_count_what_rows_say(uninterrupted: list[FlightRow]) -> None:
     assert standing.path_ratio.value == pytest.approx(1.2)
     assert 1.1 <= standing.path_ratio.low <= 1.2 <= standing.path_ratio.high <= 1.3
     better = [replace(row, planner="other", outcome="safe", crashed=False) for row in rows]
-    told = {each.measure: (each.own, each.others) for each in seconds(standings(rows + better))}
+    told = {each.measure: (each.own, each.others) for each in seconds(rows + better)}
     assert told == {
         "reached with margin": (2, {"other": 6}),
         "crashes": (1, {"other": 0}),
         "margin losses": (2, {"other": 0}),
     }
+    # Who flew fewer cases is held against the same ones.
+    (crashes,) = (each for each in seconds(rows + better[3:]) if each.measure == "crashes")
+    assert (crashes.own, crashes.others, crashes.flights) == (1, {"other": 0}, 3)
 
 
 def test_bootstrap_of_a_normal_sample_is_the_textbook_interval() -> None:
@@ -343,7 +346,7 @@ def test_who_cannot_know_is_neither_beaten_nor_a_failure(uninterrupted: list[Fli
     blind = replace(plain, planner="blind", hidden="what traffic reports")
     rows = [plain, blind, replace(plain, planner="third", outcome="safe", crashed=False)]
     assert [row.planner for row in failures(rows)] == ["first"]
-    assert all(set(each.others) == {"third"} for each in seconds(standings(rows)))
+    assert all(set(each.others) == {"third"} for each in seconds(rows))
     settings = {"campaign": "c", "version": "v"}
     told = {each["planner"]: each for each in as_values(rows, settings, {})["table"]}
     assert told["first"]["crashed"]["flights"] == 1

@@ -38,7 +38,7 @@ def as_values(
         "flights": len(rows),
         "skipped": skipped,
         "table": [_values(standing) for standing in table],
-        "not_first": [each._asdict() for each in seconds(table)],
+        "not_first": [each._asdict() for each in seconds(rows)],
         "failures": [
             {"key": row.key, "outcome": row.outcome, "what": in_words(row), "replay": row.replay}
             for row in failures(rows)

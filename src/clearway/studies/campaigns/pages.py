@@ -103,18 +103,18 @@ def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict
     if said:
         parts.append(f"### What planners share, and what some cannot know\n\n{_listed(said)}")
     first = rows[0].planner
-    parts.append(f"### Where {first} is not first\n\n{_listed(_behind(table))}")
+    parts.append(f"### Where {first} is not first\n\n{_listed(_behind(rows))}")
     lost = [row for row in rows if row.planner == first and not row.safe]
     told = [f"`{row.replay}`: {in_words(row)}" for row in lost]
     parts.append(f"### Flights of {first} that failed\n\n{_listed(told)}")
     return "\n".join(parts) + "\n" + _below(rows, settings, skipped).lstrip("\n")
 
 
-def _behind(table: Sequence[FamilyStanding]) -> list[str]:
+def _behind(rows: Sequence[FlightRow]) -> list[str]:
     return [
         f"{each.label}, {each.measure}: {each.own} of {each.flights}; "
         + ", ".join(f"{planner} {count}" for planner, count in each.others.items())
-        for each in seconds(table)
+        for each in seconds(rows)
     ]
 
 

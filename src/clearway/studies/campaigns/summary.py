@@ -54,13 +54,13 @@ class FamilyStanding:
     """Median over flights of their median."""
 
 
-Better = Callable[[FamilyStanding], tuple[float, ...]]
+Better = Callable[[Sequence[FlightRow]], int]
 SAFETY: dict[str, Better] = {
-    "reached with margin": lambda standing: (standing.safe.number,),
-    "crashes": lambda standing: (-standing.crashed.number,),
-    "margin losses": lambda standing: (-standing.lost_margin.number,),
+    "reached with margin": lambda rows: sum(row.safe for row in rows),
+    "crashes": lambda rows: -sum(row.crashed for row in rows),
+    "margin losses": lambda rows: -sum(row.lost_margin for row in rows),
 }
-"""By what a planner is first on safety: larger is better."""
+"""By what a planner is first on safety in the same cases: larger is better."""
 
 
 class Second(NamedTuple):
@@ -109,22 +109,27 @@ def _mean(values: Sequence[float]) -> Interval:
     return Interval(float(np.mean(values)) if values else NAN, *bootstrap_mean(values))
 
 
-def seconds(table: Sequence[FamilyStanding]) -> list[Second]:
-    """Where the first planner of a family is beaten on safety, and by whom."""
+def seconds(rows: Sequence[FlightRow]) -> list[Second]:
+    """Where the first planner of a family is beaten on safety, and by whom: in the cases that both
+    flew, which may be fewer than the family has."""
+    families: dict[str, dict[str, dict[int, FlightRow]]] = {}
+    for row in rows:
+        families.setdefault(row.label, {}).setdefault(row.planner, {})[row.seed] = row
     found = []
-    for label in dict.fromkeys(standing.label for standing in table):
-        first, *others = [standing for standing in table if standing.label == label]
+    for label, planners in families.items():
+        (_, first), *others = planners.items()
+        alike: dict[tuple[int, ...], list[str]] = {}
+        for planner, flown in others:
+            seeds = tuple(sorted(first.keys() & flown.keys()))
+            if seeds and not any(row.hidden for row in (*first.values(), *flown.values())):
+                alike.setdefault(seeds, []).append(planner)
         for measure, better in SAFETY.items():
-            ahead = {
-                other.planner: abs(int(better(other)[0]))
-                for other in others
-                if better(other) > better(first)
-                and other.safe.flights == first.safe.flights
-                and not (other.hidden or first.hidden)
-            }
-            if ahead:
-                own = abs(int(better(first)[0]))
-                found.append(Second(label, measure, own, ahead, first.safe.flights))
+            for seeds, names in alike.items():
+                own = better([first[seed] for seed in seeds])
+                told = {name: better([planners[name][seed] for seed in seeds]) for name in names}
+                ahead = {name: abs(other) for name, other in told.items() if other > own}
+                if ahead:
+                    found.append(Second(label, measure, abs(own), ahead, len(seeds)))
     return found
 
 
