@@ -192,7 +192,9 @@ def help_command(quick: bool) -> Row:
 BENCHMARKS = (
     Benchmark("decision, 7,000 beams", in_flight(None, 1.5e-3, 3e-3), headline=True),
     Benchmark("decision, 100,800 beams", in_flight(MANY_BEAMS, None, None), headline=True),
-    Benchmark("decision, 7,000 beams, escape off", in_flight(None, 1e-3, 3e-3, "off")),
+    Benchmark(
+        "decision, 7,000 beams, escape off", in_flight(None, 1e-3, 3e-3, "off"), headline=True
+    ),
     Benchmark(
         "decision, 100,000 returns",
         many_returns(street, "in a street to 100 m, 10 m of it rated"),
