@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 
 import pytest
 
@@ -36,6 +37,11 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path)]
     subprocess.run([*build, str(REPOSITORY)], check=True, capture_output=True)
     wheel = next(tmp_path.glob("clearway-*.whl"))
+    with zipfile.ZipFile(wheel) as packed:
+        files = [one for one in packed.infolist() if one.filename.endswith((".toml", ".txt"))]
+        contents = [packed.read(one) for one in files]
+    assert len(contents) > 20
+    assert len(set(contents)) == len(contents), [one.filename for one in files]
     place = tmp_path / "site"
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target"]
     subprocess.run([*install, str(place), str(wheel)], check=True, capture_output=True)

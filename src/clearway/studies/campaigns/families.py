@@ -24,7 +24,7 @@ from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conf
 from clearway.studies.campaigns.made_worlds import MADE, MadeFamily
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
 
-PLACES = Path(__file__).parent / "places"
+PLACES = Path(__file__).parents[1] / "examples" / "missions"
 """The surveyed places of the examples: a wheel has them here, a checkout where they stand."""
 
 
