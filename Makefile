@@ -8,7 +8,7 @@ PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/pyt
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types imports unit nightly docs pictures fuzz bench bench-peers wheel format clean
+.PHONY: demo test lint types imports unit nightly docs addresses pictures fuzz bench bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -35,6 +35,10 @@ nightly: $(VENV)/.dev
 # The site of the documentation, in site/: any warning ends it.
 docs: $(VENV)/.docs
 	$(BIN)/mkdocs build --quiet
+
+# The project's addresses, from pyproject.toml to where else they stand.
+addresses: $(VENV)/.core
+	$(BIN)/python -m tools.addresses --write
 
 # Every picture of every command, on one page: clearway-out/pictures/index.html
 pictures: $(VENV)/.dev

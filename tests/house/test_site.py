@@ -1,4 +1,4 @@
-"""The site has every page; every dependency has a licence; placeholders stand in few places."""
+"""The site has every page; every dependency has a licence; addresses are filled in in one place."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from tools.addresses import filled_in
 from tools.transcripts import without_times
 
 from repository import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
-PLACEHOLDERS = {"mkdocs.yml", "pyproject.toml", "CITATION.cff"}
-"""Where an owner fills in the project's addresses."""
+ADDRESSES = "pyproject.toml"
+"""Where an owner fills in the project's addresses; `make addresses` takes them on."""
 
 
 def test_every_page_is_in_the_navigation_and_there() -> None:
@@ -40,21 +41,61 @@ def test_every_dependency_has_its_licence_told() -> None:
     assert [name for name, licence in told.items() if "GNU General Public" in licence] == []
 
 
-def test_placeholders_stand_in_few_places() -> None:
+def test_addresses_are_those_of_one_file() -> None:
+    texts = filled_in()
+    there = {name: (REPOSITORY / name).read_text(encoding="utf-8") for name in texts}
+    assert there == texts, "run make addresses"
+
+
+def test_an_owner_fills_addresses_in_once(tmp_path: Path) -> None:
+    project = tomllib.loads((REPOSITORY / ADDRESSES).read_text())["project"]
+    for name in (ADDRESSES, *filled_in()):
+        text = (REPOSITORY / name).read_text(encoding="utf-8")
+        if name == ADDRESSES:
+            for which, address in project["urls"].items():
+                text = text.replace(address, f"https://{which.lower()}.owner.example/here")
+        (tmp_path / name).write_text(text)
+    written = filled_in(tmp_path)
+    assert "git clone https://repository.owner.example/here clearway\n" in written["README.md"]
+    told = "\n".join(written.values())
+    assert [one for one in project["urls"].values() if one in told] == []
+
+
+def test_addresses_stand_where_they_are_taken_to() -> None:
     tracked = subprocess.run(
         ["git", "ls-files"], cwd=REPOSITORY, capture_output=True, text=True, check=False
     )
     if tracked.returncode:
         pytest.skip("no checkout")
     files = [REPOSITORY / name for name in tracked.stdout.splitlines()]
+    urls = tomllib.loads((REPOSITORY / ADDRESSES).read_text())["project"]["urls"]
     found = {
         path.relative_to(REPOSITORY).as_posix()
         for path in files
         if path.suffix in (".md", ".py", ".toml", ".yml", ".cff")
         and path.is_file()
-        and "PROJECT-" + "REPOSITORY" in path.read_text(encoding="utf-8")
+        and any(address in path.read_text(encoding="utf-8") for address in urls.values())
     }
-    assert found == PLACEHOLDERS
+    assert found == {ADDRESSES, *filled_in()}
+
+
+def test_the_clone_lines_of_the_readme_bring_a_checkout(tmp_path: Path) -> None:
+    text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    block = next(
+        one for one in re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S) if "git clone" in one
+    )
+    clone, enter, *targets = [line.split("#")[0].split() for line in block.splitlines()]
+    address = tomllib.loads((REPOSITORY / ADDRESSES).read_text())["project"]["urls"]["Repository"]
+    words = [str(REPOSITORY) if word == address else word for word in clone]
+    done = subprocess.run([*words[:2], "--depth=1", *words[2:]], cwd=tmp_path, capture_output=True)
+    if done.returncode and not (REPOSITORY / ".git").exists():
+        pytest.skip("no checkout")
+    assert done.returncode == 0, done.stderr
+    assert enter[0] == "cd"
+    made = [words for words in targets if words[0] == "make"]
+    assert len(made) == 2
+    for words in made:
+        subprocess.run([words[0], "-n", *words[1:]], cwd=tmp_path / enter[1], check=True)
 
 
 @pytest.mark.nightly
