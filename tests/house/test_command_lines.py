@@ -38,7 +38,19 @@ BLOCK = re.compile(
     r"(?:^<!-- commands: (?P<kind>\w+) -->\n)?^ *```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^ *```$",
     re.MULTILINE | re.DOTALL,
 )
-OTHERS = ("echo", "pip", "make", "python", "git", "cd", "export", "mkdocs", "docker", "sudo", "source")
+OTHERS = (
+    "echo",
+    "pip",
+    "make",
+    "python",
+    "git",
+    "cd",
+    "export",
+    "mkdocs",
+    "docker",
+    "sudo",
+    "source",
+)
 STUDIES = ("campaign", "compare", "encounters", "risk")
 """They fly more than once: a night run tries them."""
 ALWAYS = ("docs/index.md", "docs/scans.md", "docs/maps.md")
