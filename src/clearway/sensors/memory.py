@@ -36,12 +36,13 @@ from clearway.sensors.remembered import (
     Pitch,
     balls_of,
     boxes_of_returns,
+    doubted,
     no_boxes,
     picked,
     seen_again,
     together,
 )
-from clearway.sensors.room import Room, make_room
+from clearway.sensors.room import Room, fits, make_room
 from clearway.sensors.unsure import radii_unsure, turned_by
 from clearway.sensors.width import returns_with_size
 from clearway.sensors.wires import join_lines
@@ -195,8 +196,9 @@ def update_memory(
     reach, ground = float(memory.reach_m), float(ground_m)
     if angle_rad <= 0.0:
         limits = _limits(memory, scan.time_s, noise)
+        rule, remembered = memory.rule, (memory.boxes, memory.balls)
         too_small, swept = _swept(
-            scan.points_m, memory.boxes, sensor, before, raster, memory.rule, limits, ground
+            scan.points_m, *remembered, sensor, before, raster, rule, limits, ground
         )
         return _after(memory, swept, sensor, too_small)
     directions = directions_of(scan.points_m, raster)
@@ -237,7 +239,8 @@ def remember(
     """
     limits = _limits(memory, time_s, noise_m)
     again = seen_again(memory.boxes, seen, memory.voxel_m)
-    swept = _remembered(memory.boxes, doubt, seen, again, read_only(origin_m), limits)
+    origin = read_only(origin_m)
+    swept = _remembered(memory.boxes, memory.balls, doubt, seen, again, origin, limits)
     return _after(memory, swept, memory.seen_from, memory.too_small)
 
 
@@ -301,6 +304,7 @@ def _after(
 def _swept(
     points: FloatArray,
     boxes: Boxes,
+    balls: Balls,
     sensor: Sensor,
     before: Sensor,
     raster: BeamRaster,
@@ -320,12 +324,13 @@ def _swept(
     )
     again = seen_again(boxes, new, limits.voxel_m)
     doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
-    return seen.too_small, _remembered(boxes, doubt, new, again, sensor.origin, limits)
+    return seen.too_small, _remembered(boxes, balls, doubt, new, again, sensor.origin, limits)
 
 
 @compiled
 def _remembered(
     before: Boxes,
+    balls: Balls,
     doubt: FloatArray,
     seen: Boxes,
     again: IntArray,
@@ -333,14 +338,26 @@ def _remembered(
     limits: Limits,
 ) -> Swept:
     """What a sweep from a place leaves of what was remembered, and what it adds."""
-    voxel, reach = limits.voxel_m, limits.reach_m
+    voxel, reach, capacity = limits.voxel_m, limits.reach_m, limits.capacity
     refuted = _count_refuted(before, doubt)
     _expire(before, doubt, origin, reach, limits.oldest_s)
+    if len(seen.doubt) == 0 and _stay(doubt) and fits(before, capacity, limits.fine_m):
+        # Nothing comes, nothing goes: but for doubt all is as it was.
+        return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
     both, kept = together(before, doubt, seen, again)
     boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
     alone, borne_out = _count_alone(boxes, kept), _count_borne_out(boxes, kept)
-    room = make_room(boxes, origin, reach, limits.capacity, voxel, limits.fine_m)
+    room = make_room(boxes, origin, reach, capacity, voxel, limits.fine_m)
     return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
+
+
+@borrowing
+def _stay(doubt: FloatArray) -> bool:
+    """Whether doubt leaves all of them."""
+    for n in range(len(doubt)):
+        if not doubt[n] < 1.0:
+            return False
+    return True
 
 
 def forget_moved(

@@ -130,6 +130,22 @@ def first_boxes(boxes: Boxes, count: int) -> Boxes:
     )
 
 
+@compiled
+def doubted(boxes: Boxes, doubt: FloatArray) -> Boxes:
+    """The same with another doubt [n]."""
+    return Boxes(
+        boxes.low_m,
+        boxes.high_m,
+        boxes.spacing_m,
+        boxes.last_seen_s,
+        boxes.size_m,
+        doubt,
+        boxes.sweeps,
+        boxes.kind,
+        boxes.level,
+    )
+
+
 @borrowing
 def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
     for axis in range(3):
@@ -320,8 +336,9 @@ def number_in(table: Table, key: int) -> int:
 @compiled
 def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
     """[old] number of the box seen now in the same voxel; -1 without any."""
-    again = np.empty(len(old.doubt), dtype=np.int64)
-    _look_up(old, table_of(seen, voxel), voxel, again)
+    again = np.full(len(old.doubt), -1, dtype=np.int64)
+    if len(seen.doubt) > 0:
+        _look_up(old, table_of(seen, voxel), voxel, again)
     return again
 
 

@@ -37,6 +37,12 @@ class Room(NamedTuple):
     """Boxes within reach that are now part of coarser ones."""
 
 
+@borrowing
+def fits(boxes: Boxes, capacity: int, fine_m: float) -> bool:
+    """Whether there is room for all of them, and always was."""
+    return len(boxes.doubt) <= capacity and fine_m == np.inf
+
+
 @compiled
 def make_room(
     boxes: Boxes, center: FloatArray, reach: float, capacity: int, voxel: float, fine_m: float
@@ -47,7 +53,7 @@ def make_room(
     what it was before, tried first and widened again where there is room to spare.
     """
     count = len(boxes.doubt)
-    if count <= capacity and fine_m == np.inf:
+    if fits(boxes, capacity, fine_m):
         return Room(boxes, fine_m, 0, 0)
     away = np.empty(count)
     beyond = 0
