@@ -27,7 +27,7 @@ def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
     """
     attitude = np.asarray(attitude_rad, dtype=np.float64)
     if attitude.ndim == 1:
-        return _rotation(*attitude)
+        return _rotation(*attitude.tolist())
     flat = [_rotation(*angles) for angles in attitude.reshape(-1, 3)]
     return np.array(flat).reshape(*attitude.shape[:-1], 3, 3)
 

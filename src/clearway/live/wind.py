@@ -50,6 +50,7 @@ class _LatestSteps:
 
     def __init__(self) -> None:
         self._rows, self._first, self._end = np.empty((64, 7)), 0, 0
+        self._lasts_s: float | None = 0.0  # None: not added up yet.
 
     def __len__(self) -> int:
         return self._end - self._first
@@ -63,7 +64,10 @@ class _LatestSteps:
     @property
     def lasts_s(self) -> float:
         """Of all, as it adds up along them."""
-        return float(np.cumsum(self._rows[self._first : self._end, 0])[-1]) if len(self) else 0.0
+        if self._lasts_s is None:
+            ends_s = np.cumsum(self._rows[self._first : self._end, 0])
+            self._lasts_s = float(ends_s[-1]) if len(ends_s) else 0.0
+        return self._lasts_s
 
     def add(self, step: Sequence[float]) -> None:
         if self._end == len(self._rows):
@@ -73,12 +77,14 @@ class _LatestSteps:
             self._first, self._end = 0, len(kept)
         self._rows[self._end] = step
         self._end += 1
+        self._lasts_s = None
 
     def drop_first(self) -> None:
         self._first += 1
+        self._lasts_s = None
 
     def clear(self) -> None:
-        self._first = self._end
+        self._first, self._lasts_s = self._end, 0.0
 
 
 class WindEstimate:

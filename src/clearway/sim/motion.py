@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 
 import numpy as np
@@ -38,7 +39,7 @@ class TrueMotion:
 
     def at(self, time_s: float) -> State:
         """Where it truly was at the first step from a time on."""
-        n = min(int(np.searchsorted(self.times, time_s - 1e-9)), len(self.states) - 1)
+        n = min(bisect_left(self.times, time_s - 1e-9), len(self.states) - 1)
         return State(self.states[n][:3], self.states[n][3:], self.times[n])
 
     def fly(self, movement: Movement) -> Iterator[None]:
