@@ -46,7 +46,7 @@ def ways() -> WaysOut:
 def test_the_first_that_keeps_it(ways, aloof_m, ahead_m) -> None:
     library, terms = ways.library, ways._terms
     escapes, legs, pose = library.ways[0], library.legs, np.array([ahead_m, 0.0, 0.0, 0.0])
-    found, _ = first_escape(
+    found, _, kept_m = first_escape(
         escapes, legs, loop_places(escapes, legs), 0, pose, 0.0, terms, np.array(aloof_m)
     )
     for unseen_m in aloof_m:
@@ -54,9 +54,10 @@ def test_the_first_that_keeps_it(ways, aloof_m, ahead_m) -> None:
         upto = found if found >= 0 else len(escapes.begins) - 1
         for escape in range(upto + 1):
             if chain_keeps(movements_of(escapes, escape), 0, pose, 0.0, legs, asked):
-                assert escape == found
+                assert (escape, unseen_m) == (found, kept_m)
                 return
     assert found < 0
+    assert np.isnan(kept_m)
 
 
 def test_some_are_found_and_some_not(ways) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -27,11 +29,24 @@ NEARLY = 0.9
 """Of a distance, so that rounding never makes a first look stricter than the last."""
 LONGEST = 32
 """Movements of a loop that there is room for from the beginning."""
-AT_ONCE = 64
-"""Escapes that get a first look at once."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
 Known = npt.NDArray[np.int8]
 """Of each, whether it is UNKNOWN, KEEPS what is asked, or FAILS."""
+
+
+class Begun(NamedTuple):
+    """Where beginnings lead, as far as any was asked for."""
+
+    poses: FloatArray
+    """[beginnings, 4] at their ends, in still air."""
+    times_s: FloatArray
+    """[beginnings]"""
+    placed: FloatArray
+    """[beginnings, 5] world place, cosine and sine of the yaw."""
+    known: IntArray
+    """[1] the first so many are filled in."""
+    up: IntArray
+    """[beginnings] room for those before one."""
 
 
 @compiled
@@ -101,16 +116,14 @@ def _wind_of(terms: EscapeTerms) -> FloatArray:
 
 @compiled
 def _placed_at(pose: FloatArray, start_s: float, terms: EscapeTerms) -> FloatArray:
-    """[6] world place of a pose at a time, cosine and sine of its yaw, and 1 for a place that
-    counts as met since the vehicle is there."""
-    yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(6)
+    """[5] world place of a pose at a time, cosine and sine of its yaw."""
+    yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(5)
     cosine, sine = np.cos(yaw), np.sin(yaw)
     placed[0] = origin[0] + cosine * pose[0] - sine * pose[1]
     placed[1] = origin[1] + sine * pose[0] + cosine * pose[1]
     placed[2] = origin[2] + pose[2]
     placed[:3] += start_s * _wind_of(terms)
     placed[3], placed[4] = np.cos(yaw + pose[3]), np.sin(yaw + pose[3])
-    placed[5] = 1.0
     return placed
 
 
@@ -143,8 +156,9 @@ def first_escape(
     start_s: float,
     terms: EscapeTerms,
     aloof_m: FloatArray,
-) -> tuple[int, float]:
-    """The first escape that is safe from an attitude and a pose [4], and its room from intruders.
+) -> tuple[int, float, float]:
+    """The first escape that is safe from an attitude and a pose [4], its room from intruders, and
+    the distance that it keeps from what nobody has seen.
 
     places: of the loops, by `loop_places`. aloof_m: distances to be kept from what nobody has seen,
     in place of that of the terms; a later one only where those before leave nothing. Among
@@ -155,16 +169,15 @@ def first_escape(
     """
     count, escapes = len(ways.parent), len(ways.begins)
     poses, times = np.empty((count, 4)), np.empty(count)
-    placed = np.empty((count, 6))
+    placed, known = np.empty((count, 5)), np.ones(1, dtype=np.int64)
     poses[0], times[0], placed[0] = pose, start_s, _placed_at(pose, start_s, terms)
+    begun = Begun(poses, times, placed, known, np.empty(count, dtype=np.int64))
     wind, chain = _wind_of(terms), chain_for(LONGEST, legs)
-    up = np.empty(count, dtype=np.int64)
-    known, looked_at = 1, 0
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
-    looped = np.zeros(escapes, dtype=np.int8)  # Whether the places of its loop were seen at all.
+    met = np.zeros(escapes, dtype=np.int8)  # Whether the places of its loop were seen at all.
     cleared = np.zeros(escapes, dtype=np.int8)  # Whether its loop keeps the margin.
-    best, best_room = -1, -np.inf
+    best, best_room, kept = -1, -np.inf, np.nan
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
         if terms.must_see and not _is_clear(placed[0], unseen, terms):
@@ -172,45 +185,26 @@ def first_escape(
         seen[0] = KEEPS
         following = 0
         while following < escapes:
-            if following >= looked_at:
-                looked_at = min(escapes, following + AT_ONCE)
-                known = _look_at(
-                    following,
-                    looked_at,
-                    known,
-                    ways,
-                    legs,
-                    places,
-                    poses,
-                    times,
-                    placed,
-                    looped,
-                    wind,
-                    terms,
-                )
             escape = _first_left(
                 following,
-                looked_at,
                 ways,
+                legs,
                 places,
-                placed,
+                begun,
                 wind,
-                looped,
+                met,
                 cleared,
                 clear,
                 seen,
                 unseen,
                 terms,
+                chain.leg,
             )
-            following = min(escape + 1, looked_at)
-            if escape == looked_at:
-                continue
+            following = escape + 1
+            if escape == escapes:
+                break
             begin, loop = ways.begins[escape], ways.loop[escape]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-            if not _begin_was_seen(
-                begin, unseen, ways, legs, poses, times, seen, terms, up, chain.leg
-            ):
-                continue
             movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
             if len(movements) >= len(chain.times_s):
                 chain = chain_for(len(movements), legs)
@@ -220,9 +214,7 @@ def first_escape(
                 continue
             if terms.must_see and not chain_was_seen(movements, legs, unseen, terms, chain):
                 continue
-            if not _begin_keeps_margin(
-                begin, ways, legs, poses, times, clear, terms, up, chain.leg
-            ):
+            if not _begin_keeps_margin(begin, ways, legs, begun, clear, terms, chain.leg):
                 continue
             if cleared[escape] == UNKNOWN:
                 keeps = chain_keeps_margin(movements, legs, terms, chain)
@@ -230,129 +222,133 @@ def first_escape(
             if cleared[escape] == FAILS:
                 continue
             if len(terms.moving.radius_m) == 0:
-                return escape, np.inf
+                return escape, np.inf, unseen
             whole, most = movements_of(ways, escape), 2.0 * terms.margin_m
             # One that has no more room than the best need not be looked at to its end.
             room = chain_room(whole, start, pose, start_s, legs, terms, most, best_room)
             if room > best_room:
-                best, best_room = escape, room
+                best, best_room, kept = escape, room, unseen
             compared += 1
             if room >= terms.margin_m or compared >= MOST_COMPARED:
                 break
         if best >= 0:
             break
-    return best, best_room
+    return best, best_room, kept
 
 
 @borrowing
 def _first_left(
     escape: int,
-    last: int,
     ways: Ways,
+    legs: Legs,
     places: FloatArray,
-    placed: FloatArray,
+    begun: Begun,
     wind: FloatArray,
-    looped: Known,
+    met: Known,
     cleared: Known,
     clear: Known,
     seen: Known,
     unseen: float,
     terms: EscapeTerms,
+    room: LegRoom,
 ) -> int:
-    """The first from an escape on up to the last that nothing known or quickly found out rules
-    out, so far from what nobody has seen; the last if there is none."""
-    for e in range(escape, last):
-        begin, loop = ways.begins[e], ways.loop[e]
-        if looped[e] == FAILS or cleared[e] == FAILS or clear[begin] == FAILS:
-            continue
-        if seen[begin] == UNKNOWN and terms.must_see:
+    """The first from an escape on that nothing known or quickly found out rules out, so far from
+    what nobody has seen; their number if there is none.
+
+    Of a beginning that leads where nobody has looked no more loops are looked at: there are many.
+    """
+    e, escapes = escape, len(ways.begins)
+    while e < escapes:
+        begin = ways.begins[e]
+        if seen[begin] == UNKNOWN:
+            if begin >= begun.known[0]:
+                _place_up_to(begin, ways, legs, begun, wind, terms)
             beyond = seen[ways.parent[begin]] == FAILS
-            if beyond or not _is_clear(placed[begin], unseen, terms):
+            if beyond or (terms.must_see and not _is_clear(begun.placed[begin], unseen, terms)):
                 seen[begin] = FAILS
-        if seen[begin] == FAILS:
-            continue
-        if looped[e] == KEEPS and not _places_were_seen(
-            places,
-            ways.loop_at[loop],
-            ways.loop_at[loop + 1],
-            placed[begin],
-            wind,
-            NEARLY * unseen,
-            terms.free,
-            terms.window,
-        ):
-            continue
-        return e
-    return last
+        if seen[begin] != FAILS and clear[begin] != FAILS:
+            e = _first_loop_left(e, ways, places, begun, wind, met, cleared, unseen, terms)
+            if e == escapes:
+                return escapes
+            if ways.begins[e] == begin and _begin_was_seen(
+                begin, unseen, ways, legs, begun, seen, terms, room
+            ):
+                return e
+        while e < escapes and ways.begins[e] == begin:
+            e += 1
+    return escapes
 
 
 @borrowing
-def _look_at(
+def _first_loop_left(
     escape: int,
-    last: int,
-    known: int,
     ways: Ways,
-    legs: Legs,
     places: FloatArray,
-    poses: FloatArray,
-    times: FloatArray,
-    placed: FloatArray,
-    looped: Known,
+    begun: Begun,
     wind: FloatArray,
+    met: Known,
+    cleared: Known,
+    unseen: float,
     terms: EscapeTerms,
 ) -> int:
-    """A first look at escapes up to the last: where beginnings lead, and whether the places of
-    loops were seen at all; returns how many beginnings are known now.
+    """The first from an escape on, of those with its beginning, that nothing known or quickly
+    found out of its loop rules out; the one after them if there is none."""
+    free, window, begins = terms.free, terms.window, ways.begins
+    begin, e = begins[escape], escape
+    placed = begun.placed[begin]
+    x, y, z, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
+    while e < len(begins) and begins[e] == begin:
+        if met[e] != FAILS and cleared[e] != FAILS:
+            if not terms.must_see:
+                return e
+            loop = ways.loop[e]
+            first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+            if met[e] == UNKNOWN:
+                met[e] = KEEPS  # What fails without a radius fails at any distance.
+                for n in range(first, last):
+                    ahead, left, when = places[n, 0], places[n, 1], places[n, 3]
+                    east = x + cosine * ahead - sine * left + wind[0] * when
+                    north = y + sine * ahead + cosine * left + wind[1] * when
+                    up = z + places[n, 2] + wind[2] * when
+                    if not is_place_free(free, window, east, north, up):
+                        met[e] = FAILS
+                        break
+            if met[e] == KEEPS and _places_were_seen(
+                places, first, last, placed, wind, NEARLY * unseen, free, window
+            ):
+                return e
+        e += 1
+    return e
 
-    A beginning whose end, or that of one before it, lies where nobody has looked fails by its last
-    corner: so do all its loops.
-    """
-    free, window = terms.free, terms.window
+
+@borrowing
+def _place_up_to(
+    begin: int, ways: Ways, legs: Legs, begun: Begun, wind: FloatArray, terms: EscapeTerms
+) -> None:
+    """Fill in where beginnings up to one lead; those before them come first."""
+    poses, times, placed = begun.poses, begun.times_s, begun.placed
     ox, oy, oz = terms.origin_m[0], terms.origin_m[1], terms.origin_m[2]
     cos_yaw, sin_yaw = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
     end = legs.path.shape[2] - 1
-    for e in range(escape, last):
-        begin, loop = ways.begins[e], ways.loop[e]
-        while known <= begin:  # Parents come first.
-            parent, m = ways.parent[known], ways.movement[known]
-            at = ways.attitude[parent]
-            x, y, z, yaw = poses[parent, 0], poses[parent, 1], poses[parent, 2], poses[parent, 3]
-            cosine, sine = np.cos(yaw), np.sin(yaw)
-            ahead, left = legs.path[at, m, end, 0], legs.path[at, m, end, 1]
-            x = x + cosine * ahead - sine * left
-            y = y + sine * ahead + cosine * left
-            z = z + legs.path[at, m, end, 2]
-            yaw = yaw + legs.path[at, m, end, 3]
-            poses[known, 0], poses[known, 1], poses[known, 2], poses[known, 3] = x, y, z, yaw
-            times[known] = times[parent] + legs.duration_s[m]
-            when = times[known]
-            placed[known, 0] = ox + cos_yaw * x - sin_yaw * y + wind[0] * when
-            placed[known, 1] = oy + sin_yaw * x + cos_yaw * y + wind[1] * when
-            placed[known, 2] = oz + z + wind[2] * when
-            placed[known, 3] = np.cos(terms.yaw_rad + yaw)
-            placed[known, 4] = np.sin(terms.yaw_rad + yaw)
-            if terms.must_see:
-                met = placed[parent, 5] > 0.0 and is_place_free(
-                    free, window, placed[known, 0], placed[known, 1], placed[known, 2]
-                )
-                placed[known, 5] = 1.0 if met else 0.0
-            known += 1
-        if not terms.must_see:
-            continue
-        looped[e] = FAILS
-        if placed[begin, 5] > 0.0:
-            x, y, z = placed[begin, 0], placed[begin, 1], placed[begin, 2]
-            cosine, sine = placed[begin, 3], placed[begin, 4]
-            looped[e] = KEEPS
-            for n in range(ways.loop_at[loop], ways.loop_at[loop + 1]):
-                ahead, left, up = places[n, 0], places[n, 1], places[n, 2]
-                later = places[n, 3]
-                east = x + cosine * ahead - sine * left + wind[0] * later
-                north = y + sine * ahead + cosine * left + wind[1] * later
-                if not is_place_free(free, window, east, north, z + up + wind[2] * later):
-                    looped[e] = FAILS
-                    break
-    return known
+    for b in range(begun.known[0], begin + 1):
+        parent, m = ways.parent[b], ways.movement[b]
+        at = ways.attitude[parent]
+        x, y, z, yaw = poses[parent, 0], poses[parent, 1], poses[parent, 2], poses[parent, 3]
+        cosine, sine = np.cos(yaw), np.sin(yaw)
+        ahead, left = legs.path[at, m, end, 0], legs.path[at, m, end, 1]
+        x = x + cosine * ahead - sine * left
+        y = y + sine * ahead + cosine * left
+        z = z + legs.path[at, m, end, 2]
+        yaw = yaw + legs.path[at, m, end, 3]
+        poses[b, 0], poses[b, 1], poses[b, 2], poses[b, 3] = x, y, z, yaw
+        times[b] = times[parent] + legs.duration_s[m]
+        when = times[b]
+        placed[b, 0] = ox + cos_yaw * x - sin_yaw * y + wind[0] * when
+        placed[b, 1] = oy + sin_yaw * x + cos_yaw * y + wind[1] * when
+        placed[b, 2] = oz + z + wind[2] * when
+        placed[b, 3] = np.cos(terms.yaw_rad + yaw)
+        placed[b, 4] = np.sin(terms.yaw_rad + yaw)
+    begun.known[0] = begin + 1
 
 
 @borrowing
@@ -369,19 +365,15 @@ def _begin_was_seen(
     unseen: float,
     ways: Ways,
     legs: Legs,
-    poses: FloatArray,
-    times: FloatArray,
+    begun: Begun,
     seen: Known,
     terms: EscapeTerms,
-    up: IntArray,
     room: LegRoom,
 ) -> bool:
-    """Whether a beginning may be flown, and leads through seen space where that is asked for.
-
-    up: [beginnings] room for those before it.
-    """
-    for n in range(_note_up_to(begin, ways, seen, up) - 1, -1, -1):
-        b = up[n]
+    """Whether a beginning may be flown, and leads through seen space where that is asked for."""
+    poses, times = begun.poses, begun.times_s
+    for n in range(_note_up_to(begin, ways, seen, begun.up) - 1, -1, -1):
+        b = begun.up[n]
         parent, m = ways.parent[b], ways.movement[b]
         at, when = ways.attitude[parent], (times[parent], times[b])
         good = seen[parent] == KEEPS and legs.following[at, m] >= 0
@@ -397,16 +389,15 @@ def _begin_keeps_margin(
     begin: int,
     ways: Ways,
     legs: Legs,
-    poses: FloatArray,
-    times: FloatArray,
+    begun: Begun,
     clear: Known,
     terms: EscapeTerms,
-    up: IntArray,
     room: LegRoom,
 ) -> bool:
     """Whether a beginning keeps the margin."""
-    for n in range(_note_up_to(begin, ways, clear, up) - 1, -1, -1):
-        b = up[n]
+    poses, times = begun.poses, begun.times_s
+    for n in range(_note_up_to(begin, ways, clear, begun.up) - 1, -1, -1):
+        b = begun.up[n]
         parent, m = ways.parent[b], ways.movement[b]
         at, when = ways.attitude[parent], (times[parent], times[b])
         good = clear[parent] == KEEPS

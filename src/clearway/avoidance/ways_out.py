@@ -341,11 +341,13 @@ class WaysOut:
         level = self._level(corners_m)
         return not self.strict or was_seen(level, sagitta_m, self._terms)
 
-    def after_flight(self, there: State, start_s: float, *, aloof: bool) -> WayOut | None:
-        """The way out from where something ends that is no movement, so long from now.
+    def after_flight(
+        self, there: State, start_s: float, *, aloof: bool
+    ) -> tuple[WayOut | None, bool]:
+        """The way out from where something ends that is no movement, so long from now, and whether
+        it is aloof: keeps the whole margin from what nobody has seen as well.
 
-        aloof: only one that keeps the whole margin from what nobody has seen as well; otherwise
-        the first that will do.
+        aloof: such a one is looked for first; otherwise the first is taken that will do.
         """
         roll, pitch, yaw = there.attitude_rad.tolist()
         start, legs = self.library.nearest(roll, pitch), self.library.legs_at(roll, pitch)
@@ -353,8 +355,9 @@ class WaysOut:
         place = self._level(there.position_m[None])[0] - start_s * self._terms.wind_mps
         pose = np.array([*place, yaw - self._terms.yaw_rad])
         terms = self._with(True, self._full_m)
-        from_unseen_m = self._aloof_m(terms)[:1] if aloof else self._aloof_m(terms)[-1:]
-        return self._first(start, pose, start_s, terms, legs, from_unseen_m)
+        from_unseen_m = self._aloof_m(terms) if aloof else self._aloof_m(terms)[-1:]
+        way, kept_m = self._search(start, pose, start_s, terms, legs, from_unseen_m)
+        return way, aloof and kept_m == float(from_unseen_m[0])
 
     def _level(self, places_m: FloatArray) -> FloatArray:
         """[n, 3] places of the world, in the level frame of the decision."""
@@ -395,25 +398,32 @@ class WaysOut:
         return replace(way, margin_m=terms.margin_m, path_m=places, for_s=self._for_s(terms))
 
     def _first(
+        self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
+    ) -> WayOut | None:
+        return self._search(start, pose, start_s, terms, legs, self._aloof_m(terms))[0]
+
+    def _search(
         self,
         start: int,
         pose: FloatArray,
         start_s: float,
         terms: EscapeTerms,
         legs: Legs,
-        aloof_m: FloatArray | None = None,
-    ) -> WayOut | None:
+        aloof_m: FloatArray,
+    ) -> tuple[WayOut | None, float]:
+        """The first way out, and which of some distances it keeps from what nobody has seen."""
         terms = self._lasting(terms, legs)
         ways, loops = self._searched(start, float(pose[3]), legs)
-        aloof_m = self._aloof_m(terms) if aloof_m is None else aloof_m
-        escape, room_m = first_escape(ways, legs, loops, start, pose, start_s, terms, aloof_m)
+        escape, room_m, kept_m = first_escape(
+            ways, legs, loops, start, pose, start_s, terms, aloof_m
+        )
         if escape < 0:
-            return None
+            return None, kept_m
         begins, loop = names_of(self.library, ways, escape)
         places = self._places(movements_of(ways, escape), (start, pose, start_s), legs)
         certain = terms.must_see or not self.strict
         for_s = self._for_s(terms)
-        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, for_s)
+        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, for_s), kept_m
 
     def _searched(self, start: int, yaw_rad: float, legs: Legs) -> tuple[Ways, FloatArray]:
         """Escapes from an attitude, and the places of their loops, where those are looked up."""

@@ -72,9 +72,7 @@ def check_leg(
     for corners, sagitta_m in _ways(leg):
         if not ways.was_seen(corners, sagitta_m):
             return Checked("leads where nobody has looked", margin)
-    way = ways.after_flight(leg.end, leg.end_s, aloof=True) if aloof else None
-    aloof = way is not None
-    way = way or ways.after_flight(leg.end, leg.end_s, aloof=False)
+    way, aloof = ways.after_flight(leg.end, leg.end_s, aloof=aloof)
     if way is None:
         return Checked("leaves no way out", margin)
     if not way.room_m >= KEPT * margin:
