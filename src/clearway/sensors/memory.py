@@ -341,7 +341,7 @@ def _remembered(
     voxel, reach, capacity = limits.voxel_m, limits.reach_m, limits.capacity
     refuted = _count_refuted(before, doubt)
     _expire(before, doubt, origin, reach, limits.oldest_s)
-    if len(seen.doubt) == 0 and _stay(doubt) and fits(before, capacity, limits.fine_m):
+    if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, capacity, limits.fine_m):
         # Nothing comes, nothing goes: but for doubt all is as it was.
         return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
     both, kept = together(before, doubt, seen, again)
@@ -352,12 +352,11 @@ def _remembered(
 
 
 @borrowing
-def _stay(doubt: FloatArray) -> bool:
-    """Whether doubt leaves all of them."""
+def _count_cleared(doubt: FloatArray) -> int:
+    count = 0
     for n in range(len(doubt)):
-        if not doubt[n] < 1.0:
-            return False
-    return True
+        count += not doubt[n] < 1.0
+    return count
 
 
 def forget_moved(
