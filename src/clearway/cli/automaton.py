@@ -37,6 +37,7 @@ def measure(
     predictions are off.
     """
     from clearway.base.errors import ClearwayError
+    from clearway.io.results_folder import refuse_unwritable_file
     from clearway.missions.automaton_file import automaton_file, write_automaton
     from clearway.sim.plants import PLANTS
     from clearway.sim.plants.measuring import MeasureSettings
@@ -50,18 +51,19 @@ def measure(
         )
     given = {"speed_mps": speed, "duration_s": movement_s}
     asked = kind.movements(**{key: value for key, value in given.items() if value is not None})
+    refuse_unwritable_file(out, "--out")
     settings = MeasureSettings(flights, held_out, seed, gusts_mps=gusts)
     with progress_bar(f"measuring {plant}", flights + held_out) as bar:
         measured = measured_of(kind, asked, settings, lambda done, total: bar.show(done, total))
     file = automaton_file(plant, measured, settings)
-    write_automaton(file, out)
     if as_json:
         print_json(_as_json(file))
     else:
         _print(file)
         closed = ", ".join(_quantile(each) for each in measured.closed_form_m)
         print(f"closed form: {closed} m")
-        say(f"wrote {out}")
+    write_automaton(file, out)
+    say(f"wrote {out}")
 
 
 def show(

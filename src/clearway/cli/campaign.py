@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,6 +16,7 @@ from clearway.cli.report import NOT_REACHED, NOT_SHOWN, leave, print_json, say
 if TYPE_CHECKING:
     from clearway.studies.campaigns.engines import Engine
     from clearway.studies.campaigns.file import Campaign
+    from clearway.studies.campaigns.row import FlightRow
     from clearway.studies.campaigns.run import CampaignProgress
 
 ENGINES = ("processes", "dask")
@@ -105,8 +108,20 @@ def campaign(
 
         replay_flight(asked, replay, folder, as_json)
         return
-    flown = _flown(asked, folder, _engine(engine, scheduler, workers), only)
-    _finish(flown, asked, folder, docs or [], as_json)
+    with ExitStack() as unwritten:
+        flown = _flown(unwritten, asked, folder, _engine(engine, scheduler, workers), only)
+        for label, why in flown.skipped.items():
+            say(f"skipped {label}: {why}")
+        # Before the results are put in their place, which a full disk may refuse.
+        more = {"flown_now": flown.flown_now, "results": str(folder / RESULTS)}
+        _print(flown.rows, flown.settings, flown.absent, as_json, more)
+    say(f"{flown.flown_now} flights flown, {len(flown.rows)} in {folder / RESULTS}")
+    _put(docs or [], flown.rows, flown.settings, flown.absent)
+    first = asked.file.planners[0]
+    if any(not row.safe for row in flown.rows if row.planner == first):
+        leave(NOT_REACHED)
+    if flown.skipped:
+        leave(NOT_SHOWN)
 
 
 def _list(as_json: bool) -> None:
@@ -148,10 +163,14 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     return on_cluster(scheduler)
 
 
-def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> CampaignProgress:
-    """All flights, with a progress bar on standard error that counts what was flown before."""
-    from clearway.studies.campaigns.row import FlightRow
-    from clearway.studies.campaigns.run import run_campaign
+def _flown(
+    unwritten: ExitStack, asked: Campaign, folder: Path, engine: Engine, only: str
+) -> CampaignProgress:
+    """All flights, with a progress bar on standard error that counts what was flown before.
+
+    unwritten: its end writes them.
+    """
+    from clearway.studies.campaigns.run import campaign_flown
 
     beside: tuple[Beside, ...] = ("count", "elapsed", "remaining", "status")
     with progress_bar(asked.file.name, beside=beside, status="getting ready") as bar:
@@ -161,47 +180,46 @@ def _flown(asked: Campaign, folder: Path, engine: Engine, only: str) -> Campaign
             if row is None and done:
                 say(f"{done} of {total} flights were flown before")
 
-        return run_campaign(asked, folder, engine, only, watch)
-
-
-def _finish(
-    flown: CampaignProgress, asked: Campaign, folder: Path, docs: list[Path], as_json: bool
-) -> None:
-    """Tables where they are wanted, and the exit status."""
-    from clearway.studies.campaigns.run import RESULTS
-
-    results = folder / RESULTS
-    for label, why in flown.skipped.items():
-        say(f"skipped {label}: {why}")
-    say(f"{flown.flown_now} flights flown, {len(flown.rows)} in {results}")
-    _print(results, docs, as_json, {"flown_now": flown.flown_now})
-    first = asked.file.planners[0]
-    if any(not row.safe for row in flown.rows if row.planner == first):
-        leave(NOT_REACHED)
-    if flown.skipped:
-        leave(NOT_SHOWN)
+        return unwritten.enter_context(campaign_flown(asked, folder, engine, only, watch))
 
 
 def _print_again(results: Path, docs: list[Path], as_json: bool) -> None:
-    _print(results, docs, as_json, {})
-
-
-def _print(results: Path, docs: list[Path], as_json: bool, more: dict[str, int]) -> None:
     """The table of a results file: on standard output, and in pages."""
     import json
 
     from clearway.base.errors import InputError
-    from clearway.cli.campaign_table import as_values, print_tables
-    from clearway.studies.campaigns.pages import write_pages
     from clearway.studies.campaigns.results import read_results
 
     rows, settings = read_results(results)
     if docs and "campaign" not in settings:
         raise InputError(str(results), "does not name its campaign, which the pages need")
     skipped = json.loads(settings.get("skipped", "{}"))
-    for page in docs:
-        say(f"{page}: {', '.join(write_pages(page, rows, settings, skipped))} written")
+    _print(rows, settings, skipped, as_json, {"results": str(results)})
+    _put(docs, rows, settings, skipped)
+
+
+def _print(
+    rows: Sequence[FlightRow],
+    settings: dict[str, str],
+    skipped: dict[str, str],
+    as_json: bool,
+    more: dict[str, Any],
+) -> None:
+    from clearway.cli.campaign_table import as_values, print_tables
+
     if as_json:
-        print_json({**as_values(rows, settings, skipped), **more, "results": str(results)})
+        print_json({**as_values(rows, settings, skipped), **more})
     else:
         print_tables(rows, settings, skipped)
+
+
+def _put(
+    pages: Sequence[Path],
+    rows: Sequence[FlightRow],
+    settings: dict[str, str],
+    skipped: dict[str, str],
+) -> None:
+    from clearway.studies.campaigns.pages import write_pages
+
+    for page in pages:
+        say(f"{page}: {', '.join(write_pages(page, rows, settings, skipped))} written")

@@ -331,9 +331,9 @@ def _fly_one(
 
 def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
     """One row per encounter."""
-    from clearway.base.errors import naming
+    from clearway.io.staging import staged_file
 
-    with naming(path, "written"), path.open("w", newline="") as file:
+    with staged_file(path) as scratch, scratch.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(CSV_COLUMNS)
         for tally in tallies:

@@ -122,12 +122,7 @@ def mavlink(
     with ExitStack() as stack:
         stack.callback(link.close)
         stop = stack.enter_context(stop_rule(duration, arrival=end_on_arrival))
-        result = _run(loop, link, stop, file, rate, folder, stack)
-        # Before the log is put in its place, which a full disk may refuse.
-        if as_json:
-            print_json(result)
-        else:
-            print(_in_words(result), flush=True)
+        result = _run(loop, link, stop, file, rate, folder, stack, as_json=as_json)
     if not _is_good(result):
         leave(NOT_REACHED)
 
@@ -180,8 +175,10 @@ def _run(
     rate: float,
     out: ResultsFolder | None,
     stack: ExitStack,
+    *,
+    as_json: bool,
 ) -> dict[str, Any]:
-    """Run to the end, with a log in `out` if it is given; all of it or nothing."""
+    """Run to the end and print the result; with a log in `out` if given, all of it or nothing."""
     from clearway.io.toml_writing import write_toml
     from clearway.mavlink.record import SessionRecord
 
@@ -190,7 +187,7 @@ def _run(
     if folder is not None:
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
-    record = SessionRecord(link.session, log)
+    record = SessionRecord(link.session, log, say)
     commentary = _Commentary(link.session.core)
 
     def take(outcome: TickOutcome) -> None:
@@ -201,6 +198,11 @@ def _run(
     if sys.stderr.isatty():
         say("")
     result = sourced(record.summary(report, link.inbox, link.outbox, rate))
+    # Before the log is put in its place, which a full disk may refuse.
+    if as_json:
+        print_json(result)
+    else:
+        print(_in_words(result), flush=True)
     if folder is not None:
         (folder / "summary.json").write_text(json.dumps(result, indent=2) + "\n")
     return result

@@ -85,7 +85,7 @@ def replay(
 def _lay_out(path: Path, as_json: bool) -> None:
     from clearway.view.replay.foxglove_layout import foxglove_layout
 
-    path.write_text(foxglove_layout(), encoding="utf-8", newline="\n")
+    _write(foxglove_layout(), path)
     say(f"wrote {path}: in Foxglove, import it as a layout")
     if as_json:
         print_json({"layout": str(path)})
@@ -101,12 +101,12 @@ def _told(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _write(page: str, path: Path) -> None:
-    """The whole page or nothing."""
-    from clearway.io.staging import staged
+def _write(text: str, path: Path) -> None:
+    """The whole file or nothing."""
+    from clearway.io.staging import staged_file
 
-    with staged(path.absolute().parent) as scratch:
-        (scratch / path.name).write_text(page, encoding="utf-8", newline="\n")
+    with staged_file(path) as scratch:
+        scratch.write_text(text, encoding="utf-8", newline="\n")
 
 
 def _serve(page: str, port: int, browser: bool, result: dict[str, Any] | None) -> None:

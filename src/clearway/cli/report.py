@@ -16,6 +16,7 @@ from clearway.base.errors import ClearwayError, InputError, SeveralErrors, refus
 from clearway.base.plain_text import LONGEST, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
+from clearway.cli.output import READER_GONE, taken_over
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -36,7 +37,7 @@ COMMANDS = {"show_map": "map", "mavlink": "fly", "compare": "fly", "alerts": "tr
 def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """The command with errors that a user can meet told in a message, exit status 2.
 
-    Ctrl-C ends with 130, and a reader that has gone away (`| head`) with the usual 141.
+    Ctrl-C ends with 130, and a reader of messages that has gone away with the usual 141.
     """
 
     @functools.wraps(command)
@@ -67,7 +68,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
         except BrokenPipeError:
             # Python would else complain once more when it flushes on its way out.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            leave(141)
+            leave(READER_GONE)
 
     return guarded
 
@@ -79,10 +80,15 @@ def run(app: Callable[[], object]) -> None:
     """
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
+    output = taken_over()
     # What matplotlib logs of axes and fonts is no news to who asked for a picture.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app()
+    except SystemExit as end:
+        if output is not None and output.reader_gone and not end.code:
+            leave(READER_GONE)
+        raise
     except Exception as error:
         if os.environ.get("CLEARWAY_TRACEBACK"):
             raise

@@ -98,8 +98,8 @@ def _write(
 
 
 def _write_page(made: Made, command: str, page: Path) -> None:
-    from clearway.io.staging import staged
+    from clearway.io.staging import staged_file
     from clearway.studies.reproduction.report import as_page
 
-    with staged(page.parent) as scratch:
-        (scratch / page.name).write_text(as_page(made, command))
+    with staged_file(page) as scratch:
+        scratch.write_text(as_page(made, command))

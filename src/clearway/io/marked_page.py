@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from clearway.base.errors import InputError, naming
+from clearway.io.staging import staged_file
 
 
 def put_between_marks(page: Path, name: str, made: str) -> None:
@@ -19,4 +20,5 @@ def put_between_marks(page: Path, name: str, made: str) -> None:
         _, closed, after = rest.partition(end)
         if not (found and closed):
             raise InputError(str(page), f"no {begin} ... {end}")
-        page.write_text(f"{before}{begin}\n{made.strip()}\n{end}{after}", encoding="utf-8")
+    with staged_file(page) as scratch:
+        scratch.write_text(f"{before}{begin}\n{made.strip()}\n{end}{after}", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Output folders that are whole or absent: written aside, moved into place at the end."""
+"""Results that are whole or absent: written aside, moved into place at the end."""
 
 from __future__ import annotations
 
@@ -36,6 +36,25 @@ def staged(folder: str | Path) -> Iterator[Path]:
         with naming(folder, "written"):
             yield scratch
             _move(scratch, target)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+@contextmanager
+def staged_file(path: str | Path) -> Iterator[Path]:
+    """A scratch file that takes the place of `path` when the block ends without an error.
+
+    After an error what was there before stays. Raises InputError where it cannot be written.
+    """
+    with naming(path, "written"):
+        target = Path(path).resolve()
+        into = nearest_folder(target.parent)
+        scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=into))
+    try:
+        with naming(path, "written"):
+            yield scratch / target.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(scratch / target.name, target)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any, TextIO
 
 import numpy as np
@@ -21,14 +22,22 @@ from clearway.mavlink.set_points import set_point_row
 
 
 class SessionRecord:
-    """Takes outcomes as they come; `log` gets a JSON line for each that says something new."""
+    """Takes outcomes as they come; `log` gets a JSON line for each that says something new.
 
-    def __init__(self, session: MavlinkSession[Session], log: TextIO | None) -> None:
+    notice: told where the log can be written no more, which ends it, and not the flight.
+    """
+
+    def __init__(
+        self,
+        session: MavlinkSession[Session],
+        log: TextIO | None,
+        notice: Callable[[str], None] = lambda _: None,
+    ) -> None:
         self.last: TickOutcome | None = None
         self.decisions = 0
         self.emergencies = 0
         self.seconds_in: dict[str, float] = {}
-        self._session, self._log = session, log
+        self._session, self._log, self._notice = session, log, notice
         self._elapsed_s: list[float] = []
 
     def take(self, outcome: TickOutcome) -> None:
@@ -43,8 +52,12 @@ class SessionRecord:
         changed = last is None or last.state is not outcome.state
         if self._log is not None and (outcome.flight is not None or changed):
             row = {"schema_version": SCHEMA_VERSION, **row_of(outcome, self._session)}
-            self._log.write(json.dumps(row, allow_nan=False) + "\n")
-            self._log.flush()
+            try:
+                self._log.write(json.dumps(row, allow_nan=False) + "\n")
+                self._log.flush()
+            except OSError as cause:
+                self._log = None
+                self._notice(f"the log ends here, it cannot be written: {cause.strerror or cause}")
 
     def summary(
         self, loop: LoopReport, inbox: Inbox, outbox: Outbox, rate_hz: float

@@ -9,9 +9,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.base.errors import ClearwayError, InputError
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.provenance import provenance
+from clearway.io.staging import staged_file
 from clearway.io.toml import Section, read_model
 from clearway.io.toml_writing import write_toml
 from clearway.missions.sections import Count, NotNegative, Positive
@@ -158,10 +159,8 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
 
 def write_automaton(file: AutomatonFile, path: str | Path) -> None:
     """Write an automaton file; raises InputError where that cannot be done."""
-    try:
-        write_toml(file, path)
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be written: {cause.strerror}") from cause
+    with staged_file(path) as scratch:
+        write_toml(file, scratch)
 
 
 def _rows(path: FloatArray) -> tuple[Row, ...]:

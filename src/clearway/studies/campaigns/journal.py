@@ -22,13 +22,14 @@ from clearway.studies.campaigns.row import FlightRow
 class Journal:
     """An open journal; `rows` are those that were in it."""
 
-    def __init__(self, file: IO[bytes], rows: list[FlightRow]) -> None:
-        self._file = file
+    def __init__(self, file: IO[bytes], path: Path, rows: list[FlightRow]) -> None:
+        self._file, self._path = file, path
         self.rows = rows
 
     def append(self, row: FlightRow) -> None:
-        """Write a row; on return it is on disk."""
-        _append(self._file, asdict(row))
+        """Write a row; on return it is on disk. Raises InputError where it cannot be written."""
+        with naming(self._path, "written"):
+            _append(self._file, asdict(row))
 
 
 @contextmanager
@@ -40,7 +41,8 @@ def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
     """
     with naming(path, "written"):
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = path.open("a+b")
+        # Unbuffered: what a full disk refused is not tried again when the file is closed.
+        file = path.open("a+b", buffering=0)
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -49,7 +51,9 @@ def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
                 raise BlockingIOError
         except BlockingIOError as cause:
             raise InputError(str(path), "another campaign is writing to it") from cause
-        yield Journal(file, _begun(file, path, settings))
+        with naming(path, "written"):
+            rows = _begun(file, path, settings)
+        yield Journal(file, path, rows)
 
 
 def check_settings(source: str, found: dict[str, Any], wanted: dict[str, str]) -> None:
@@ -83,7 +87,7 @@ def _whole_lines(file: IO[bytes]) -> list[dict[str, Any]]:
     """Objects of the lines up to the first torn one; the file is cut there."""
     objects = []
     good = 0
-    for line in file:
+    for line in file.read().splitlines(keepends=True):
         try:
             found = json.loads(line) if line.endswith(b"\n") else None
         except ValueError:
@@ -97,8 +101,9 @@ def _whole_lines(file: IO[bytes]) -> list[dict[str, Any]]:
 
 
 def _append(file: IO[bytes], values: dict[str, Any]) -> None:
-    file.write(json.dumps(values, allow_nan=False).encode() + b"\n")
-    file.flush()
+    left = json.dumps(values, allow_nan=False).encode() + b"\n"
+    while left:
+        left = left[file.write(left) :]
     os.fsync(file.fileno())
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from clearway.base.errors import InputError, naming
 from clearway.base.intervals import Interval
+from clearway.io.staging import staged_file
 from clearway.sim.baselines import NOT_APPLICABLE
 from clearway.sim.baselines.notes import not_known, shared
 from clearway.studies.campaigns.families import FAMILIES
@@ -55,7 +56,8 @@ def write_pages(
         if not done:
             marks = " or ".join(f"<!-- {name}:begin --> ... :end -->" for name in (FULL, SHORT))
             raise InputError(str(page), f"no {marks}")
-        page.write_text(text, encoding="utf-8")
+    with staged_file(page) as scratch:
+        scratch.write_text(text, encoding="utf-8")
     return done
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import fnmatch
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,16 +35,31 @@ class CampaignProgress:
     flown_now: int
     skipped: dict[str, str]
     """Why, by label, of what was asked for."""
+    absent: dict[str, str]
+    """Why, by label, of all families whose data are not there."""
+    settings: dict[str, str]
+    """What all rows have in common."""
 
 
 def run_campaign(
     campaign: Campaign, folder: Path, engine: Engine, only: str = "*", watch: Watch | None = None
 ) -> CampaignProgress:
-    """Fly what is not yet flown, and write results.parquet into the folder.
+    """Fly what is not yet flown, and write results.parquet into the folder, as `campaign_flown`."""
+    with campaign_flown(campaign, folder, engine, only, watch) as flown:
+        return flown
+
+
+@contextmanager
+def campaign_flown(
+    campaign: Campaign, folder: Path, engine: Engine, only: str = "*", watch: Watch | None = None
+) -> Iterator[CampaignProgress]:
+    """Fly what is not yet flown; results.parquet is written when the block ends without an error.
+
+    Until then a journal in the folder has every flight, and the same call goes on from there.
 
     only: pattern of keys, to fly some of it. Flights of earlier sittings stay.
-    Raises InputError where the folder holds flights of other settings, or no key fits the pattern;
-    ClearwayError where workers are lost: then, as whenever it is killed, the same call goes on.
+    Raises InputError where the folder holds flights of other settings or cannot be written, or no
+    key fits the pattern; ClearwayError where workers are lost.
     """
     need_parquet()
     tasks = tasks_of(campaign)
@@ -63,15 +79,15 @@ def run_campaign(
             if watch is not None:
                 watch(row, len(wanted) - len(left) + number, len(wanted))
         ordered = tuple(by_family(rows.values(), tasks))
+        asked_for = {task.label for task in chosen(tasks, only)}
+        told = {label: why for label, why in skipped.items() if label in asked_for}
+        yield CampaignProgress(ordered, len(left), told, skipped, settings)
         write_results(
             results,
             ordered,
             {**settings, "skipped": json.dumps(skipped), "provenance": json.dumps(provenance())},
         )
         (folder / JOURNAL).unlink()
-    asked_for = {task.label for task in chosen(tasks, only)}
-    told = {label: why for label, why in skipped.items() if label in asked_for}
-    return CampaignProgress(ordered, len(left), told)
 
 
 def chosen(tasks: Sequence[Task], only: str) -> list[Task]:

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from clearway.base.errors import InputError
+from clearway.base.errors import InputError, naming
 from clearway.base.provenance import sha256_of
 from clearway.base.version import __version__
 from clearway.studies.encounter_model import EncounterModel
@@ -21,7 +21,7 @@ class RiskJournal:
     """A file of one JSON object a line: what the study is, then its outcomes in any order.
 
     A last line that was cut off is left out, and flown again. Raises InputError where the file is
-    of another study, or damaged.
+    of another study, or damaged, or cannot be written.
     """
 
     def __init__(
@@ -42,17 +42,18 @@ class RiskJournal:
         }
         # As JSON has it: tuples are lists there.
         self._study = json.loads(json.dumps(study))
-        self.outcomes: tuple[RiskOutcome, ...] = self._read()
+        with naming(path, "written"):
+            self.outcomes: tuple[RiskOutcome, ...] = self._read()
         """What was flown before."""
 
     def add(self, outcomes: Sequence[RiskOutcome]) -> None:
         """Keep more outcomes."""
-        with self._path.open("a", encoding="utf-8") as file:
+        with naming(self._path, "written"), self._path.open("a", encoding="utf-8") as file:
             for outcome in outcomes:
                 file.write(json.dumps(asdict(outcome)) + "\n")
 
     def _read(self) -> tuple[RiskOutcome, ...]:
-        if not self._path.exists():
+        if not self._path.exists() or not self._path.stat().st_size:
             self._path.write_text(json.dumps(self._study) + "\n", encoding="utf-8")
             return ()
         text = self._path.read_text(encoding="utf-8", errors="replace")

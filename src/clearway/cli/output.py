@@ -1,0 +1,42 @@
+"""Standard output whose reader may go away: results are there at once, files are written after."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+READER_GONE = 141
+"""Exit status of what SIGPIPE ends, as `| head` does."""
+
+
+class _Output(io.FileIO):
+    """Takes everything; what nobody reads any more is dropped."""
+
+    reader_gone = False
+
+    def write(self, data: object) -> int:
+        try:
+            return super().write(data)  # type: ignore[arg-type]
+        except BrokenPipeError:
+            self.reader_gone = True
+            return len(memoryview(data))  # type: ignore[arg-type]
+
+
+def taken_over() -> _Output | None:
+    """Standard output, from now on a line at a time; None where it is no file of the system's.
+
+    A result stands there before files are written, whatever ends the process meanwhile; and where
+    the reader has gone away, they are written all the same.
+    """
+    before = sys.stdout
+    if not isinstance(before, io.TextIOWrapper):
+        return None
+    output = _Output(before.fileno(), "w", closefd=False)
+    before.flush()
+    sys.stdout = io.TextIOWrapper(
+        io.BufferedWriter(output),
+        encoding=before.encoding,
+        errors=before.errors,
+        line_buffering=True,
+    )
+    return output
