@@ -32,8 +32,9 @@ class MissionSection(Section):
     waypoints_m: Annotated[Points, Field(min_length=1)]
     """Points to fly to, in this order, world frame; `plan` can bring them."""
     plan: str | None = None
-    """A ground station's .plan or .waypoints file, relative to the mission file. It brings name,
-    waypoints, start, speed, fences, and what suits the speed; keys given here take precedence."""
+    """A ground station's flight plan (.plan, .waypoints, .kml, .kmz), relative to the mission
+    file. It brings name, waypoints, start, speed, fences, and what suits the speed; keys given here
+    take precedence."""
     origin_geodetic: Point | None = None
     """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
     x is then east and y north. Default: the middle of the first map file, if there is one."""
@@ -202,7 +203,7 @@ class RatingSection(Section):
     unknown_unseen: Share = 1.0
     """The same for columns that no beam looks into."""
     threshold: Share = 0.3
-    """P_R that a trajectory must have."""
+    """Rating of a trajectory, P_R, from which on it counts as passable."""
     detection: Annotated[str, OneOf(RULES)] = "ratio"
     """How hits become P_OD."""
     sensors: Annotated[str, OneOf(COMBINE_RULES)] = "conjunction"

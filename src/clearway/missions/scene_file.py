@@ -193,7 +193,7 @@ class SceneReachSetSection(Section):
     harmonic: Tuning | None = None
     """The same, of harmonic nodes."""
     start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
-    """Nose down positive; default: the vehicle's pitch."""
+    """Nose down positive; default: the start pitch nearest to the vehicle's."""
     speed_mps: float | None = Field(default=None, gt=0.0)
     """Default: one layer a movement of 1 s."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
