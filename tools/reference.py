@@ -107,10 +107,10 @@ installed. [examples](../examples) has a planner, a rating, a sensor and a rule 
 **Reading a file that names one runs its code**: open missions of others as you would their
 programs.
 
-Of a cell, P_OD is the probability that an obstacle was detected in it, P_OM that one of the map stands
-in it, P_OI that an intruder is met in it, P_O that any of these is so, and P_V how far it was looked
-into; base is the share of it that the map fills, and u the key `unknown`. P_R is the rating of a
-trajectory. Numbers in brackets are equations of the paper: [equations.md](equations.md).
+Of a cell, P_OD is the probability that an obstacle was detected in it, P_OM that one of the map
+stands in it, P_OI that an intruder is met in it, P_O that any of these is so, and P_V how far it
+was looked into; base is the share of it that the map fills, and u the key `unknown`. P_R is the
+rating of a trajectory. Numbers in brackets are equations of the paper: [equations.md](equations.md).
 """
 METRICS_HEAD = """
 ## The summary of a flight
