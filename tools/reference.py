@@ -110,7 +110,7 @@ programs.
 Of a cell, P_OD is the probability that an obstacle was detected in it, P_OM that one of the map
 stands in it, P_OI that an intruder is met in it, P_O that any of these is so, and P_V how far it
 was looked into; base is the share of it that the map fills, and u the key `unknown`. P_R is the
-rating of a trajectory. Numbers in brackets are equations of the paper: [equations.md](equations.md).
+rating of a trajectory. Numbers in brackets are [equations](equations.md) of the paper.
 """
 METRICS_HEAD = """
 ## The summary of a flight
