@@ -123,7 +123,7 @@ def _fields(value: type) -> str:
     if not rows:
         return ""
     lines = ["\n| field | type | meaning |", "| --- | --- | --- |"]
-    lines += [f"| `{n}` | `{k}` | {t} |".replace(" | None", " or None") for n, k, t in rows]
+    lines += [f"| `{n}` | `{k.replace(' | None', ' or None')}` | {t} |" for n, k, t in rows]
     return "\n".join(lines) + "\n"
 
 

@@ -27,7 +27,8 @@ def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> Miss
     """A mission by name, a mission file (TOML), a flight plan, or a made-up world and its seed.
 
     name_or_path: one that comes with clearway ("static-obstacles"), a file of one's own, a plan of
-    a ground station (.plan, .waypoints), or a family of worlds ("forest:3"; without a number, 0).
+    a ground station (.plan, .waypoints, .kml, .kmz), or a family of worlds ("forest:3"; without a
+    number, 0).
     notice: called with what was assumed or left out. Units stand in the keys, as in the file.
 
     Raises InputError with every problem of a file: unknown keys, wrong types, impossible values;
