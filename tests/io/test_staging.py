@@ -1,13 +1,14 @@
-"""Output folders are whole or absent."""
+"""Results are whole or absent."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.io.staging import RESULTS, folder_of, staged
+from clearway.io.staging import RESULTS, folder_of, staged, staged_file
 
 
 def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
@@ -36,6 +37,36 @@ def test_nothing_is_left_after_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"), staged(tmp_path / "out") as folder:
         (folder / "one.txt").write_text("1") and (folder / "one.txt" / "two.txt").write_text("2")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    with staged_file(pipe) as file:
+        file.write_text("all of it")
+    assert os.read(reader, 100) == b"all of it"
+    os.close(reader)
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+def test_a_full_device_is_named_and_stays() -> None:
+    with pytest.raises(InputError, match="/dev/full"), staged_file("/dev/full") as file:
+        file.write_text("more than fits")
+    assert Path("/dev/full").is_char_device()
+
+
+def test_a_file_takes_the_place_of_another_whole_or_not_at_all(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    table.write_text("before")
+    with pytest.raises(UnicodeEncodeError), staged_file(table) as file:
+        file.write_text("half of it, and then \ud800")
+    assert table.read_text() == "before"
+    with staged_file(table) as file:
+        file.write_text("after")
+    assert table.read_text() == "after"
+    assert list(tmp_path.iterdir()) == [table]
 
 
 def test_a_file_in_the_way(tmp_path: Path) -> None:

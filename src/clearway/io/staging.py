@@ -44,8 +44,13 @@ def staged(folder: str | Path) -> Iterator[Path]:
 def staged_file(path: str | Path) -> Iterator[Path]:
     """A scratch file that takes the place of `path` when the block ends without an error.
 
-    After an error what was there before stays. Raises InputError where it cannot be written.
+    After an error what was there before stays. What is no file (`/dev/stdout`, a pipe) is written
+    into and stays what it is. Raises InputError where it cannot be written.
     """
+    if _is_stream(Path(path)):
+        with naming(path, "written"):
+            yield Path(path)
+        return
     with naming(path, "written"):
         target = Path(path).resolve()
         into = nearest_folder(target.parent)
@@ -57,6 +62,12 @@ def staged_file(path: str | Path) -> Iterator[Path]:
             os.replace(scratch / target.name, target)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _is_stream(path: Path) -> bool:
+    """Whether a path stands for something that is written to, not for a file of its own."""
+    beside = path.absolute().parts[1:2] in (("dev",), ("proc",))
+    return path.exists() and not path.is_dir() and (beside or not path.is_file())
 
 
 def nearest_folder(target: Path) -> Path:
