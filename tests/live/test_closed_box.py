@@ -45,24 +45,18 @@ def in_the_box(library: ReachLibrary, world: ObstacleMap, time_s: float) -> Run:
 def stays_safe(run: Run) -> None:
     summary = run.summary()
     assert not run.reached
-    assert run.crashed_s is None
+    assert run.metrics.margin_violations == 0
     assert summary["without_way_out"] == 0
     assert summary["no_guarantee_s"] == []
 
 
-def keeps_the_margin(run: Run) -> None:
+def holds_and_says_why(run: Run) -> None:
     stays_safe(run)
-    assert run.metrics.margin_violations == 0
-
-
-def holds_and_says_why(run: Run, most: float) -> None:
-    """most: share of the decisions, from the first that holds on, that do."""
-    keeps_the_margin(run)
     assert run.summary()["held"] == NOT_REACHABLE
     modes = [entry.flight.mode for entry in run.decisions]
     begun = modes.index(Mode.HOLD)
     kept = [mode in (Mode.HOLD, Mode.ESCAPE) for mode in modes[begun:]]
-    assert np.mean(kept) > most, "now and then a way is tried again"
+    assert np.mean(kept) > 0.8, "now and then a way is tried again"
     hold = run.decisions[begun].flight
     assert hold.explanation.startswith(f"holds safely: goal {NOT_REACHABLE}")
     assert "as far as is seen" in hold.mode_state.transition
@@ -70,17 +64,16 @@ def holds_and_says_why(run: Run, most: float) -> None:
 
 def test_a_multirotor_holds_inside_and_says_why() -> None:
     library = ReachLibrary.build(MovementAutomaton.multirotor(), GRID)
-    holds_and_says_why(in_the_box(library, box(16.0, 14.0, 9.0, 9.0), 160.0), 0.8)
+    holds_and_says_why(in_the_box(library, box(16.0, 14.0, 9.0, 9.0), 160.0))
 
 
 def test_a_plane_stays_safe_inside() -> None:
-    keeps_the_margin(in_the_box(LIBRARY, box(26.0, 24.0, 14.0, 14.0), 90.0))
+    stays_safe(in_the_box(LIBRARY, box(26.0, 24.0, 14.0, 14.0), 90.0))
 
 
 @pytest.mark.nightly
 def test_a_plane_says_why_once_every_way_has_come_to_nothing() -> None:
-    # It sees little at a time and cannot stop, so it goes on trying for long.
-    holds_and_says_why(in_the_box(LIBRARY, box(26.0, 24.0, 14.0, 14.0), 1200.0), 0.5)
+    holds_and_says_why(in_the_box(LIBRARY, box(26.0, 24.0, 14.0, 14.0), 1200.0))
 
 
 @pytest.mark.nightly
@@ -88,7 +81,4 @@ def test_a_plane_says_why_once_every_way_has_come_to_nothing() -> None:
 def test_nor_is_any_other_box_left(seed: int) -> None:
     rng = np.random.default_rng(seed)
     world = box(*rng.uniform([22.0, 20.0, 10.0], [34.0, 34.0, 20.0]), rng.uniform(11.0, 14.0))
-    run = in_the_box(LIBRARY, world, 900.0)
-    stays_safe(run)
-    # What shows late beside the only way out may come nearer than the margin, never near the body.
-    assert run.metrics.obstacle_distance_m.min() > 0.5 * MARGIN_M
+    stays_safe(in_the_box(LIBRARY, world, 900.0))
