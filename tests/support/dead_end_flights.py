@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
+from clearway.sim.baselines import CLEARWAY
 from clearway.studies.campaigns.families import FAMILIES, Case, CaseOf, make_case
 from clearway.studies.campaigns.file import FamilySection, read_campaign
 from solids import Solids
@@ -44,7 +45,7 @@ def mission_of(label: str, seed: int) -> MissionFile:
 def case_of(label: str, seed: int, **simulation: object) -> Case:
     """A flight of the campaign, with some of the simulation changed."""
     section = _section(label)
-    changes = read_campaign(CAMPAIGN).file.changes_of(section)
+    changes = read_campaign(CAMPAIGN).file.changes_of(section, CLEARWAY)
     changes["simulation"] = changes.get("simulation", {}) | simulation
     return make_case(section.family, seed, section.parameters, changes, Path())
 

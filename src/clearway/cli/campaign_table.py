@@ -10,8 +10,7 @@ import numpy as np
 from clearway.base.intervals import Interval
 from clearway.io.json_values import finite
 from clearway.sim.baselines import NOT_APPLICABLE
-from clearway.sim.baselines.notes import shared
-from clearway.studies.campaigns.pages import mean_in_words, not_known_in
+from clearway.studies.campaigns.pages import beside, mean_in_words
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
@@ -98,10 +97,7 @@ def print_tables(
     Console(width=185).print(table)
     print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
     print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
-    for line in (
-        *not_known_in(everything),
-        *shared(list(dict.fromkeys(row.planner for row in rows))),
-    ):
+    for line in beside(rows):
         print(line)
     for label, why in skipped.items():
         print(f"skipped {label}: {why}")

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -22,8 +23,25 @@ from clearway.studies.campaigns.families import FAMILIES
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 Tables = dict[str, Any]
+NAME = r"^[A-Za-z0-9][\w.-]*$"
+"""Of what stands in keys of flights."""
 MOST_SEEDS = 100_000
 """All flights of a campaign are listed before the first one starts."""
+
+
+class VariantSection(Section):
+    """`[variants.NAME]`: a planner whose missions are changed, as a column of its own."""
+
+    planner: str
+    """Who flies."""
+    changes: dict[str, Tables]
+    """As a family's, for this column alone; they take precedence over all others."""
+
+    @model_validator(mode="after")
+    def _is_known(self, info: ValidationInfo) -> Self:
+        known_planner(self.planner, folder_of(info))
+        _check_tables(self.changes)
+        return self
 
 
 class FamilySection(Section):
@@ -31,7 +49,7 @@ class FamilySection(Section):
 
     family: str
     """Its name in the registry."""
-    label: str | None = Field(default=None, pattern=r"^[A-Za-z0-9][\w.-]*$")
+    label: str | None = Field(default=None, pattern=NAME)
     """Name in tables and keys; default: the family's."""
     seeds: int | None = Field(default=None, ge=1, le=MOST_SEEDS)
     """Number of cases; default: the campaign's."""
@@ -58,11 +76,10 @@ class FamilySection(Section):
         return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
 
     @model_validator(mode="after")
-    def _is_known(self, info: ValidationInfo) -> Self:
+    def _is_known(self) -> Self:
         if self.family not in FAMILIES:
             near = did_you_mean(self.family, FAMILIES)
             raise ValueError(f"family {self.family!r}{near}: there are {', '.join(FAMILIES)}")
-        _check_planners((*(self.planners or ()), *self.leave_out), info)
         parse_model(f"family {self.name}: parameters", self.parameters, self.known.parameters)
         _check_tables(self.changes)
         return self
@@ -76,9 +93,13 @@ class FamilySection(Section):
 class CampaignFile(Section):
     """A campaign: every family with every planner and every seed."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][\w.-]*$")
+    name: str = Field(pattern=NAME)
     planners: Names = tuple(PLANNERS)
-    """The first is the one that is looked at; default: all there are."""
+    """The first is the one that is looked at; default: all there are. Variants are named here."""
+    variants: dict[Annotated[str, Field(pattern=NAME)], VariantSection] = Field(
+        default_factory=dict
+    )
+    """Planners with other settings, by names of their own."""
     seeds: int = Field(default=1, ge=1, le=MOST_SEEDS)
     """Cases of each family."""
     first_seed: int = Field(default=0, ge=0)
@@ -88,7 +109,7 @@ class CampaignFile(Section):
 
     @model_validator(mode="after")
     def _is_possible(self, info: ValidationInfo) -> Self:
-        _check_planners(self.planners, info)
+        self._check_planners(folder_of(info))
         _check_tables(self.changes)
         names = [section.name for section in self.family]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -98,11 +119,31 @@ class CampaignFile(Section):
             )
         return self
 
-    def changes_of(self, section: FamilySection) -> dict[str, Tables]:
-        """Changes of a family: the campaign's, and its own over them."""
-        both = self.changes | section.changes
+    def _check_planners(self, folder: Path | None) -> None:
+        taken = sorted(set(self.variants) & set(PLANNERS))
+        if taken:
+            raise ValueError(f"variants: there is a planner called {', '.join(taken)} already")
+        named = [self.planners]
+        for section in self.family:
+            named += [section.planners or (), section.leave_out]
+        for name in dict.fromkeys(chain(*named)):
+            if name not in self.variants:
+                known_planner(name, folder)
+
+    def flown_by(self, planner: str) -> str:
+        """Who flies in a column: of a variant its planner, else whoever it is named after."""
+        variant = self.variants.get(planner)
+        return planner if variant is None else variant.planner
+
+    def changes_of(self, section: FamilySection, planner: str) -> dict[str, Tables]:
+        """Changes of a family for a planner: the campaign's, the family's over them, and over
+        both those of a variant."""
+        variant = self.variants.get(planner)
+        made = [self.changes, section.changes, {} if variant is None else variant.changes]
+        tables = dict.fromkeys(chain(*made))
         return {
-            table: self.changes.get(table, {}) | section.changes.get(table, {}) for table in both
+            table: dict(chain(*(changes.get(table, {}).items() for changes in made)))
+            for table in tables
         }
 
 
@@ -138,11 +179,6 @@ def built_in_campaigns() -> dict[str, Path]:
     """Campaigns that come with clearway, by name."""
     folder = Path(str(resources.files("clearway.studies") / "campaigns"))
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-
-
-def _check_planners(names: tuple[str, ...], info: ValidationInfo) -> None:
-    for name in names:
-        known_planner(name, folder_of(info))
 
 
 def _check_tables(changes: Mapping[str, Tables]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 from clearway.base.errors import InputError, naming
 from clearway.base.intervals import Interval
 from clearway.io.staging import staged_file
-from clearway.sim.baselines import NOT_APPLICABLE
+from clearway.sim.baselines import NOT_APPLICABLE, PLANNERS
 from clearway.sim.baselines.notes import not_known, shared
 from clearway.studies.campaigns.families import FAMILIES
 from clearway.studies.campaigns.row import FlightRow
@@ -71,14 +72,36 @@ def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dic
         there = [cells.get((label, planner)) for planner in planners]
         flights = max(each.safe.flights for each in there if each is not None)
         lines.append((label, str(flights), *(_short(each, flights) for each in there)))
-    said = [*not_known_in(table), *shared(planners)]
-    beside = f"\n{_listed(said)}" if said else ""
-    return f"{_markdown(lines)}{beside}{_below(rows, settings, skipped)}"
+    said = beside(rows)
+    notes = f"\n{_listed(said)}" if said else ""
+    return f"{_markdown(lines)}{notes}{_below(rows, settings, skipped)}"
 
 
-def not_known_in(table: Sequence[FamilyStanding]) -> list[str]:
-    """Why planners have n/a in a table of families."""
-    return not_known((each.planner, each.hidden) for each in table)
+def beside(rows: Sequence[FlightRow]) -> list[str]:
+    """What tables of a campaign say of their planners: why some have n/a, what they share with
+    clearway, and with what settings variants flew."""
+    hidden = not_known((row.planner, row.hidden) for row in rows)
+    return [*hidden, *shared(list(dict.fromkeys(row.planner for row in rows))), *_varied(rows)]
+
+
+def _varied(rows: Sequence[FlightRow]) -> list[str]:
+    """Columns that are no planners', each with what its missions had changed beside others'."""
+    plain = {row.label: _settings(row) for row in rows if row.planner in PLANNERS}
+    varied: dict[str, dict[str, None]] = {}
+    for row in rows:
+        if row.planner not in PLANNERS and row.label in plain:
+            own = _settings(row).items() - plain[row.label].items()
+            varied.setdefault(row.planner, {}).update(dict.fromkeys(sorted(map(" = ".join, own))))
+    return [f"{name}: with {', '.join(own)}" for name, own in varied.items() if own]
+
+
+def _settings(row: FlightRow) -> dict[str, str]:
+    """What a flight's mission had changed: values as JSON, by table and key."""
+    return {
+        f"{table}.{key}": json.dumps(value)
+        for table, values in json.loads(row.changes).items()
+        for key, value in values.items()
+    }
 
 
 def _short(standing: FamilyStanding | None, flights: int) -> str:
@@ -100,8 +123,7 @@ def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict
         own = [standing for standing in table if standing.label == label]
         parts.append(f"### {label}\n\n{FAMILIES[own[0].family].about}\n")
         parts.append(_markdown([COLUMNS, *(_full(standing) for standing in own)]))
-    planners = list(dict.fromkeys(standing.planner for standing in table))
-    said = [*not_known_in(table), *shared(planners)]
+    said = beside(rows)
     if said:
         parts.append(f"### What planners share, and what some cannot know\n\n{_listed(said)}")
     first = rows[0].planner

@@ -128,11 +128,20 @@ def absent(tasks: Sequence[Task]) -> dict[str, str]:
 def _check_cases(source: str, rows: Iterable[FlightRow], tasks: Sequence[Task]) -> None:
     """Raise InputError where a family's cases are others than those flown before.
 
-    More seeds, planners and families are no other settings: what is flown stays as it is.
+    More seeds, planners and families are no other settings: what is flown stays as it is. Of one
+    family, variants of planners have settings of their own.
     """
-    now = {task.label: task.settings_id for task in tasks}
+    asked: dict[str, set[str]] = {}
+    for task in tasks:
+        asked.setdefault(task.label, set()).add(task.settings_id)
+    own = {(task.label, task.planner): {task.settings_id} for task in tasks}
     changed = sorted(
-        {row.label for row in rows if now.get(row.label, "") not in ("", row.settings_id)}
+        {
+            row.label
+            for row in rows
+            if row.label in asked
+            and row.settings_id not in own.get((row.label, row.planner), asked[row.label])
+        }
     )
     if changed:
         raise InputError(

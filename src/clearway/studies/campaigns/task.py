@@ -15,7 +15,7 @@ from clearway.sim import Run
 from clearway.sim.baselines import PLANNERS, known_planner
 from clearway.sim.pilot import Steering
 from clearway.studies.campaigns.families import Case, make_case
-from clearway.studies.campaigns.file import Campaign
+from clearway.studies.campaigns.file import Campaign, FamilySection
 from clearway.studies.campaigns.row import FlightRow, Outcome, measures, outcome_of
 
 
@@ -36,6 +36,7 @@ class Task:
     changes: str
     """JSON object."""
     planner: str
+    """Its column: a planner, or a variant of one."""
     flown_by: str
     """The planner, a user's own one with its file: workers may be in other folders."""
     seed: int
@@ -70,25 +71,30 @@ def tasks_of(campaign: Campaign) -> list[Task]:
             if number >= (section.seeds or file.seeds):
                 continue
             planners = dict.fromkeys(section.planners or file.planners)
-            changes = file.changes_of(section)
             tasks += [
-                Task(
-                    file.name,
-                    section.settings_id(changes),
-                    campaign.source,
-                    campaign.folder,
-                    section.name,
-                    section.family,
-                    json.dumps(section.parameters, sort_keys=True),
-                    json.dumps(changes, sort_keys=True),
-                    planner,
-                    PLANNERS.located(planner, Path(campaign.folder)),
-                    file.first_seed + number,
-                )
+                _task(campaign, section, planner, file.first_seed + number)
                 for planner in planners
                 if planner not in section.leave_out
             ]
     return tasks
+
+
+def _task(campaign: Campaign, section: FamilySection, planner: str, seed: int) -> Task:
+    file = campaign.file
+    changes = file.changes_of(section, planner)
+    return Task(
+        file.name,
+        section.settings_id(changes),
+        campaign.source,
+        campaign.folder,
+        section.name,
+        section.family,
+        json.dumps(section.parameters, sort_keys=True),
+        json.dumps(changes, sort_keys=True),
+        planner,
+        PLANNERS.located(file.flown_by(planner), Path(campaign.folder)),
+        seed,
+    )
 
 
 def fly_task(task: Task) -> FlightRow:
