@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
+from clearway.view.plot.style import SERIES
 
-COLOURS = ("#1f5fbf", "#2ca02c", "#e08a00")
 COLUMNS = 3
 NARROWEST_IN = 6.4
 """Of a figure: the legend takes so much."""
@@ -70,7 +70,7 @@ def draw_faults(faults: Sequence[Panel]) -> Figure:
 def _draw_fault(axes: Axes, fault: Panel, labels: Sequence[str]) -> None:
     places = np.array(fault.levels)
     for curve in fault.curves:
-        color = COLOURS[labels.index(curve.label) % len(COLOURS)]
+        color = SERIES[labels.index(curve.label) % len(SERIES)]
         flown = np.array(curve.flown)
         low, high = np.array([wilson(*pair) for pair in zip(curve.kept, flown, strict=True)]).T
         axes.fill_between(places, 100 * low, 100 * high, color=color, alpha=0.12, linewidth=0)

@@ -15,8 +15,8 @@ from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.closest import ClosestPair
 from clearway.traffic.recorded.picture import AirPicture
+from clearway.view.plot.style import SERIES
 
-COLOURS = ("#1f5fbf", "#d62728", "#2e9e4f", "#e08a00", "#8e44ad", "#16a2b8", "#8c564b", "#e377c2")
 OTHERS, RADAR, PAIR = "#9aa5b1", "#d9cfc0", "#111111"
 CLOSE_UP_S = 120.0
 MOST_PAIRS = 3
@@ -109,9 +109,9 @@ def _colours(picture: AirPicture, pairs: tuple[ClosestPair, ...]) -> dict[str, s
     """By address: the own aircraft first, then those of the closest pairs, then all if few."""
     wanted = [picture.own_address] if picture.own_address else []
     wanted += [one.address for pair in pairs for one in (pair.first, pair.second)]
-    if len(picture.aircraft) <= len(COLOURS):
+    if len(picture.aircraft) <= len(SERIES):
         wanted += [one.address for one in picture.aircraft]
-    return dict(zip(dict.fromkeys(wanted), COLOURS, strict=False))
+    return dict(zip(dict.fromkeys(wanted), SERIES, strict=False))
 
 
 def _draw_track(

@@ -22,6 +22,8 @@ OWN = "#0072b2"
 """Clearway's own colour, which no other planner has."""
 OTHERS = ("#d55e00", "#009e73", "#cc79a7", "#e69f00", "#555555")
 """Told apart from it, and from each other, by the colour-blind too."""
+SERIES = (OWN, "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#882255", "#cc79a7")
+"""Of what is no planner, such as aircraft or kinds of scans; the colour-blind too tell it apart."""
 LINES = ("-", "--", "-.", ":")
 
 
