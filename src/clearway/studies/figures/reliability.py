@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from clearway.studies.reliability.bins import Reliability
-from clearway.view.plot.style import SERIES
 
+COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#56B4E9", "#009E73", "#000000")
 MARKS = ("o", "s", "v", "D", "^", "x")
 FEWEST = 5
 """Flights in a bin that is drawn: an interval of fewer is as wide as the picture."""
@@ -36,7 +36,7 @@ def _draw(axes: Axes, title: str, ratings: Mapping[str, Reliability]) -> None:
         below = [point.came - point.low for point in points]
         above = [point.high - point.came for point in points]
         axes.errorbar(
-            said, came, yerr=[below, above], label=name, color=SERIES[number % len(SERIES)],
+            said, came, yerr=[below, above], label=name, color=COLOURS[number % len(COLOURS)],
             marker=MARKS[number % len(MARKS)], markersize=4.5, linewidth=1.2, elinewidth=0.8,
             capsize=2, zorder=2 + number,
         )  # fmt: skip
