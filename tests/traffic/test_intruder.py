@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.traffic import Intruder, up_seen_from
-from clearway.traffic.models.many import deviations_m, seen_at
+from clearway.traffic.models.many import Intruders
 
 
 def test_every_problem_is_named_at_once() -> None:
@@ -57,7 +57,7 @@ def test_time_running_backwards_is_predicted_backwards_with_growth() -> None:
 def test_deviation_covers_the_wider_spread_or_the_acceleration() -> None:
     spread = Intruder([0, 0, 0], [2, 0, 0], spread_rad=[0.2, 0.1])
     turning = Intruder([0, 0, 0], [2, 0, 0], acceleration_bound_mps2=1.0, velocity_std_mps=0.1)
-    found = deviations_m([spread, turning], np.array([3.0, -3.0]), sigmas=3.0)
+    found = Intruders.of([spread, turning]).deviations_m(np.array([3.0, -3.0]), sigmas=3.0)
     assert found == pytest.approx([6.0 * math.tan(0.2), 4.5 + 0.9])
 
 
@@ -85,15 +85,35 @@ def test_many_are_predicted_and_then_seen_from():
         0.3, 0.1,
     )  # fmt: skip
     other = Intruder([1.0, 0.0, -7.0], [0.0, 0.0, 0.0], time_s=9.0)
-    once, *_ = both = seen_at([report, other], state, state.world_from_body)
+    once, *_ = both = Intruders.of([report, other]).seen_at(state, state.world_from_body)
     twice = report.at(4.5).seen_from(state)
     for key in ("position_m", "velocity_mps", "spread_rad"):
         assert getattr(once, key) == pytest.approx(getattr(twice, key), rel=1e-12)
         assert not getattr(once, key).flags.writeable
         # Whoever else is there changes nothing, not by a bit.
-        (alone,) = seen_at([report], state, state.world_from_body)
+        (alone,) = Intruders.of([report]).seen_at(state, state.world_from_body)
         assert np.array_equal(getattr(once, key), getattr(alone, key))
     assert [each.time_s for each in both] == [4.5, 4.5]
-    assert seen_at([], state, state.world_from_body) == []
+    assert list(Intruders.of([]).seen_at(state, state.world_from_body)) == []
     for key in ("position_std_m", "velocity_std_mps", "time_s", "name", "radius_m"):
         assert getattr(once, key) == getattr(twice, key)
+
+
+def test_many_are_a_sequence_of_each_whether_they_were_moved_or_not():
+    one = Intruder([9.0, 4.0, 2.0], [-1.0, 0.5, 0.2], name="A", position_std_m=0.3)
+    other = Intruder([1.0, 0.0, -7.0], [0.0, 2.0, 0.0], name="B", time_s=1.0)
+    many = Intruders.of([one, other])
+    assert Intruders.of(many) is many
+    assert list(many) == [one, other]
+    assert many[-1] is other
+    assert many[:1] == [one]
+    seen = many.seen_at(State(np.array([3.0, 0.0, 0.0]), time_s=2.0), np.eye(3))
+    for each, row, alone in zip(seen, range(2), (one, other), strict=True):
+        assert np.array_equal(each.position_m, seen.position_m[row])
+        assert each.position_m == pytest.approx(alone.at(2.0).position_m - [3.0, 0.0, 0.0])
+        assert (each.name, each.time_s) == (alone.name, 2.0)
+    (left,) = seen.where(np.array([False, True]))
+    assert left.name == "B"
+    assert np.array_equal(left.position_m, seen[1].position_m)
+    with pytest.raises(IndexError):
+        seen[2]

@@ -151,7 +151,7 @@ def price_candidates(
 
 def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
     """Of complete trajectories that can be flown: at the last goal, none leads past it."""
-    if not goal.final:
+    if not goal.final or not arrived.reached.any():
         return prepared.ends if prepared.may_stay else prepared.leading_on
     complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
     ends = ends_of(prepared, complete)

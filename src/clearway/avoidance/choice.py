@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from clearway.avoidance.candidates import Candidates, ruled
-from clearway.avoidance.chosen import Basis, Choice, ChoiceReport, Tried
+from clearway.avoidance.chosen import Basis, Choice, ChoiceReport, Pick, Tried
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
@@ -32,18 +32,23 @@ Measured = Callable[[Hazards, float], FloatArray]
 
 
 def choose_by_rules(
-    ruling: Ruling, candidates: Candidates, choose_among: Callable[[Candidates], Choice]
+    ruling: Ruling, candidates: Candidates, pick_among: Callable[[Candidates, bool], Pick]
 ) -> Choice:
-    """The choice under rules, with a note of each active rule and of the one that decided."""
-    if not ruling.speaks:
-        choice = choose_among(candidates)
-        return replace(choice, rules=ruling.notes(candidates.nodes, choice.node, choice.node))
-    choice = choose_among(ruled(candidates, ruling))
-    without = choose_among(candidates)
-    return replace(choice, rules=ruling.notes(candidates.nodes, without.node, choice.node))
+    """The choice under rules, with a note of each active rule and of the one that decided.
+
+    pick_among: some candidates, and whether none of them passes.
+    """
+    if ruling.speaks:
+        picked = pick_among(ruled(candidates, ruling), False)
+        # Rules forbid and price; what keeps the margin does not depend on them.
+        without = pick_among(candidates, picked.basis is Basis.EMERGENCY)
+    else:
+        picked = without = pick_among(candidates, False)
+    notes = ruling.notes(candidates.nodes, without.node, picked.node)
+    return replace(picked.told(), rules=notes)
 
 
-def choose(
+def pick(
     prepared: PreparedReachSet,
     assessment: ReachAssessment,
     candidates: Candidates,
@@ -52,10 +57,12 @@ def choose(
     margin_m: float,
     threshold: float,
     verify: bool = True,
+    none_passes: bool = False,
     measured: Measured | None = None,
-) -> Choice:
+) -> Pick:
     """The cheapest candidate that passes, else the emergency rule.
 
+    none_passes: where that is known, none is tried.
     measured: what tells clearances, for who asks again and again; else they are worked out.
     Without verification a candidate must keep out of coated cells besides. Candidates that break
     rules come last, those that break the less important ones first. Raises ClearwayError for a
@@ -70,20 +77,20 @@ def choose(
     if not verify:
         rated &= candidates.untouched[order]
     report = ChoiceReport(prepared, assessment, candidates, hazards, int((~rated).sum()))
-    if not verify and rated.any():
-        return report.chosen(int(order[rated][0]), Basis.RATED_ONLY, margin_m, ())
+    if not verify and not none_passes and rated.any():
+        return Pick(report, int(order[rated][0]), Basis.RATED_ONLY, margin_m)
     tried: Tried = []
-    if verify:
+    if verify and not none_passes:
         tiers = _tiers(candidates, order, rated, prepared.loiter)
         for basis, tier, loiter in tiers:
             if basis is Basis.NO_LOITER:
                 tried.clear()  # The last round looks at all candidates once more.
             best = _first_clear(report, basis, tier, loiter, margin_m, tried)
             if best is not None:
-                return report.chosen(best, basis, margin_m, tried)
+                return Pick(report, best, basis, margin_m, tried)
     measured = measured or partial(clearances, prepared.paths)
     best, kept_m = _emergency(measured, candidates, hazards, margin_m)
-    return report.chosen(best, Basis.EMERGENCY, kept_m, tried)
+    return Pick(report, best, Basis.EMERGENCY, kept_m, tried)
 
 
 def _tiers(

@@ -19,6 +19,7 @@ from clearway.base.state import IntArray
 
 RULED_OUT_KEPT = 8
 """Cheaper candidates that a decision remembers one by one; the others are counted."""
+NO_CAUSES = np.zeros(0, dtype=np.int64)
 
 
 class Basis(StrEnum):
@@ -120,8 +121,8 @@ class ChoiceReport:
             unseen_m = max(unseen_m, margin_m)
         side = int(candidates.sides[best])
         cheapest = int(np.argmin(candidates.cost_m))
-        each = [np.bincount(v.causes, minlength=len(Cause)) for _, v in tried if len(v.causes)]
-        counts = np.sum(each, axis=0).tolist() if each else [0] * len(Cause)
+        causes = np.concatenate([NO_CAUSES, *(verification.causes for _, verification in tried)])
+        counts = np.bincount(causes, minlength=len(Cause)).tolist()
         return Choice(
             node=node,
             basis=basis,
@@ -160,3 +161,25 @@ class ChoiceReport:
                     )
                 )
         return tuple(kept)
+
+
+@dataclass(frozen=True, slots=True)
+class Pick:
+    """A candidate that was chosen, before it is told: of some that are compared, one is flown."""
+
+    report: ChoiceReport
+    best: int
+    """Which candidate."""
+    basis: Basis
+    margin_m: float
+    """Margin that it keeps."""
+    tried: Sequence[tuple[IntArray, Verification]] = ()
+    """What verification found of others before."""
+
+    @property
+    def node(self) -> int:
+        """Node that ends it."""
+        return int(self.report.candidates.nodes[self.best])
+
+    def told(self) -> Choice:
+        return self.report.chosen(self.best, self.basis, self.margin_m, self.tried)

@@ -15,8 +15,8 @@ import numpy as np
 
 from clearway.avoidance.assess import Assessment, assess_situation
 from clearway.avoidance.candidates import Candidates, Commitment, price_candidates
-from clearway.avoidance.choice import choose, choose_by_rules
-from clearway.avoidance.chosen import Basis, Choice
+from clearway.avoidance.choice import choose_by_rules, pick
+from clearway.avoidance.chosen import Basis, Choice, Pick
 from clearway.avoidance.costs import Goal, arrival
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import above_floor
@@ -227,8 +227,10 @@ def decide(
     def measured(hazards: Hazards, margin_m: float) -> FloatArray:
         return clearances(prepared.paths, hazards, margin_m)
 
-    def choose_clear_of(hazards: Hazards, share: float, candidates: Candidates) -> Choice:
-        return choose(
+    def pick_clear_of(
+        hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
+    ) -> Pick:
+        return pick(
             prepared,
             known.reach,
             candidates,
@@ -236,16 +238,17 @@ def decide(
             margin_m=share * margin,
             threshold=settings.threshold,
             verify=settings.verify,
+            none_passes=none_passes,
             measured=measured,
         )
 
     def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
-        clear_of = partial(choose_clear_of, hazards, share)
+        clear_of = partial(pick_clear_of, hazards, share)
         if ruling is None:
-            return clear_of(candidates)
+            return clear_of(candidates).told()
         return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
 
-    names = tuple(intruder.name for intruder in near.intruders)
+    names = near.intruders.names
     begun = commitment.passings if commitment else ()
     met = Meetings(prepared.reach_set, near.hazards.moving, names)
     afar = _afar(planner, situation, prepared, goal, commitment)

@@ -29,14 +29,8 @@ from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.sensors import combine_detections, thin_points
-from clearway.traffic import (
-    Intruder,
-    IntruderCells,
-    VehicleTimes,
-    assess_intruders,
-    combine_intruders,
-)
-from clearway.traffic.models.many import deviations_m, seen_at, speeds_mps, spread_tangents
+from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, combine_intruders
+from clearway.traffic.models.many import Intruders
 
 NO_SHAPES = no_shapes()
 THINNING = 0.1
@@ -85,7 +79,7 @@ class InReach(NamedTuple):
     margin_m: float
     """To be kept from all of it."""
     hazards: Hazards
-    intruders: list[Intruder]
+    intruders: Intruders
     """At the time of the state."""
 
 
@@ -100,13 +94,20 @@ def in_reach(
     margin = margin_m(settings, situation)
     sloped_m = margin_slope(settings, situation) * range_m
     within_m = max(range_m + sloped_m, reach_m) + margin
-    intruders = seen_at(situation.intruders, situation.state, frame.world_from_grid)
+    reports = Intruders.of(situation.intruders)
+    intruders = reports.seen_at(situation.state, frame.world_from_grid)
     points, points_left_out_m = _points(situation, settings, within_m)
     shapes = _shapes_near(situation, terms.grid, within_m)
     hazards = Hazards(
         points,
         shapes,
-        _moving(intruders, situation, settings, max(range_m / terms.speed_mps, horizon_s)),
+        _moving(
+            reports,
+            intruders,
+            reports.ages_s(situation.state.time_s),
+            settings,
+            max(range_m / terms.speed_mps, horizon_s),
+        ),
         min(points_left_out_m, _left_out_m(situation, shapes, within_m)),
     )
     return InReach(frame, margin, hazards, intruders)
@@ -206,30 +207,28 @@ def _points(
 
 
 def _moving(
-    intruders: Sequence[Intruder],
-    situation: Situation,
+    reports: Intruders,
+    intruders: Intruders,
+    ages_s: FloatArray,
     settings: EvidenceSettings,
     horizon_s: float,
 ) -> MovingHazards:
     """Intruders as balls that grow with time by all that they may deviate.
 
-    intruders: at the decision time, in the grid frame. What a report's age adds is there from the
-    start; an acceleration bound counts as growth to what it allows at the horizon.
+    reports: as they were told, so long ago; intruders: at the decision time, in the grid frame.
+    What a report's age adds is there from the start; an acceleration bound counts as growth to what
+    it allows at the horizon.
     """
     if not intruders:
         return nothing_moving()
-    reports = situation.intruders
-    ages = situation.state.time_s - np.array([report.time_s for report in reports])
-    start = np.array([i.radius_m for i in intruders])
-    start += deviations_m(reports, ages, settings.sigmas)
-    turning = 0.5 * horizon_s * np.array([i.acceleration_bound_mps2 or 0.0 for i in intruders])
+    start = np.array([i.radius_m for i in reports.told])
+    start += reports.deviations_m(ages_s, settings.sigmas)
+    turning = 0.5 * horizon_s * np.array([i.acceleration_bound_mps2 or 0.0 for i in reports.told])
     return MovingHazards(
-        np.array([i.position_m for i in intruders]),
-        np.array([i.velocity_mps for i in intruders]),
+        intruders.position_m.copy(),
+        intruders.velocity_mps.copy(),
         start,
-        spread_tangents(intruders) * speeds_mps(intruders)
-        + settings.sigmas * np.array([i.velocity_std_mps for i in intruders])
-        + turning,
-        np.array([i.manoeuvre_mps2 for i in intruders]),
+        intruders.spread_mps + settings.sigmas * reports.velocity_std_mps + turning,
+        np.array([i.manoeuvre_mps2 for i in reports.told]),
         np.ones(len(intruders)),
     )

@@ -10,7 +10,6 @@ as long again.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -18,6 +17,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from clearway.avoidance.clearance import SURELY
+from clearway.avoidance.closest import closest, closest_s, off_sides
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
 from clearway.base.brief import brief
@@ -79,7 +79,7 @@ class Meetings:
         """[len(least_cos), nodes] whether the way to a node passes one of some too far from where
         it was begun: from [n, 3] directions, by each of the cosines."""
         ways, which = self.reach_set, list(indices)
-        return _off_sides(
+        return off_sides(
             ways.parent,
             ways.samples_m,
             ways.end_time_s,
@@ -97,14 +97,14 @@ class Meetings:
         """[k, 3] from the vehicle to each when they are closest on the way to a node, and [k] when
         that is."""
         ways, path = self.reach_set, np.array(self.reach_set.path(node), dtype=np.int64)
-        aside_m, time_s = _closest(
+        aside_m, time_s = closest(
             np.arange(-1, len(path) - 1, dtype=ways.parent.dtype),
             ways.samples_m[path],
             ways.end_time_s[path],
             self.moving.position_m,
             self.moving.velocity_mps,
         )
-        return aside_m[:, -1], time_s[:, -1]
+        return aside_m[-1], time_s[-1]
 
 
 def passing_rules(passings: Sequence[Passing], met: Meetings) -> tuple[Rule, ...]:
@@ -152,22 +152,21 @@ def passings_after(
     """
     if not met.names:
         return ()
-    sides = {passing.name: passing for passing in before}
-    found = []
+    begun = {passing.name: passing for passing in before}
     asides_m, times_s = met.at(node)
     near_m = met.moving.radius_m + met.moving.growth_mps * times_s + CONFLICT_MARGINS * margin_m
-    far = np.sqrt(np.einsum("ki,ki->k", asides_m, asides_m)) > SURELY * near_m
-    passed = (times_s > 0.0) & ~(far & ~np.array([name in sides for name in met.names]))
-    for index in np.flatnonzero(passed).tolist():
-        aside, name = frame.world_from_grid @ asides_m[index], met.names[index]
-        apart = math.sqrt(float(aside @ aside))
-        if apart < LEAST_ASIDE_M:
-            continue
-        begun = sides.get(name)
-        if begun is not None and float(aside @ begun.aside) >= 0.0:
-            found.append(begun)
-        elif begun is not None or apart <= float(near_m[index]):
-            found.append(Passing(name, aside / apart))
+    apart_m = np.sqrt(np.square(asides_m).sum(axis=1))
+    far = apart_m > SURELY * near_m
+    known = [begun.get(name) for name in met.names]
+    passed = (times_s > 0.0) & ~(far & np.array([passing is None for passing in known]))
+    sides = asides_m @ frame.world_from_grid.T
+    found = []
+    for index in np.flatnonzero(passed & (apart_m >= LEAST_ASIDE_M)).tolist():
+        passing, side = known[index], sides[index]
+        if passing is not None and side.dot(passing.aside) >= 0.0:
+            found.append(passing)
+        elif passing is not None or apart_m[index] <= near_m[index]:
+            found.append(Passing(met.names[index], side / apart_m[index]))
     return tuple(found)
 
 
@@ -221,121 +220,9 @@ def _note_most_lack(
             cx, cy, cz = vx - ux, vy - uy, vz - uz
             dx, dy = place[k, 0] + ended_s * vx - ex, place[k, 1] + ended_s * vy - ey
             dz = place[k, 2] + ended_s * vz - ez
-            within_s = min(_closest_s(dx, dy, dz, cx, cy, cz, np.inf), left_s)
+            within_s = min(closest_s(dx, dy, dz, cx, cy, cz, np.inf), left_s)
             dx, dy, dz = dx + within_s * cx, dy + within_s * cy, dz + within_s * cz
             gap = np.sqrt(dx * dx + dy * dy + dz * dz)
             lack = radius[k] + growth[k] * (ended_s + within_s) - gap
             if lack > most[n]:
                 most[n] = lack
-
-
-@compiled
-def _off_sides(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    sides: FloatArray,
-    least_cos: FloatArray,
-) -> BoolArray:
-    nodes, many = len(parent), len(place)
-    off = np.zeros((len(least_cos), nodes), dtype=np.bool_)
-    on_way, aside, time_s = np.empty((nodes, 5)), np.empty((nodes, 3)), np.empty(nodes)
-    for k in range(many):
-        _note_closest(parent, samples, end_time_s, place[k], velocity[k], on_way, aside, time_s)
-        _note_off(aside, sides[k], least_cos, off)
-    return off
-
-
-@borrowing
-def _note_off(aside: FloatArray, side: FloatArray, least_cos: FloatArray, off: BoolArray) -> None:
-    for n in range(len(aside)):
-        x, y, z = aside[n, 0], aside[n, 1], aside[n, 2]
-        along, apart = x * side[0] + y * side[1] + z * side[2], np.sqrt(x * x + y * y + z * z)
-        for c in range(len(least_cos)):
-            if along < least_cos[c] * apart:
-                off[c, n] = True
-
-
-@compiled
-def _closest(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    nodes, many = len(parent), len(place)
-    # On the way to the node itself, which its sequels begin with, and then with what follows it.
-    on_way, aside_m = np.empty((nodes, 5)), np.empty((many, nodes, 3))
-    time_s = np.empty((many, nodes))
-    for k in range(many):
-        _note_closest(
-            parent, samples, end_time_s, place[k], velocity[k], on_way, aside_m[k], time_s[k]
-        )
-    return aside_m, time_s
-
-
-@borrowing
-def _note_closest(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    on_way: FloatArray,
-    aside_m: FloatArray,
-    time_s: FloatArray,
-) -> None:
-    """Fill in where and when one is closest. on_way: [nodes, 5] room for what sequels go on from:
-    distance squared, time and what lies between."""
-    nodes, count = samples.shape[0], samples.shape[1]
-    px, py, pz = place[0], place[1], place[2]
-    vx, vy, vz = velocity[0], velocity[1], velocity[2]
-    for n in range(nodes):
-        p, start_s = parent[n], 0.0
-        x, y, z = 0.0, 0.0, 0.0
-        nearest2, nearest_s = px * px + py * py + pz * pz, 0.0
-        ax, ay, az = px, py, pz
-        if p >= 0:
-            start_s = end_time_s[p]
-            x, y, z = samples[p, count - 1, 0], samples[p, count - 1, 1], samples[p, count - 1, 2]
-            nearest2, nearest_s = on_way[p, 0], on_way[p, 1]
-            ax, ay, az = on_way[p, 2], on_way[p, 3], on_way[p, 4]
-        step_s = (end_time_s[n] - start_s) / count
-        began_s = start_s
-        cx, cy, cz = 0.0, 0.0, 0.0
-        for q in range(count):
-            cx = vx - (samples[n, q, 0] - x) / step_s
-            cy = vy - (samples[n, q, 1] - y) / step_s
-            cz = vz - (samples[n, q, 2] - z) / step_s
-            dx, dy, dz = px + began_s * vx - x, py + began_s * vy - y, pz + began_s * vz - z
-            after_s = _closest_s(dx, dy, dz, cx, cy, cz, step_s)
-            dx, dy, dz = dx + after_s * cx, dy + after_s * cy, dz + after_s * cz
-            gap2 = dx * dx + dy * dy + dz * dz
-            if gap2 < nearest2:
-                nearest2, nearest_s = gap2, began_s + after_s
-                ax, ay, az = dx, dy, dz
-            x, y, z = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
-            began_s = began_s + step_s
-        on_way[n, 0], on_way[n, 1] = nearest2, nearest_s
-        on_way[n, 2], on_way[n, 3], on_way[n, 4] = ax, ay, az
-        dx, dy, dz = px + began_s * vx - x, py + began_s * vy - y, pz + began_s * vz - z
-        after_s = _closest_s(dx, dy, dz, cx, cy, cz, np.inf)
-        tx, ty, tz = dx + after_s * cx, dy + after_s * cy, dz + after_s * cz
-        if tx * tx + ty * ty + tz * tz < nearest2:
-            nearest_s = began_s + after_s
-            ax, ay, az = tx, ty, tz
-        aside_m[n, 0], aside_m[n, 1], aside_m[n, 2], time_s[n] = ax, ay, az, nearest_s
-
-
-@borrowing
-def _closest_s(
-    dx: float, dy: float, dz: float, cx: float, cy: float, cz: float, longest_s: float
-) -> float:
-    """When two that move straight on are closest: what lies between them, and how that changes."""
-    speed2 = cx * cx + cy * cy + cz * cz
-    if speed2 <= 0.0:
-        return 0.0
-    return min(longest_s, max(0.0, -(dx * cx + dy * cy + dz * cz) / speed2))

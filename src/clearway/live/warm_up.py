@@ -95,7 +95,7 @@ def with_something_near(
 def warm_up_more(planner: Planner, situation: Situation) -> None:
     """Compile and load what only some decisions ask for: sides of passing, ways out."""
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
-    names = tuple(intruder.name for intruder in near.intruders)
+    names = near.intruders.names
     reach_set = planner.prepared_at(situation.state).reach_set
     Meetings(reach_set, near.hazards.moving, names).warm_up()
     if planner.escapes is None:

@@ -25,6 +25,8 @@ def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayL
     radius_m: [m] or one for all: margin plus half the beam spacing there. Exact: the distance
     from a point to a polar cell has a closed form.
     """
+    if not len(points_m):
+        return np.zeros(grid.cells, dtype=np.bool_)
     points = read_only(points_m)
     return _coated(points, _radii(radius_m, len(points)), grid.edges)
 

@@ -22,9 +22,10 @@ from clearway.traffic.models.borders import (
     borders_of,
     scratch,
 )
-from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
 from clearway.traffic.models.contact import Ball, contact, window
 from clearway.traffic.models.line import follow_line
+from clearway.traffic.models.many import Intruders
 
 PARTS = {"fast": 24, "fine": 400, "reference": 20_000}
 """Least parts of a cell; fast keeps (6.10) within 0.02 (0.003 in the mean)."""
@@ -69,7 +70,8 @@ def body_cells(
     of a body without radius is 0.
     """
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders, grid.range_m)
+    among = Intruders.of(intruders)
+    position, velocity = among.motions(grid.range_m)
     parts = max(PARTS[accuracy], min(10 * PARTS["fast"], FAST_PARTS_IN_ALL // grid.cells))
     _bodies(
         position,

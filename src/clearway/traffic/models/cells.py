@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -10,13 +9,9 @@ import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
-from clearway.traffic.intruder import Intruder
 
 Accuracy = Literal["fast", "fine", "reference"]
 """Fast in flight, fine where a moment is looked at, or a slow reference that both are held to."""
-
-STANDING = 1e-10
-"""Ranges of the grid a second; what is slower stands still."""
 
 
 class ModelArrays(NamedTuple):
@@ -73,14 +68,3 @@ def empty_arrays(intruders: int, cells: int) -> ModelArrays:
     return ModelArrays(
         np.zeros(shape), np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape)
     )
-
-
-def motions(intruders: Sequence[Intruder], range_m: float) -> tuple[FloatArray, FloatArray]:
-    """Positions [n, 3] and velocities [n, 3] of intruders, as compiled loops take them.
-
-    One that takes ages to pass a grid of such a range stands still.
-    """
-    position = np.array([i.position_m for i in intruders]).reshape(-1, 3)
-    velocity = np.array([i.velocity_mps for i in intruders]).reshape(-1, 3)
-    velocity[np.linalg.norm(velocity, axis=1) < STANDING * range_m] = 0.0
-    return position, velocity

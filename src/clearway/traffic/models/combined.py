@@ -10,14 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import brief
+from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.body import body_cells
-from clearway.traffic.models.cells import Accuracy, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cells import Accuracy, ModelCells, empty_arrays
 from clearway.traffic.models.line import line_cells
+from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.paper_lattice import lattice_cells
 from clearway.traffic.models.spread import spread_cells
 from clearway.traffic.models.timing import TIMED_RULES, VehicleTimes
@@ -83,9 +85,10 @@ def assess_intruders(
     """
     rule = _checked_rule(models, timed, vehicle_times)
     direction = np.array(up, dtype=np.float64)
-    if direction.shape != (3,) or not np.all(np.isfinite(direction)) or not np.any(direction):
+    if direction.shape != (3,) or not 0.0 < abs(direction).max() < np.inf:
         raise ClearwayError(f"up: a direction of 3 finite numbers is needed, got {up!r}")
-    direction /= np.abs(direction).max()
+    direction /= abs(direction).max()
+    intruders = Intruders.of(intruders)
     each = np.zeros((len(intruders), grid.cells))
     assessed: dict[str, ModelCells] = {}
     near = may_meet(grid, intruders) if any(name in STRAIGHT_ON for name in models) else None
@@ -93,7 +96,7 @@ def assess_intruders(
         if near is None or name not in STRAIGHT_ON or near.all():
             model = MODELS[name](grid, intruders, direction, accuracy)
         else:
-            kept = [intruder for intruder, is_near in zip(intruders, near, strict=True) if is_near]
+            kept = intruders.where(near)
             model = _of_some(MODELS[name](grid, kept, direction, accuracy), near)
         if vehicle_times is not None:
             model = replace(model, timed=TIMED_RULES[rule](model, vehicle_times))
@@ -107,17 +110,28 @@ def assess_intruders(
 def may_meet(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> BoolArray:
     """[n] whether an intruder that flies straight on, within its spreads, may come into the grid:
     whether the cone about its course meets the ball about the vehicle that holds the grid."""
-    if not intruders:
-        return np.zeros(0, dtype=np.bool_)
-    position, velocity = motions(intruders, grid.range_m)
-    away = np.sqrt(np.einsum("ni,ni->n", position, position))
-    speed = np.sqrt(np.einsum("ni,ni->n", velocity, velocity))
-    towards = -np.einsum("ni,ni->n", position, velocity)
-    off = np.arccos(np.clip(towards / np.maximum(away * speed, TINY), -1.0, 1.0))
-    beside = off - np.array([max(i.spread_rad) for i in intruders]) - SPARE_RAD
-    nearest = np.where(beside < 0.5 * np.pi, away * np.sin(np.maximum(beside, 0.0)), away)
-    misses = (speed > 0.0) & (nearest > (1.0 + SPARE_RAD) * grid.range_m)
-    return np.asarray(~misses, dtype=np.bool_)
+    among = Intruders.of(intruders)
+    position, velocity = among.motions(grid.range_m)
+    return _may_meet(position, velocity, among.spread_rad.copy(), grid.range_m)
+
+
+@compiled
+def _may_meet(
+    position: FloatArray, velocity: FloatArray, spread: FloatArray, range_m: float
+) -> BoolArray:
+    met = np.ones(len(position), dtype=np.bool_)
+    for n in range(len(position)):
+        x, y, z = position[n, 0], position[n, 1], position[n, 2]
+        vx, vy, vz = velocity[n, 0], velocity[n, 1], velocity[n, 2]
+        away, speed = np.sqrt(x * x + y * y + z * z), np.sqrt(vx * vx + vy * vy + vz * vz)
+        if not speed > 0.0:
+            continue
+        towards = -(x * vx + y * vy + z * vz) / max(away * speed, TINY)
+        off = np.arccos(min(1.0, max(-1.0, towards)))
+        beside = off - max(spread[n, 0], spread[n, 1]) - SPARE_RAD
+        nearest = away * np.sin(max(beside, 0.0)) if beside < 0.5 * np.pi else away
+        met[n] = not nearest > (1.0 + SPARE_RAD) * range_m
+    return met
 
 
 def _of_some(model: ModelCells, which: BoolArray) -> ModelCells:
@@ -139,8 +153,16 @@ def combine_intruders(each: FloatArray) -> FloatArray:
     """Probability [cells] of meeting any of n intruders of [n, cells], 1 - prod(1 - P) (5.37)."""
     if len(each) == 1:
         return np.array(each[0])
-    combined: FloatArray = 1.0 - np.prod(1.0 - each, axis=0)
-    return combined
+    return _combined(np.ascontiguousarray(each))
+
+
+@compiled
+def _combined(each: FloatArray) -> FloatArray:
+    missed = np.ones(each.shape[1])
+    for n in range(len(each)):
+        for cell in range(each.shape[1]):
+            missed[cell] *= 1.0 - each[n, cell]
+    return 1.0 - missed
 
 
 def _checked_rule(

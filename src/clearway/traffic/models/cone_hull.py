@@ -9,6 +9,7 @@ finds the others.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
@@ -25,6 +26,10 @@ from clearway.traffic.models.borders import (
     RANGE,
     Borders,
 )
+
+SideArray = npt.NDArray[np.uint8]
+INSIDE = 16
+"""Beside four bits for the planes about the cone."""
 
 
 @compiled
@@ -106,13 +111,27 @@ def _widen(
 
 
 @borrowing
+def _side_of(time: float, level: float, across: float) -> int:
+    """Where a point is, in bits: inside the cone, or beyond which of four planes about it."""
+    if _inside(time, level, across):
+        return INSIDE
+    return (level > time) + 2 * (level < -time) + 4 * (across > time) + 8 * (across < -time)
+
+
+@borrowing
 def widen_by_edges(
-    cone: FloatArray, borders: Borders, corners: FloatArray, tolerance: float, times: FloatArray
+    cone: FloatArray,
+    borders: Borders,
+    corners: FloatArray,
+    sides: SideArray,
+    tolerance: float,
+    times: FloatArray,
 ) -> None:
     """Widen times [cells, ENTRY and LEAVE] by corners in the cone and edges that it cuts.
 
-    corners: scratch [layers + 1, columns + 1, rows + 1, 3]. A cut is first taken on the edge's
-    chord, and right within `tolerance` as a share of the cone's width.
+    corners, sides: scratch [layers + 1, columns + 1, rows + 1, 3] and the same without the 3. A cut
+    is first taken on the edge's chord, and right within `tolerance` as a share of the cone's width.
+    What lies on one side of the cone at both ends is not cut.
     """
     table = borders.table
     low, high = _met_box(borders, times)
@@ -124,20 +143,22 @@ def widen_by_edges(
                 r = table[RANGE, i]
                 time, u, w = _arrival(r * x, r * y, r * sine, cone)
                 corners[i, j, k, 0], corners[i, j, k, 1], corners[i, j, k, 2] = time, u, w
-                if _inside(time, u, w):
+                side = sides[i, j, k] = _side_of(time, u, w)
+                if side == INSIDE:
                     _widen(time, (i, j, k), (True, True, True), borders, times)
     for i in range(low[0], high[0] + 1):
         for j in range(low[1], high[1] + 1):
             for k in range(low[2], high[2] + 1):
-                if i < high[0] and _may_cut(corners, i, j, k, i + 1, j, k):
+                side = sides[i, j, k]
+                if i < high[0] and not side & sides[i + 1, j, k]:
                     _widen_edge(
                         (i, j, k), (i + 1, j, k), 0, cone, borders, corners, tolerance, times
                     )
-                if j < high[1] and _may_cut(corners, i, j, k, i, j + 1, k):
+                if j < high[1] and not side & sides[i, j + 1, k]:
                     _widen_edge(
                         (i, j, k), (i, j + 1, k), 1, cone, borders, corners, tolerance, times
                     )
-                if k < high[2] and _may_cut(corners, i, j, k, i, j, k + 1):
+                if k < high[2] and not side & sides[i, j, k + 1]:
                     _widen_edge(
                         (i, j, k), (i, j, k + 1), 2, cone, borders, corners, tolerance, times
                     )
@@ -160,20 +181,6 @@ def _met_box(
                     low_k, high_k = min(low_k, k), max(high_k, k + 1)
                 cell += 1
     return (low_i, low_j, low_k), (high_i, high_j, high_k)
-
-
-@borrowing
-def _may_cut(corners: FloatArray, i: int, j: int, k: int, a: int, b: int, c: int) -> bool:
-    """Quick and generous: whether the cone's surface may cut the chord between two corners."""
-    time, far_time = corners[i, j, k, 0], corners[a, b, c, 0]
-    u, far_u = corners[i, j, k, 1], corners[a, b, c, 1]
-    w, far_w = corners[i, j, k, 2], corners[a, b, c, 2]
-    latest = max(time, far_time)
-    if min(u, far_u) > latest or min(w, far_w) > latest:
-        return False
-    if max(u, far_u) < -latest or max(w, far_w) < -latest:
-        return False
-    return not (_inside(time, u, w) and _inside(far_time, far_u, far_w))
 
 
 @borrowing

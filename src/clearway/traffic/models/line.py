@@ -19,7 +19,8 @@ from clearway.traffic.models.borders import (
     borders_of,
     scratch,
 )
-from clearway.traffic.models.cells import ModelArrays, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cells import ModelArrays, ModelCells, empty_arrays
+from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.traverse import traverse
 
 
@@ -31,7 +32,8 @@ def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells
     position from 0 to infinity.
     """
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders, grid.range_m)
+    among = Intruders.of(intruders)
+    position, velocity = among.motions(grid.range_m)
     _lines(position, velocity, borders_of(grid), grid.edges, arrays)
     return ModelCells(*arrays)
 

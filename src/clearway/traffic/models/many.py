@@ -3,37 +3,150 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import overload
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
-from clearway.base.state import State
+from clearway.base.state import BoolArray, State
 from clearway.traffic.intruder import Intruder
 
+STANDING = 1e-10
+"""Ranges of the grid a second; what is slower stands still."""
 
-def seen_at(
-    intruders: Sequence[Intruder], state: State, world_from_body: FloatArray
-) -> list[Intruder]:
-    """Each predicted to the time of a state (`Intruder.at`) and seen from it (`seen_from`).
 
-    world_from_body: [3, 3] the state's rotation, worked out once.
+@dataclass(frozen=True, eq=False)
+class Intruders(Sequence[Intruder]):
+    """Many intruders as arrays, one row each; one by one they are made when they are asked for.
+
+    Decisions ask for few of them, but for the arrays several times.
     """
-    if not intruders:
-        return []
-    velocity = np.array([i.velocity_mps for i in intruders])
-    elapsed = np.array([state.time_s - i.time_s for i in intruders])
-    place = np.array([i.position_m for i in intruders]) + velocity * elapsed[:, None]
-    position = _turned(place - state.position_m, world_from_body)
-    velocity = _turned(velocity, world_from_body)
-    position.flags.writeable = velocity.flags.writeable = False
-    std = np.hypot(
-        [i.position_std_m for i in intruders],
-        np.array([i.velocity_std_mps for i in intruders]) * elapsed,
-    ).tolist()
-    return [
-        intruder.moved(position[n], velocity[n], std[n], state.time_s)
-        for n, intruder in enumerate(intruders)
-    ]
+
+    told: Sequence[Intruder]
+    """Each as it was told: all of it but place, velocity and time, if it was moved since."""
+    position_m: FloatArray
+    """[n, 3] read only."""
+    velocity_mps: FloatArray
+    """[n, 3] read only."""
+    spread_rad: FloatArray
+    """[n, 2] read only."""
+    moved: tuple[list[float], float] | None = None
+    """Where they are seen elsewhere than they were told: standard deviations of their positions
+    (m), and the time (s)."""
+
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, intruders: Sequence[Intruder]) -> Intruders:
+        """The same as arrays, worked out unless they are there."""
+        if isinstance(intruders, Intruders):
+            return intruders
+        return cls(
+            intruders,
+            _rows([i.position_m for i in intruders], 3),
+            _rows([i.velocity_mps for i in intruders], 3),
+            _rows([i.spread_rad for i in intruders], 2),
+        )
+
+    @overload
+    def __getitem__(self, index: int) -> Intruder: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Intruder]: ...
+
+    def __getitem__(self, index: int | slice) -> Intruder | list[Intruder]:
+        if isinstance(index, slice):
+            return [self[n] for n in range(*index.indices(len(self)))]
+        if self.moved is None:
+            return self.told[index]
+        std_m, time_s = self.moved
+        return self.told[index].moved(
+            self.position_m[index], self.velocity_mps[index], std_m[index], time_s
+        )
+
+    def __len__(self) -> int:
+        return len(self.told)
+
+    def where(self, kept: BoolArray) -> Intruders:
+        """[n] those marked."""
+        return Intruders.of([self[n] for n in np.flatnonzero(kept).tolist()])
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        return tuple(intruder.name for intruder in self.told)
+
+    @cached_property
+    def speed_mps(self) -> FloatArray:
+        """[n]"""
+        speed: FloatArray = np.sqrt(np.square(self.velocity_mps).sum(axis=1))
+        return speed
+
+    @cached_property
+    def position_std_m(self) -> FloatArray:
+        """[n]"""
+        return np.array(self.moved[0] if self.moved else [i.position_std_m for i in self.told])
+
+    @cached_property
+    def velocity_std_mps(self) -> FloatArray:
+        """[n]"""
+        return np.array([i.velocity_std_mps for i in self.told])
+
+    @cached_property
+    def spread_mps(self) -> FloatArray:
+        """[n] growth of the wider spread: by tan, so that all of the stated spread is covered."""
+        growth: FloatArray = np.tan(self.spread_rad.max(axis=1, initial=0.0)) * self.speed_mps
+        return growth
+
+    def ages_s(self, time_s: float) -> FloatArray:
+        """[n] how long before a time each was where it is said to be."""
+        times_s = [self.moved[1]] * len(self) if self.moved else [i.time_s for i in self.told]
+        return time_s - np.array(times_s)
+
+    def motions(self, range_m: float) -> tuple[FloatArray, FloatArray]:
+        """Positions [n, 3] and velocities [n, 3], as compiled loops take them.
+
+        One that takes ages to pass a grid of such a range stands still.
+        """
+        velocity = self.velocity_mps.copy()
+        velocity[self.speed_mps < STANDING * range_m] = 0.0
+        return self.position_m.copy(), velocity
+
+    def seen_at(self, state: State, world_from_body: FloatArray) -> Intruders:
+        """Each predicted to the time of a state (`Intruder.at`) and seen from it (`seen_from`).
+
+        world_from_body: [3, 3] the state's rotation, worked out once.
+        """
+        elapsed = self.ages_s(state.time_s)
+        place = self.position_m + self.velocity_mps * elapsed[:, None]
+        position = _turned(place - state.position_m, world_from_body)
+        velocity = _turned(self.velocity_mps, world_from_body)
+        position.flags.writeable = velocity.flags.writeable = False
+        std = np.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
+        moved = std.tolist(), state.time_s
+        return Intruders(self.told, position, velocity, self.spread_rad, moved)
+
+    def deviations_m(self, elapsed_s: FloatArray, sigmas: float = 0.0) -> FloatArray:
+        """[n] how far from its straight path each may be after a while, [n] seconds of either sign.
+
+        The wider of its spreads or what its acceleration bound allows, plus `sigmas` standard
+        deviations of the predicted position.
+        """
+        elapsed = np.abs(elapsed_s)
+        bounds = [max(i.acceleration_bound_mps2 or 0.0, i.manoeuvre_mps2) for i in self.told]
+        turned = 0.5 * np.array(bounds) * elapsed**2
+        std = np.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
+        deviations: FloatArray = np.maximum(self.spread_mps * elapsed, turned) + sigmas * std
+        return deviations
+
+
+def _rows(vectors: Sequence[FloatArray], length: int) -> FloatArray:
+    """[n, length], read only."""
+    rows = np.concatenate([np.zeros(0), *vectors]).reshape(-1, length)
+    rows.flags.writeable = False
+    return rows
 
 
 def _turned(vectors: FloatArray, world_from_body: FloatArray) -> FloatArray:
@@ -41,32 +154,3 @@ def _turned(vectors: FloatArray, world_from_body: FloatArray) -> FloatArray:
     x, y, z = vectors[:, :1], vectors[:, 1:2], vectors[:, 2:]
     turned: FloatArray = x * world_from_body[0] + y * world_from_body[1] + z * world_from_body[2]
     return turned
-
-
-def speeds_mps(intruders: Sequence[Intruder]) -> FloatArray:
-    """[n]"""
-    speeds: FloatArray = np.sqrt(np.square([i.velocity_mps for i in intruders]).sum(axis=1))
-    return speeds
-
-
-def spread_tangents(intruders: Sequence[Intruder]) -> FloatArray:
-    """[n] of the wider spread: by tan, so that all of the stated spread is covered."""
-    tangents: FloatArray = np.tan(np.array([i.spread_rad for i in intruders]).max(axis=1))
-    return tangents
-
-
-def deviations_m(
-    intruders: Sequence[Intruder], elapsed_s: FloatArray, sigmas: float = 0.0
-) -> FloatArray:
-    """[n] how far from its straight path each may be after a while, [n] seconds of either sign.
-
-    The wider of its spreads or what its acceleration bound allows, plus `sigmas` standard
-    deviations of the predicted position.
-    """
-    elapsed = np.abs(elapsed_s)
-    spread = spread_tangents(intruders) * speeds_mps(intruders) * elapsed
-    bounds = np.array([max(i.acceleration_bound_mps2 or 0.0, i.manoeuvre_mps2) for i in intruders])
-    velocity_std = np.array([i.velocity_std_mps for i in intruders])
-    std = np.hypot([i.position_std_m for i in intruders], velocity_std * elapsed)
-    deviations: FloatArray = np.maximum(spread, 0.5 * bounds * elapsed**2) + sigmas * std
-    return deviations

@@ -14,8 +14,9 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
-from clearway.traffic.models.cells import ModelArrays, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cells import ModelArrays, ModelCells, empty_arrays
 from clearway.traffic.models.line import stay
+from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.spread import cone_axes
 from clearway.traffic.models.timing import VehicleTimes
 
@@ -36,7 +37,8 @@ def lattice_cells(
     if points_per_m < 1:
         raise ClearwayError(f"points_per_m: at least 1 is needed, got {points_per_m!r}")
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders, grid.range_m)
+    among = Intruders.of(intruders)
+    position, velocity = among.motions(grid.range_m)
     if vehicle_times is None:
         entry, leave = np.full(grid.cells, np.inf), np.full(grid.cells, -np.inf)
     else:
@@ -45,7 +47,7 @@ def lattice_cells(
     _lattices(
         position,
         velocity,
-        np.sin(np.array([i.spread_rad for i in intruders]).reshape(-1, 2)),
+        np.sin(among.spread_rad),
         up,
         1.0 / points_per_m,
         grid.edges,

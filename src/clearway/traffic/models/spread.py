@@ -27,9 +27,10 @@ from clearway.traffic.models.borders import (
     borders_of,
     scratch,
 )
-from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
 from clearway.traffic.models.cone_hull import cone_of, widen_by_edges, widen_by_turns
 from clearway.traffic.models.line import stay
+from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.traverse import traverse
 
 # Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
@@ -96,11 +97,12 @@ def spread_cells(
     """
     arrays = empty_arrays(len(intruders), grid.cells)
     meeting = np.zeros((len(intruders), grid.cells))
-    position, velocity = motions(intruders, grid.range_m)
+    among = Intruders.of(intruders)
+    position, velocity = among.motions(grid.range_m)
     _spreads(
         position,
         velocity,
-        np.sin(np.array([i.spread_rad for i in intruders]).reshape(-1, 2)),
+        np.sin(among.spread_rad),
         up,
         disc_nodes(*NODES[accuracy]),
         CUT_TOLERANCE[accuracy],
@@ -145,6 +147,7 @@ def _spreads(
     pieces = scratch(borders)
     sums = np.empty((arrays.dwell_s.shape[1], 5))
     corners = np.empty((borders.layers + 1, borders.columns + 1, borders.rows + 1, 3))
+    sides = np.empty(corners.shape[:3], dtype=np.uint8)
     for n in range(len(position)):
         if not np.any(velocity[n]):
             cell = cell_of_point(position[n, 0], position[n, 1], position[n, 2], edges)
@@ -176,7 +179,7 @@ def _spreads(
                 level / (speed * sine[n, 0]),
                 across / (speed * sine[n, 1]),
             )
-            widen_by_edges(cone, borders, corners, tolerance, sums)
+            widen_by_edges(cone, borders, corners, sides, tolerance, sums)
             widen_by_turns(cone, borders, sums)
         _average(n, sums, arrays, meeting)
 

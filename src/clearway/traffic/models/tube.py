@@ -28,8 +28,9 @@ from clearway.traffic.models.borders import (
     borders_of,
     scratch,
 )
-from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays, motions
+from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
 from clearway.traffic.models.line import follow_line
+from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.spread import DiscNodes, cone_axes, disc_nodes
 from clearway.traffic.models.traverse import traverse
 
@@ -46,7 +47,8 @@ def tube_cells(
     Without a radius or a speed it is the line.
     """
     arrays = empty_arrays(len(intruders), grid.cells)
-    position, velocity = motions(intruders, grid.range_m)
+    among = Intruders.of(intruders)
+    position, velocity = among.motions(grid.range_m)
     _tubes(
         position,
         velocity,
