@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 from clearway.avoidance.closing import closing_m
-from clearway.avoidance.costs import Arrival, Goal, Prices
+from clearway.avoidance.costs import Arrival, Goal, Prices, price_of
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import MovingHazards
@@ -58,6 +58,8 @@ class Commitment:
     stood: int = 0
     """How many decisions in a row led nowhere, by movements that stand or turn on the spot; 0
     where that is wanted."""
+    stays: bool = False
+    """Whether a way out is flown on and on while it keeps the whole margin: no way leads on."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -130,8 +132,7 @@ def price_candidates(
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
     cost = ends.path_cost_m + to_go_m
     cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
-    assert prices.coated is not None  # A planner's prices suit its vehicle.
-    cost += step_m * prices.coated * ~is_clear
+    cost += step_m * price_of(prices.coated) * ~is_clear
     sides = sides_of(ends, goal, reach_set.grid.range_m)
     _add_changes_of_mind(cost, prepared, ends, sides, prices, commitment)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
@@ -144,7 +145,7 @@ def price_candidates(
             "finite number; stage cost, terminal cost and rating must be finite"
         )
     ends_here = reached & goal.final
-    room_price = np.where(ends_here, 0.0, prices.no_room * step_m)
+    room_price = np.where(ends_here, 0.0, price_of(prices.no_room) * step_m)
     obeys_all = np.zeros(len(nodes), dtype=np.int64)
     return Candidates(nodes, cost, sides, is_clear, room_price, obeys_all)
 

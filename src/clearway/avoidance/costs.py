@@ -45,6 +45,10 @@ class Goal(NamedTuple):
         return brief(self)
 
 
+OPEN = ("coated", "no_room")
+"""Prices that may be left open."""
+
+
 @keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class Prices:
@@ -75,9 +79,10 @@ class Prices:
     """For passing on another side than the one committed to, in movement lengths."""
     other_plan: float = 0.1
     """For a first movement other than the last plan's, in movement lengths."""
-    no_room: float = 6.0
+    no_room: float | None = None
     """For a way without room to circle within its first movements, in movement lengths: what is
-    entered without room to turn round may be a dead end."""
+    entered without room to turn round may be a dead end. None for 6, and for 12 where ways out may
+    lead through what nobody has seen: those promise nothing."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
     closing: float = 0.5
@@ -85,18 +90,28 @@ class Prices:
     speed, beyond straight away from it: a pursuer is run away from."""
 
     def __post_init__(self) -> None:
-        keys = [key for key in self.__slots__ if key != "coated" or self.coated is not None]
+        keys = [key for key in self.__slots__ if getattr(self, key) is not None or key not in OPEN]
         problems = found(number_problem(key, getattr(self, key)) for key in keys)
         if problems:
             raise InputError("prices", problems)
 
     __repr__ = brief
 
-    def suited(self, *, can_stop: bool) -> Prices:
-        """With the price of coated cells that suits a vehicle, where none is given."""
-        if self.coated is not None:
-            return self
-        return replace(self, coated=0.0 if can_stop else 3.0)
+    def suited(self, *, can_stop: bool, unseen_is_free: bool = False) -> Prices:
+        """With the prices of coated cells and of no room that suit a vehicle and what its ways out
+        stand on, where none are given."""
+        coated, no_room = self.coated, self.no_room
+        if coated is None:
+            coated = 0.0 if can_stop else 3.0
+        if no_room is None:
+            no_room = 12.0 if unseen_is_free else 6.0
+        return replace(self, coated=coated, no_room=no_room)
+
+
+def price_of(price: float | None) -> float:
+    """A price that is not left open, which a planner's prices are not."""
+    assert price is not None
+    return price
 
 
 Climbing = tuple[float, float]

@@ -17,7 +17,7 @@ from clearway.avoidance.assess import Assessment, assess_situation
 from clearway.avoidance.candidates import Candidates, Commitment, price_candidates
 from clearway.avoidance.choice import choose_by_rules, pick
 from clearway.avoidance.chosen import Basis, Choice, Pick
-from clearway.avoidance.costs import Goal, arrival
+from clearway.avoidance.costs import Goal, arrival, price_of
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import above_floor
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
@@ -37,7 +37,7 @@ from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
 from clearway.avoidance.verify import clearances, sloping
-from clearway.avoidance.way_out import Narrow, WayOut
+from clearway.avoidance.way_out import Escape, Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut, carried_m
 from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
@@ -201,7 +201,8 @@ def decide(
     _check_grids(planner, situation)
     prepared = planner.prepared_at(situation.state)
     escapes = planner.escapes
-    if escapes is not None:  # It finds room where it is needed, and in all that can be flown.
+    if escapes is not None and settings.escape != Escape.KNOWN:
+        # It finds room where it is needed, and in all that can be flown.
         prepared = prepared.without_loiter
     wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
     unsure_mps = settings.sigmas * situation.wind_sigma_mps
@@ -268,7 +269,7 @@ def decide(
     )
     held = None if commitment is None else commitment.way_out
     allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
-    narrow_price_m = settings.prices.no_room * prepared.step_m if allowed else np.inf
+    narrow_price_m = price_of(planner.prices.no_room) * prepared.step_m if allowed else np.inf
     leaving = Leaving(
         prepared,
         known.reach,
@@ -282,7 +283,8 @@ def decide(
         settings.smallest_object_m is not None,
         commitment is not None and (commitment.had_certain or _certain(commitment.way_out)),
     )
-    taken = choose_for_manoeuvres(near.hazards, leaving.choose)
+    stays = leaving.stay(near.hazards) if commitment and commitment.stays else None
+    taken = stays or choose_for_manoeuvres(near.hazards, leaving.choose)
     if not taken.good:
         taken = leaving.fall_back(taken, near.hazards)
     choice, finishes = taken.choice, taken.finishes

@@ -108,6 +108,18 @@ class Leaving:
             best = replace(best, basis=Basis.NO_LOITER)
         return Taken(best, hazards, banned=tuple(banned), leaves=self.ways is None)
 
+    def stay(self, hazards: Hazards) -> Taken | None:
+        """The way out in hand, or a fresh one, flown for its own sake; None where none keeps the
+        whole margin, of intruders too."""
+        ways = self.ways
+        if ways is None or not ways.strict:
+            return None
+        for way in self._with_share(ways, 1.0):
+            taken = self._flown(way, hazards, ())
+            if taken is not None and taken.good:
+                return taken
+        return None
+
     def fall_back(self, taken: Taken, hazards: Hazards) -> Taken:
         """What is flown where no candidate leaves a way out; `taken` is the best that does not."""
         ways = self.ways

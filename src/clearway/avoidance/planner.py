@@ -251,7 +251,9 @@ class Planner:
     @cached_property
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
-        return self.settings.prices.suited(can_stop=self.automaton.can_stop)
+        return self.settings.prices.suited(
+            can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
+        )
 
     @cached_property
     def speed_mps(self) -> float:

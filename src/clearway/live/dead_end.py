@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from clearway.avoidance.way_out import Escape
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.detour import known_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
 from clearway.live.route_map import RouteMap, turning_room_m
-from clearway.live.seen_route import seen_route
+from clearway.live.seen_route import SeenRoute, seen_route
 from clearway.sensors.seen_space import SeenSpace
 
 RENEWED = 0.25
@@ -23,9 +24,12 @@ MAPPED = 0.5
 """Share of that time after which what was seen is taken in, while no way is looked for."""
 EARLY = 0.8
 """Share of that, after which there is time for it between decisions."""
-GIVEN_UP, TAKEN_UP = 4.0, 2.0
-"""Full circles' worth of ways that came to nothing along the best way, for it to be none, and
-for it to be one again."""
+GIVEN_UP = 4.0
+"""Full circles' worth of ways that came to nothing along the best way, for it to be none."""
+STAYS, TRIES = 4.0, 2.0
+"""Full circles' time for which who has no way stays in a place that is known to be safe, and then
+tries ways once more; after each such time it stays twice as long, since flying about is never as
+safe."""
 STRAIGHT = 1.25
 """Length of a way, in straight ones to the goal, that needs no corners."""
 STANDING_TURN = 12.0
@@ -39,17 +43,20 @@ def out_of_dead_end(
     detour: Detour | None,
     *,
     escaped: bool = False,
+    gives_way: bool = False,
 ) -> Progress:
     """Progress with a detour when the goal has not come nearer for long, else as it is.
 
     detour: who finds the way; None goes by what is known. escaped: whether the way out is being
-    flown: then going straight for the goal has come to nothing, whatever the time.
+    flown: then going straight for the goal has come to nothing, whatever the time. gives_way:
+    whether the way is left for aircraft afar: then it takes longer until that has come to nothing.
     """
     free = knowledge.sensing.free_space
     if knowledge.progress.done(knowledge.mission):
         return knowledge.progress
     if free is not None and detour is None:
-        return _through_seen(knowledge, free.seen, state, now_s, escaped=escaped)
+        turns = knowledge.limits.patience_turns if gives_way else WAITED
+        return _through_seen(knowledge, free.seen, state, now_s, turns, escaped=escaped)
     return _after_waiting(knowledge, state, now_s, detour)
 
 
@@ -84,16 +91,23 @@ def _after_waiting(
 
 
 def _through_seen(
-    knowledge: Knowledge, seen: SeenSpace, state: State, now_s: float, *, escaped: bool
+    knowledge: Knowledge,
+    seen: SeenSpace,
+    state: State,
+    now_s: float,
+    patience_turns: float,
+    *,
+    escaped: bool,
 ) -> Progress:
-    """A way through what was seen to be free, renewed until the goal is nearer than ever."""
+    """A way through what was seen to be free, renewed until the goal is nearer than ever; looked
+    for after so many full circles' time without progress."""
     progress, planner, routes = knowledge.progress, knowledge.planner, knowledge.route_map
     assert routes is not None  # There is one where there is seen space.
     radius, turn_s = _turn(knowledge)
     since_s = now_s - progress.planned_s
     goal = knowledge.mission.goals_m[progress.goal]
     distance = float(np.linalg.norm(goal - state.position_m))
-    waited = now_s - progress.nearest_s > WAITED * turn_s
+    waited = now_s - progress.nearest_s > patience_turns * turn_s
     if progress.stuck_m is None and not (escaped or waited):
         if since_s > MAPPED * turn_s:
             _take_in(knowledge, routes, seen, state)
@@ -103,26 +117,53 @@ def _through_seen(
         return progress
     _take_in(knowledge, routes, seen, state)
     flown: tuple[FloatArray, ...] = ()
-    if progress.stuck_m is not None:
+    if progress.stuck_m is not None and not progress.closed:
         routes.came_nearer(state.position_m, planner.speed_mps * since_s)
-        flown = (*progress.detour, goal) if not progress.closed else ()
+        flown = (*progress.detour, goal)
     route = seen_route(routes.cells(), state.position_m, goal, flown)
     routes.aim(route.begins_m)
     stuck_m = min(progress.nearest_m, distance) if progress.stuck_m is None else progress.stuck_m
     nearer = distance < stuck_m - max(radius, planner.automaton.step_m)
     if nearer and route.length_m <= STRAIGHT * distance:
-        return replace(progress, stuck_m=None, detour=(), planned_s=now_s, closed=False)
+        return replace(
+            progress,
+            stuck_m=None,
+            detour=(),
+            planned_s=now_s,
+            closed=False,
+            tried=0,
+        )
     ends_at_goal = route.reaches and np.array_equal(route.corners_m[-1], goal)
-    most_turns = TAKEN_UP if progress.closed else GIVEN_UP
     corners = route.corners_m[:-1] if ends_at_goal else route.corners_m
-    return replace(
+    progress = replace(
         progress,
         stuck_m=stuck_m,
         detour=tuple(corners),
         detours=progress.detours + 1,
         planned_s=now_s,
-        closed=not route.reaches or route.in_vain_m > most_turns * turn_s * planner.speed_mps,
     )
+    if planner.settings.escape == Escape.KNOWN:
+        return progress  # Nowhere is known to be safe to stay in.
+    return _closed_or_not(progress, route, now_s, turn_s, turn_s * planner.speed_mps)
+
+
+def _closed_or_not(
+    progress: Progress, route: SeenRoute, now_s: float, turn_s: float, turn_m: float
+) -> Progress:
+    """Progress with whether a way is one: not where too much of it has come to nothing, though that
+    is tried once more after a while; turn_s, turn_m: time and length of a full circle."""
+    since_s = now_s - progress.closed_s
+    if progress.closed:
+        if route.reaches and route.in_vain_m == 0.0:
+            return replace(progress, closed=False, closed_s=now_s)
+        if route.reaches and since_s > STAYS * 2.0**progress.tried * turn_s:
+            return replace(progress, closed=False, closed_s=now_s, tried=progress.tried + 1)
+        return progress
+    tried_enough = since_s > TRIES * turn_s
+    in_vain = tried_enough if progress.tried else route.in_vain_m > GIVEN_UP * turn_m
+    if route.reaches and not in_vain:
+        return progress
+    return replace(progress, closed=True, closed_s=now_s)
 
 
 def _take_in(knowledge: Knowledge, routes: RouteMap, seen: SeenSpace, state: State) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, widest_margin_m
-from clearway.avoidance.way_out import Narrow
+from clearway.avoidance.way_out import Escape, Narrow
 from clearway.avoidance.ways_out import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
@@ -91,7 +91,8 @@ class Knowledge:
                 planner.settings.safety_margin_m,
                 turning_room_m(planner.automaton),
                 obstacle_map,
-                narrow=planner.settings.narrow == Narrow.ALLOW,
+                narrow=planner.settings.narrow == Narrow.ALLOW
+                or planner.settings.escape == Escape.KNOWN,
             )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 

@@ -138,7 +138,11 @@ class Progress:
     planned_s: float = -np.inf
     """When the present detour was found, or what was seen was taken in last."""
     closed: bool = False
-    """Whether no way leads to the goal as far as is seen."""
+    """Whether no way leads to the goal as far as is seen: the vehicle stays where it is."""
+    closed_s: float = -np.inf
+    """When that began or ended."""
+    tried: int = 0
+    """How often ways that came to nothing were tried once more, after staying."""
 
     __repr__ = brief
 
@@ -209,6 +213,7 @@ def advanced(
             detour=(),
             stuck_m=None,
             closed=False,
+            tried=0,
         )
     return progress
 

@@ -83,9 +83,9 @@ def _hold(facts: ModeFacts) -> str:
 
 
 def _escape(facts: ModeFacts) -> str:
-    if not facts.decision.escapes:
-        return ""
     after = ", ".join(facts.decision.no_way_out)
+    if not facts.decision.escapes or (facts.progress.closed and not after):
+        return ""  # Where no way leads on, a way out is what it stays in.
     return f"no way out after {after}" if after else "nothing else is verified"
 
 

@@ -96,10 +96,10 @@ class RangeSensing:
         settings = DynamicObjectSettings.of(margin, planner.speed_mps)
         self._following = Following(settings) if follow_movers else None
         self.free_space: FreeSpace | None = None
-        """What was seen to be free, where ways out have to lead through it."""
-        asked = planner.settings.escape
-        told = sensors or (asked == Escape.MAPPED and complete_m is not None)
-        if told and asked in (Escape.STRICT, Escape.MAPPED) and planner.escapes is not None:
+        """What was seen to be free: ways out have to lead through it, or at least those out of
+        dead ends are sought in it."""
+        mapped = planner.settings.escape == Escape.MAPPED and complete_m is not None
+        if (sensors or mapped) and planner.escapes is not None:
             self.free_space = free_space_for(planner, start_m, complete_m)
         self.memory_reach_m = max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin)
         """How far from the vehicle nothing is forgotten but on evidence."""

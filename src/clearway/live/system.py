@@ -277,7 +277,7 @@ class AvoidanceSystem:
         situation, scan_age = self._situation(now)
         commitment = self._plan.commitment(now, self.escape.within)
         if self.progress.closed:
-            commitment = replace(commitment, stood=0)  # It holds where nothing leads on.
+            commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
         decision = decide(self.planner, situation, commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
@@ -393,6 +393,13 @@ class AvoidanceSystem:
     def _situation(self, now: float) -> tuple[Situation, float]:
         state = self._known.own_state(now)
         last = self._plan.decision
-        escaped = last is not None and last.escapes
-        self.progress = out_of_dead_end(self._known, state, now, self._detour, escaped=escaped)
+        afar = None if last is None else last.long_range
+        self.progress = out_of_dead_end(
+            self._known,
+            state,
+            now,
+            self._detour,
+            escaped=last is not None and last.escapes,
+            gives_way=afar is not None and afar.gives_way,
+        )
         return self._known.with_detections(state, now)

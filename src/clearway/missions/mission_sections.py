@@ -237,9 +237,10 @@ class PricesSection(Section):
     """For passing on another side than the one committed to, in movement lengths."""
     other_plan: NotNegative = 0.1
     """For a first movement other than the last plan's, in movement lengths."""
-    no_room: NotNegative = 6.0
+    no_room: NotNegative | None = None
     """For a way without room to circle within its first movements, in movement lengths: what is
-    entered without room to turn round may be a dead end."""
+    entered without room to turn round may be a dead end; by default 6, and 12 where `safety.escape`
+    is `known`."""
     ahead: NotNegative = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
     closing: NotNegative = 0.5

@@ -107,6 +107,12 @@ class LongRangeChoice:
         return self.side is not PassingSide.AHEAD or self.sense is not Sense.LEVEL
 
     @property
+    def gives_way(self) -> bool:
+        """Whether a side or a sense is begun about an aircraft that is ahead yet."""
+        begun = self.begun_side is not PassingSide.AHEAD or self.begun_sense is not Sense.LEVEL
+        return self.avoids or begun
+
+    @property
     def reason(self) -> str:
         """What it is, in words."""
         words = []
