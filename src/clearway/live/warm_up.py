@@ -19,7 +19,7 @@ from clearway.live.readings import Reading
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Scan
-from clearway.traffic import Intruder
+from clearway.traffic import Intruder, combine_intruders
 
 INTRUDERS_AHEAD = (None, 0.5, 0.0)
 """By step, in ranges of the grid: none; one ahead; one so near that only the emergency rule is
@@ -93,7 +93,9 @@ def with_something_near(
 
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
-    """Compile and load what only some decisions ask for: sides of passing, ways out."""
+    """Compile and load what only some decisions ask for: several intruders, sides of passing, ways
+    out."""
+    combine_intruders(np.zeros((2, planner.grid.cells)))
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
     names = near.intruders.names
     reach_set = planner.prepared_at(situation.state).reach_set
