@@ -138,6 +138,19 @@ def test_walls_stay_where_they_stand_when_nothing_else_remembers_them() -> None:
     assert abs(crossed_m(seen_route(cells, away, GOAL), 8.0, away)) > 11.0
 
 
+def test_what_stands_at_the_end_of_a_long_street_is_known_at_its_mouth() -> None:
+    """Also by who can stop, whose cells are small: forgotten, it would be flown into for ever."""
+    end = wall((8.0, -6.0), (8.0, 6.0))
+    routes = RouteMap(VOXEL_M, MARGIN_M, 0.0)
+    for x in np.arange(0.0, -50.0, -5.0):
+        place = np.array([x, 0.0, 0.0])
+        routes.take(NOTHING_SEEN, seen_from(place, end), place, REACH_M)
+    cells = routes.cells()
+    for y in (-5.0, 0.0, 5.0):
+        at = cells.cell_of(np.array([8.0, y, 0.0])).astype(int)
+        assert cells.price[tuple(at)] == np.inf
+
+
 def test_what_is_no_longer_seen_in_reach_bars_no_way() -> None:
     routes = mapped(wall((8.0, -12.0), (8.0, 12.0)))
     routes.take(NOTHING_SEEN, no_points(), START, 100.0)

@@ -11,9 +11,10 @@ MULTIROTOR = {"vehicle": {"kind": "multirotor"}}
 CASES = [
     ("room", 802),
     ("u-shape", 806),
+    ("closed-street", 0),
     *[
         pytest.param(family, seed, marks=pytest.mark.nightly)
-        for family in ("u-shape", "dead-end", "pockets")
+        for family in ("u-shape", "dead-end", "pockets", "closed-street")
         for seed in range(820, 830)
     ],
 ]

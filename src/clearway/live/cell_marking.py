@@ -9,14 +9,13 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.sensors.seen_space import WORD, Voxels, is_marked
 
-SHAPE = (64, 64, 16)
-"""Cells along each axis, the vehicle about their middle."""
-
 
 @compiled
-def mostly_seen(free: Voxels, free_low: IntArray, low: IntArray, per_cell: int) -> BoolArray:
+def mostly_seen(
+    free: Voxels, free_low: IntArray, low: IntArray, per_cell: int, shape: tuple[int, int, int]
+) -> BoolArray:
     """[nx, ny, nz] whether most of a cell was seen to be free, by the middles of its eighths."""
-    nx, ny, nz = SHAPE
+    nx, ny, nz = shape
     quarter = per_cell // 4
     mostly = np.zeros((nx, ny, nz), dtype=np.bool_)
     columns, rows = free.shape[0], WORD * free.shape[2]

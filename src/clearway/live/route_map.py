@@ -16,7 +16,7 @@ from clearway.avoidance.hazards import PointHazards
 from clearway.base.arrays import BoolArray, IntArray
 from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
-from clearway.live.cell_marking import SHAPE, add_ball, mark_balls, mostly_seen
+from clearway.live.cell_marking import add_ball, mark_balls, mostly_seen
 from clearway.live.distance_field import HALF_DIAGONAL
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.seen_space import SeenSpace
@@ -26,6 +26,9 @@ Number = TypeVar("Number", np.float64, np.bool_)
 
 FINE, COARSE = 4, 8
 """Voxels of free space along a cell: for vehicles that turn in little room, and for others."""
+SHAPE, WIDEST = (64, 64, 16), (128, 128, 16)
+"""Cells along each axis, the vehicle about their middle; and where these would leave behind what
+stands, which forgotten is flown into again if it was a street that is closed."""
 OF_TURN = 0.6
 """A coarse cell is at most this share of the turning radius wide."""
 ROLL_WITHIN = 8
@@ -102,10 +105,11 @@ class RouteMap:
         self.rooms_m = (margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
         self._obstacle_map = obstacle_map
         self._low: IntArray | None = None
-        self._nearest: FloatArray = np.full(SHAPE, np.inf)
-        self._mapped: FloatArray = np.full(SHAPE, np.inf)
-        self._seen: BoolArray = np.zeros(SHAPE, dtype=np.bool_)
-        self._in_vain: FloatArray = np.zeros(SHAPE)
+        self._shape = SHAPE
+        self._nearest: FloatArray = np.full(self._shape, np.inf)
+        self._mapped: FloatArray = np.full(self._shape, np.inf)
+        self._seen: BoolArray = np.zeros(self._shape, dtype=np.bool_)
+        self._in_vain: FloatArray = np.zeros(self._shape)
         self._aim: FloatArray | None = None
 
     # --- what was seen --------------------------------------------------------------------
@@ -115,7 +119,7 @@ class RouteMap:
     ) -> None:
         """Take in what is known now; within a distance of the vehicle nothing of it is missing."""
         low = self._follow(position_m)
-        fresh = np.full(SHAPE, np.inf)
+        fresh = np.full(self._shape, np.inf)
         mark_balls(
             fresh,
             read_only(remembered.position_m),
@@ -126,12 +130,12 @@ class RouteMap:
         )
         ticks = [
             (low[axis] + np.arange(count) + 0.5) * self.width_m - position_m[axis]
-            for axis, count in enumerate(SHAPE)
+            for axis, count in enumerate(self._shape)
         ]
         away = ticks[0][:, None, None] ** 2 + ticks[1][:, None] ** 2 + ticks[2] ** 2
         in_reach = away <= max(reach_m - self.rooms_m[1] - self.width_m, 0.0) ** 2
         self._nearest = np.where(in_reach, fresh, np.minimum(fresh, self._nearest))
-        self._seen |= mostly_seen(seen.free, seen.low, low, self._per_cell)
+        self._seen |= mostly_seen(seen.free, seen.low, low, self._per_cell, self._shape)
         inside = [
             (lowest <= tick + place) & (tick + place <= highest)
             for tick, place, lowest, highest in zip(
@@ -143,27 +147,38 @@ class RouteMap:
     def _follow(self, position_m: FloatArray) -> IntArray:
         """[3] number of the lowest cell, moved along where the vehicle has left the middle."""
         middle = np.floor(position_m / self.width_m).astype(np.int64)
-        wanted: IntArray = middle - np.array(SHAPE) // 2
+        wanted: IntArray = middle - np.array(self._shape) // 2
         if self._low is None:
             self._low = wanted
             self._mapped = self._of_map(wanted)
             return wanted
         by = wanted - self._low
-        if np.any(np.abs(by) > np.array(SHAPE) // ROLL_WITHIN):
-            self._nearest = _moved(self._nearest, by, np.inf)
-            self._seen = _moved(self._seen, by, False)
-            self._in_vain = _moved(self._in_vain, by, 0.0)
+        if np.any(np.abs(by) > np.array(self._shape) // ROLL_WITHIN):
+            if self._leaves_behind(by):
+                self._shape = WIDEST
+                wanted = middle - np.array(self._shape) // 2
+                by = wanted - self._low
+            self._nearest = _moved(self._nearest, by, self._shape, np.inf)
+            self._seen = _moved(self._seen, by, self._shape, False)
+            self._in_vain = _moved(self._in_vain, by, self._shape, 0.0)
             self._mapped = self._of_map(wanted)
             self._low = wanted
         return self._low
 
+    def _leaves_behind(self, by: IntArray) -> bool:
+        """Whether cells moved aside by so many would no longer hold something that stands."""
+        stands = self._nearest < self._barred_m
+        kept = _moved(stands, by * (1, 1, 0), self._shape, False)
+        return np.count_nonzero(kept) < np.count_nonzero(stands)
+
     def _of_map(self, low: IntArray) -> FloatArray:
         """Distance of cells' centres to what the map shows."""
         if self._obstacle_map is None or not len(self._obstacle_map):
-            return self._mapped
-        ticks = [(low[axis] + np.arange(n) + 0.5) * self.width_m for axis, n in enumerate(SHAPE)]
+            return np.full(self._shape, np.inf)
+        shape = self._shape
+        ticks = [(low[axis] + np.arange(n) + 0.5) * self.width_m for axis, n in enumerate(shape)]
         centers = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
-        return self._obstacle_map.distance_m(centers).reshape(SHAPE)
+        return self._obstacle_map.distance_m(centers).reshape(shape)
 
     # --- what came to nothing -------------------------------------------------------------
 
@@ -241,12 +256,15 @@ def _lengths(corners_m: FloatArray) -> FloatArray:
     return np.concatenate([np.zeros(1), np.cumsum(steps)])
 
 
-def _moved(values: npt.NDArray[Number], by: IntArray, fill: float) -> npt.NDArray[Number]:
-    """Values of cells whose lowest is another by so many; fill where they are new."""
-    moved = np.full_like(values, fill)
+def _moved(
+    values: npt.NDArray[Number], by: IntArray, shape: tuple[int, int, int], fill: float
+) -> npt.NDArray[Number]:
+    """[*shape] values of cells whose lowest is another by so many; fill where they are new."""
+    moved = np.full(shape, fill, dtype=values.dtype)
     to, of = [], []
-    for shift, count in zip(by.tolist(), values.shape, strict=True):
-        to.append(slice(max(-shift, 0), max(min(count - shift, count), 0)))
-        of.append(slice(max(shift, 0), max(min(count + shift, count), 0)))
+    for shift, count, before in zip(by.tolist(), shape, values.shape, strict=True):
+        first, last = max(-shift, 0), max(min(count, before - shift), 0)
+        to.append(slice(first, max(first, last)))
+        of.append(slice(first + shift, max(first, last) + shift))
     moved[tuple(to)] = values[tuple(of)]
     return moved
