@@ -41,7 +41,7 @@ def mostly_seen(
     return mostly
 
 
-@borrowing
+@compiled
 def mark_balls(
     nearest: FloatArray,
     position: FloatArray,
@@ -50,22 +50,145 @@ def mark_balls(
     width: float,
     reach: float,
 ) -> None:
-    """Lower the distance of cells' centres to what balls leave."""
-    nx, ny, nz = nearest.shape
-    low_x, low_y, low_z = low[0], low[1], low[2]
+    """Lower the distance of cells' centres, as far as `reach` from balls, to what balls leave.
+
+    Balls are gathered by the cell that they lie in, and cells are told of those about them from the
+    nearest outwards: most balls can then come no nearer to a centre than others do.
+    """
+    widest = 0.0
     for n in range(len(radius)):
-        x, y, z, r = position[n, 0], position[n, 1], position[n, 2], radius[n]
-        first_a, last_a = _cells_within(x, low_x, width, reach + r, nx)
-        first_b, last_b = _cells_within(y, low_y, width, reach + r, ny)
-        first_c, last_c = _cells_within(z, low_z, width, reach + r, nz)
-        for a in range(first_a, last_a + 1):
-            dx = low_x + (a + 0.5) * width - x
-            for b in range(first_b, last_b + 1):
-                dy = low_y + (b + 0.5) * width - y
-                for c in range(first_c, last_c + 1):
-                    dz = low_z + (c + 0.5) * width - z
-                    away = np.sqrt(dx * dx + dy * dy + dz * dz) - r
-                    nearest[a, b, c] = min(nearest[a, b, c], away)
+        widest = max(widest, radius[n])
+    far = int(np.ceil((reach + widest) / width)) + 1
+    home = np.empty((len(radius), 3), dtype=np.int64)
+    _find_homes(home, position, low, width, far, nearest.shape)
+    order, starts = _gathered(home)
+    boxes = np.empty((len(starts) - 1, 7))
+    _bound(boxes, position, radius, order, starts)
+    _mark_gathered(
+        nearest, position, radius, low, width, reach, home, order, starts, boxes, _outwards(far)
+    )
+
+
+@borrowing
+def _bound(
+    boxes: FloatArray, position: FloatArray, radius: FloatArray, order: IntArray, starts: IntArray
+) -> None:
+    """Fill in lowest and highest corners of the centres of gathered balls, and their widest."""
+    for g in range(len(boxes)):
+        for axis in range(3):
+            low = high = position[order[starts[g]], axis]
+            for at in range(starts[g], starts[g + 1]):
+                low = min(low, position[order[at], axis])
+                high = max(high, position[order[at], axis])
+            boxes[g, axis], boxes[g, 3 + axis] = low, high
+        widest = 0.0
+        for at in range(starts[g], starts[g + 1]):
+            widest = max(widest, radius[order[at]])
+        boxes[g, 6] = widest
+
+
+@borrowing
+def _find_homes(
+    home: IntArray,
+    position: FloatArray,
+    low: FloatArray,
+    width: float,
+    far: int,
+    shape: tuple[int, int, int],
+) -> None:
+    """Fill in the cells [n, 3] that balls lie in; those too far off to mark any lie outside."""
+    for n in range(len(position)):
+        for axis in range(3):
+            at = np.floor((position[n, axis] - low[axis]) / width)
+            home[n, axis] = int(min(max(at, -far - 1.0), shape[axis] + far + 0.0))
+
+
+@compiled
+def _gathered(home: IntArray) -> tuple[IntArray, IntArray]:
+    """Balls in the order of their cells, and where in it each of these begins, with the end."""
+    low, spans = np.zeros(3, dtype=np.int64), np.ones(3, dtype=np.int64)
+    for axis in range(3):
+        if len(home):
+            low[axis] = home[:, axis].min()
+            spans[axis] = home[:, axis].max() - low[axis] + 1
+    count = np.zeros(spans[0] * spans[1] * spans[2] + 1, dtype=np.int64)
+    key = np.empty(len(home), dtype=np.int64)
+    for n in range(len(home)):
+        a, b, c = home[n, 0] - low[0], home[n, 1] - low[1], home[n, 2] - low[2]
+        key[n] = (a * spans[1] + b) * spans[2] + c
+        count[key[n] + 1] += 1
+    starts = [0]
+    for k in range(1, len(count)):
+        if count[k]:
+            starts.append(starts[-1] + count[k])
+        count[k] += count[k - 1]
+    order = np.empty(len(home), dtype=np.int64)
+    for n in range(len(home)):
+        order[count[key[n]]] = n
+        count[key[n]] += 1
+    return order, np.array(starts)
+
+
+@compiled
+def _outwards(far: int) -> IntArray:
+    """[k, 3] steps to the cells about one, the nearest first."""
+    side = 2 * far + 1
+    steps = np.empty((side**3, 3), dtype=np.int64)
+    for k in range(side**3):
+        steps[k, 0], steps[k, 1] = k // (side * side) - far, k // side % side - far
+        steps[k, 2] = k % side - far
+    return steps[np.argsort(np.sum(steps * steps, axis=1), kind="mergesort")]
+
+
+@borrowing
+def _mark_gathered(
+    nearest: FloatArray,
+    position: FloatArray,
+    radius: FloatArray,
+    low: FloatArray,
+    width: float,
+    reach: float,
+    home: IntArray,
+    order: IntArray,
+    starts: IntArray,
+    boxes: FloatArray,
+    outwards: IntArray,
+) -> None:
+    nx, ny, nz = nearest.shape
+    widest = 0.0
+    for g in range(len(boxes)):
+        widest = max(widest, boxes[g, 6])
+    for k in range(len(outwards)):
+        u, v, w = outwards[k, 0], outwards[k, 1], outwards[k, 2]
+        # From a centre to the nearest place in a cell so many off.
+        gap_x, gap_y = max(abs(u) - 0.5, 0.0), max(abs(v) - 0.5, 0.0)
+        gap_z = max(abs(w) - 0.5, 0.0)
+        least = width * np.sqrt(gap_x * gap_x + gap_y * gap_y + gap_z * gap_z) - widest
+        if least > reach:
+            continue
+        for g in range(len(boxes)):
+            first = order[starts[g]]
+            a, b, c = home[first, 0] + u, home[first, 1] + v, home[first, 2] + w
+            if a < 0 or b < 0 or c < 0 or a >= nx or b >= ny or c >= nz:
+                continue
+            known = nearest[a, b, c]
+            if least > known:
+                continue
+            x, y = low[0] + (a + 0.5) * width, low[1] + (b + 0.5) * width
+            z = low[2] + (c + 0.5) * width
+            off_x = max(max(boxes[g, 0] - x, x - boxes[g, 3]), 0.0)
+            off_y = max(max(boxes[g, 1] - y, y - boxes[g, 4]), 0.0)
+            off_z = max(max(boxes[g, 2] - z, z - boxes[g, 5]), 0.0)
+            bound = min(known, reach) + boxes[g, 6]
+            if off_x * off_x + off_y * off_y + off_z * off_z > bound * bound:
+                continue
+            for at in range(starts[g], starts[g + 1]):
+                n = order[at]
+                dx, dy, dz = x - position[n, 0], y - position[n, 1], z - position[n, 2]
+                away = np.sqrt(dx * dx + dy * dy + dz * dz) - radius[n]
+                if away < known and away <= reach:
+                    known = away
+            nearest[a, b, c] = known
 
 
 @borrowing

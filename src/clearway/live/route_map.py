@@ -169,7 +169,7 @@ class RouteMap:
         """Whether cells moved aside by so many would no longer hold something that stands."""
         stands = self._nearest < self._barred_m
         kept = _moved(stands, by * (1, 1, 0), self._shape, False)
-        return np.count_nonzero(kept) < np.count_nonzero(stands)
+        return int(np.count_nonzero(kept)) < int(np.count_nonzero(stands))
 
     def _of_map(self, low: IntArray) -> FloatArray:
         """Distance of cells' centres to what the map shows."""
