@@ -66,7 +66,7 @@ def kept_up(knowledge: Knowledge, state: State, now_s: float) -> Progress:
     free, routes, progress = knowledge.sensing.free_space, knowledge.route_map, knowledge.progress
     if free is None or routes is None or progress.stuck_m is not None:
         return progress
-    if now_s - progress.planned_s <= EARLY * MAPPED * _turn(knowledge)[1]:
+    if now_s - progress.planned_s <= EARLY * MAPPED * full_circle(knowledge)[1]:
         return progress
     _take_in(knowledge, routes, free.seen, state)
     return replace(progress, planned_s=now_s)
@@ -103,7 +103,7 @@ def _through_seen(
     for after so many full circles' time without progress."""
     progress, planner, routes = knowledge.progress, knowledge.planner, knowledge.route_map
     assert routes is not None  # There is one where there is seen space.
-    radius, turn_s = _turn(knowledge)
+    radius, turn_s = full_circle(knowledge)
     since_s = now_s - progress.planned_s
     goal = knowledge.mission.goals_m[progress.goal]
     distance = float(np.linalg.norm(goal - state.position_m))
@@ -118,7 +118,8 @@ def _through_seen(
     _take_in(knowledge, routes, seen, state)
     flown: tuple[FloatArray, ...] = ()
     if progress.stuck_m is not None and not progress.closed:
-        routes.came_nearer(state.position_m, planner.speed_mps * since_s)
+        if not routes.came_nearer(state.position_m, planner.speed_mps * since_s):
+            progress = replace(progress, in_vain_s=progress.in_vain_s + since_s)
         flown = (*progress.detour, goal)
     route = seen_route(routes.cells(), state.position_m, goal, flown)
     routes.aim(route.begins_m)
@@ -171,7 +172,7 @@ def _take_in(knowledge: Knowledge, routes: RouteMap, seen: SeenSpace, state: Sta
     routes.take(seen, sensing.remembered, state.position_m, sensing.memory_reach_m)
 
 
-def _turn(knowledge: Knowledge) -> tuple[float, float]:
+def full_circle(knowledge: Knowledge) -> tuple[float, float]:
     """Turning radius, 0 where the vehicle turns on the spot, and the time of a full circle."""
     automaton = knowledge.planner.automaton
     radius = turning_room_m(automaton)

@@ -135,6 +135,9 @@ class Progress:
     """Detours begun so far."""
     stuck_m: float | None = None
     """Distance to the goal at which going straight for it came to nothing; None before."""
+    in_vain_s: float = 0.0
+    """For how long what was flown led neither nearer to the goal nor along a way to it, since it
+    last came nearer."""
     planned_s: float = -np.inf
     """When the present detour was found, or what was seen was taken in last."""
     closed: bool = False
@@ -202,7 +205,7 @@ def advanced(
         passed = _passed(mission, progress.goal, position_m, counts)
         if distance > mission.reach_radius_m and not passed:
             if distance < progress.nearest_m - 0.1 * mission.reach_radius_m:
-                return replace(progress, nearest_m=distance, nearest_s=time_s)
+                return replace(progress, nearest_m=distance, nearest_s=time_s, in_vain_s=0.0)
             return progress
         progress = replace(
             progress,
@@ -210,6 +213,7 @@ def advanced(
             reached_s=(*progress.reached_s, time_s),
             nearest_m=np.inf,
             nearest_s=time_s,
+            in_vain_s=0.0,
             detour=(),
             stuck_m=None,
             closed=False,

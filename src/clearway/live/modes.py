@@ -56,6 +56,8 @@ class ModeFacts(NamedTuple):
     mission: Mission
     unseen_s: float | None = None
     """For how long no sensor has told anything; None while one does, and before any has."""
+    bold: bool = False
+    """Whether ways out, insisted on before, are asked for no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +93,8 @@ def _escape(facts: ModeFacts) -> str:
 
 def _narrow(facts: ModeFacts) -> str:
     decision = facts.decision
+    if facts.bold:
+        return "ways that leave a way out come to nothing: what nobody has seen counts as free"
     if not decision.goes_narrow:
         return ""
     return f"no room to turn after {', '.join(decision.no_way_out)}: no guarantee, as allowed"

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from clearway.avoidance.costs import price_of
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
@@ -47,6 +48,8 @@ class EscapePlan:
     asked: str
     flown: str
     why: str
+    insists: bool = False
+    """With `known`: whether ways out through seen space are insisted on while these lead on."""
     within: int | None = None
     """After how many movements one is there where nothing stands in the way; None if not known."""
     start_free_m: float | None = field(default=None, repr=False)
@@ -111,7 +114,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
         )
     if asked == Escape.KNOWN:
-        return EscapePlan(asked, asked, "what nobody has seen counts as free: no guarantee")
+        return _known(planner, sensors)
     unmapped = "no map is declared complete; " if asked == Escape.MAPPED else ""
     if not sensors:
         return EscapePlan(
@@ -137,10 +140,23 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             Escape.STRICT,
             f"{unmapped}every decision keeps a way out through space seen to be free, "
             f"{first}{_over_drift(planner)}{more}",
-            after,
-            start_free_m,
+            within=after,
+            start_free_m=start_free_m,
         )
     return EscapePlan(asked, Escape.KNOWN, unmapped + _what_lacks(planner, library, sensors))
+
+
+def _known(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
+    """Where what nobody has seen may count as free; what can stop, and who pays nothing for want of
+    room, insists on no more than that."""
+    strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
+    seen = _escape_plan(strict, sensors)
+    unsure = "what nobody has seen counts as free: no guarantee"
+    free = price_of(planner.prices.no_room) == 0.0
+    if seen.flown != Escape.STRICT or planner.automaton.can_stop or free:
+        return EscapePlan(Escape.KNOWN, Escape.KNOWN, unsure)
+    why = f"through space seen to be free while these lead on; where they do not, {unsure}"
+    return replace(seen, asked=Escape.KNOWN, flown=Escape.KNOWN, why=why, insists=True)
 
 
 def _by_map(planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray) -> EscapePlan:

@@ -21,6 +21,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture, traffic_picture
+from clearway.live.boldness import Insistence
 from clearway.live.danger import endangered
 from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
 from clearway.live.flight_decision import FlightDecision
@@ -106,6 +107,7 @@ class AvoidanceSystem:
             follow_movers=follow_movers,
         )
         self.counts = self._known.counts
+        self._insistence = Insistence(planner) if self.escape.insists else None
         self._detour = detour
         self._tracker = tracker
         self._address = address
@@ -274,11 +276,13 @@ class AvoidanceSystem:
         Raises ClearwayError if no own state has come yet.
         """
         now = self._known.catch_up(now_s)
+        insistence = self._insistence
+        planner = insistence.decides(self._known, now) if insistence else self.planner
         situation, scan_age = self._situation(now)
         commitment = self._plan.commitment(now, self.escape.within)
         if self.progress.closed:
             commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
-        decision = decide(self.planner, situation, commitment)
+        decision = decide(planner, situation, commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
         return self._adopt(decision, now, now_s, scan_age, picture)
@@ -310,7 +314,8 @@ class AvoidanceSystem:
         self._known.flown.then(self._plan.buffer)
         self._known.news, self._known.unchecked = "", False
         unseen_s = self._known.sensing.unseen_s(now)
-        facts = ModeFacts(decision, self.progress, self.mission, unseen_s)
+        bold = self._insistence is not None and self._insistence.bold
+        facts = ModeFacts(decision, self.progress, self.mission, unseen_s, bold)
         self._mode = mode_after(self._mode, facts)
         fresh: Counter[str] = Counter()
         if dict.__ne__(self.counts, self._told):

@@ -1,0 +1,74 @@
+"""With `escape = "known"`: for how long ways out through seen space are insisted on.
+
+While the goal comes nearer, or might, ways out lead through what was seen to be free, as with
+`strict`. Where it has not come nearer for some full circles' time, what nobody has seen counts as
+free and no way out is asked for, until the goal is reached or that has come to nothing as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.way_out import Escape
+from clearway.live.dead_end import full_circle
+from clearway.live.knowledge import Knowledge
+from clearway.live.mission import Progress
+
+PATIENCE, LONGEST = 1.5, 10.0
+"""Full circles' time in vain after which the other way is tried, and without the goal coming nearer
+though ways to it did."""
+
+
+@dataclass(frozen=True, slots=True)
+class Boldness:
+    """Whether ways out are insisted on no more, since when, and for which goal."""
+
+    bold: bool = False
+    since_s: float = 0.0
+    goal: int = 0
+
+    def after(self, progress: Progress, now_s: float, turn_s: float) -> Boldness:
+        """At a moment; turn_s: time of a full circle."""
+        if progress.goal != self.goal:
+            return Boldness(since_s=now_s, goal=progress.goal)
+        idle_s = now_s - max(progress.nearest_s, self.since_s)
+        if progress.in_vain_s <= PATIENCE * turn_s and idle_s <= LONGEST * turn_s:
+            return self
+        return Boldness(not self.bold, now_s, self.goal)
+
+
+class Insistence:
+    """Who decides from moment to moment: a planner that insists, or one that does not."""
+
+    def __init__(self, planner: Planner) -> None:
+        settings = planner.settings
+        self._careful = replace(planner, settings=replace(settings, escape=Escape.STRICT))
+        self._bold = replace(planner, settings=replace(settings, escape=Escape.OFF))
+        self._now = Boldness()
+
+    @property
+    def bold(self) -> bool:
+        """Whether ways out are insisted on no more."""
+        return self._now.bold
+
+    def decides(self, knowledge: Knowledge, now_s: float) -> Planner:
+        """Who does at a moment; where that changes, the goal is gone straight for once more."""
+        before, (_, turn_s) = self._now, full_circle(knowledge)
+        self._now = before.after(knowledge.progress, now_s, turn_s)
+        if self.bold != before.bold:
+            progress = knowledge.progress
+            knowledge.progress = replace(
+                progress,
+                stuck_m=None,
+                detour=(),
+                planned_s=now_s,
+                nearest_m=np.inf,
+                nearest_s=now_s,
+                in_vain_s=0.0,
+            )
+            assert knowledge.route_map is not None  # Seen space is kept where ways out need it.
+            knowledge.route_map.try_all_again(narrow=self.bold)
+        return self._bold if self.bold else self._careful
