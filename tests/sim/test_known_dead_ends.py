@@ -23,11 +23,12 @@ def flown(label: str, seed: int) -> Run:
     return case.setup.fly_with("clearway")
 
 
-@pytest.mark.parametrize("label", ["caves-narrow", "rooms-wide"])
+@pytest.mark.parametrize("label", ["caves-narrow", "rooms-wide", "u-shapes-narrow"])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_dead_end_without_room_is_passed_by_and_a_room_is_left(label: str, seed: int) -> None:
     """Of the caves all four were flown into, and of the rooms one left, while room to circle cost
-    little and ways were not sought in what was seen."""
+    little and ways were not sought in what was seen; of the U shapes, in which the flight begins,
+    half were left while no way out through seen space was insisted on."""
     run = flown(label, seed)
     assert run.reached, repr(run)
     assert run.metrics.margin_violations == 0

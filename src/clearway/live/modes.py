@@ -57,7 +57,7 @@ class ModeFacts(NamedTuple):
     unseen_s: float | None = None
     """For how long no sensor has told anything; None while one does, and before any has."""
     bold: bool = False
-    """Whether ways out, insisted on before, are asked for no more."""
+    """Whether ways out that were insisted on are asked for no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ def _escape(facts: ModeFacts) -> str:
 def _narrow(facts: ModeFacts) -> str:
     decision = facts.decision
     if facts.bold:
-        return "ways that leave a way out come to nothing: what nobody has seen counts as free"
+        return "ways that leave a way out come to nothing: no guarantee, as allowed"
     if not decision.goes_narrow:
         return ""
     return f"no room to turn after {', '.join(decision.no_way_out)}: no guarantee, as allowed"
@@ -120,7 +120,7 @@ def _navigation(_facts: ModeFacts) -> str:
 
 GUARDS = (
     Guard(Mode.EMERGENCY, "nothing verified keeps the margin, no way out is in hand", _emergency),
-    Guard(Mode.NARROW, "no room to turn is left, as the mission allows", _narrow),
+    Guard(Mode.NARROW, "what leaves no way out is flown, as the mission allows", _narrow),
     Guard(Mode.ESCAPE, "the way out is flown: nothing else leaves one", _escape),
     Guard(Mode.HOLD, "no way leads to the goal as far as is seen, or nothing is seen", _hold),
     Guard(Mode.LANDING, "the last waypoint is behind", _landing),

@@ -1,0 +1,120 @@
+"""Where what nobody has seen may count as free: ways out are insisted on while these lead on."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearway.avoidance.costs import Prices
+from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.live.boldness import LONGEST, PATIENCE, Boldness
+from clearway.live.mission import Mode, Progress
+from clearway.live.preflight import escape_plan
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach import ReachLibrary
+from clearway.sim import Run
+from clearway.vehicle.automaton import MovementAutomaton
+from worlds_for_tests import GRID, LIDAR, flown, mission, planner
+
+TURN_S = 24.0
+STREET = ObstacleMap(
+    [Obstacle.cuboid([32.0, side * 102.5, 0.0], (24.0, 200.0, 200.0)) for side in (-1.0, 1.0)]
+)
+"""5 m wide and 24 m long, the only way through: a turn takes 7.6 m, and what is seen is 10 m."""
+CLOSED = ObstacleMap([*STREET.obstacles, Obstacle.cuboid([44.5, 0.0, 0.0], (1.0, 5.0, 200.0))])
+BEYOND = mission((60.0, 0.0, 0.0))
+
+
+@cache
+def through_the_street() -> Run:
+    return flown(STREET, BEYOND, settings={"escape": "known"}, time_limit_s=360.0)
+
+
+def test_the_only_way_is_flown_once_others_have_come_to_nothing() -> None:
+    run = through_the_street()
+    assert run.reached
+    assert run.metrics.margin_violations == 0
+    inside = run.time_s[(run.states[:, 0] > 25.0) & (run.states[:, 0] < 32.0)]
+    assert inside[0] > PATIENCE * TURN_S
+    assert any(
+        begin <= inside[0] and inside[-1] <= end for begin, end in run.summary()["no_guarantee_s"]
+    )
+
+
+def test_it_is_told_from_when_on_there_is_no_guarantee() -> None:
+    flights = [entry.flight for entry in through_the_street().decisions]
+    bold = [flight for flight in flights if flight.mode is Mode.NARROW]
+    assert bold
+    for flight in bold:
+        assert flight.decision.way_out is None
+        assert "no guarantee" in flight.mode_state.why
+    assert "come to nothing" in bold[0].mode_state.transition
+    before = [flight for flight in flights if flight.time_s < bold[0].time_s]
+    assert all(flight.decision.way_out is not None for flight in before[1:])
+
+
+def test_what_cannot_be_left_is_not_entered_while_there_is_patience() -> None:
+    """The street is closed after 20 m: whoever flew in at once would never come out again."""
+    run = flown(CLOSED, BEYOND, settings={"escape": "known"}, time_limit_s=PATIENCE * TURN_S)
+    assert run.metrics.margin_violations == 0
+    assert run.states[:, 0].max() < 25.0
+
+
+# Who insists --------------------------------------------------------------------------------
+
+
+def test_ways_out_are_insisted_on_where_sensors_see_enough() -> None:
+    plan = escape_plan(planner(escape="known"), [LIDAR])
+    assert (plan.asked, plan.flown, plan.insists) == ("known", "known", True)
+    assert "while these lead on" in plan.why
+    assert not escape_plan(planner(escape="known"), []).insists
+    assert not escape_plan(planner(escape="strict"), [LIDAR]).insists
+    assert not escape_plan(planner(escape="off"), [LIDAR]).insists
+
+
+def test_who_pays_nothing_for_want_of_room_or_can_stop_does_not() -> None:
+    assert not escape_plan(planner(escape="known", prices=Prices(no_room=0.0)), [LIDAR]).insists
+    copter = ReachLibrary.load_or_build(MovementAutomaton.multirotor(speed_mps=1.0), GRID)
+    hovers = Planner.of(copter, AvoidanceSettings(escape="known"))
+    assert not escape_plan(hovers, [LIDAR]).insists
+
+
+# For how long -------------------------------------------------------------------------------
+
+
+def test_it_is_insisted_on_while_the_goal_or_a_way_to_it_comes_nearer() -> None:
+    careful = Boldness()
+    assert careful.after(Progress(nearest_s=900.0), 910.0, TURN_S) == careful
+    on_a_way = Progress(nearest_s=0.0, in_vain_s=PATIENCE * TURN_S)
+    assert careful.after(on_a_way, LONGEST * TURN_S, TURN_S) == careful
+    assert careful.after(on_a_way, LONGEST * TURN_S + 1.0, TURN_S).bold
+
+
+def test_each_way_is_given_up_for_the_other_in_the_end_and_a_new_goal_begins_anew() -> None:
+    in_vain = Progress(in_vain_s=PATIENCE * TURN_S + 1.0)
+    bold = Boldness().after(in_vain, 100.0, TURN_S)
+    assert bold == Boldness(bold=True, since_s=100.0)
+    assert not bold.after(in_vain, 200.0, TURN_S).bold
+    assert bold.after(Progress(goal=1), 101.0, TURN_S) == Boldness(since_s=101.0, goal=1)
+
+
+@given(
+    in_vain_s=st.floats(0.0, 1e4),
+    idle_s=st.floats(0.0, 1e4),
+    since_s=st.floats(0.0, 1e4),
+    bold=st.booleans(),
+)
+def test_neither_is_given_up_before_its_time(
+    in_vain_s: float, idle_s: float, since_s: float, bold: bool
+) -> None:
+    now = 2e4
+    before = Boldness(bold, since_s)
+    after = before.after(Progress(nearest_s=now - idle_s, in_vain_s=in_vain_s), now, TURN_S)
+    idle_s = min(idle_s, now - since_s)
+    if in_vain_s <= PATIENCE * TURN_S and idle_s < LONGEST * TURN_S - 1e-6:
+        assert after == before
+    if in_vain_s > PATIENCE * TURN_S or idle_s > LONGEST * TURN_S + 1e-6:
+        assert after == Boldness(not bold, now)
