@@ -31,7 +31,8 @@ class Escape(StrEnum):
     MAPPED = "mapped"
     """As strict, but where a map is declared complete nothing needs to be seen."""
     KNOWN = "known"
-    """It keeps clear of what is known; what nobody has seen counts as free."""
+    """It keeps clear of what is known; what nobody has seen counts as free. A flight whose sensors
+    see enough is strict first, until that leads no further (`live.boldness`)."""
     OFF = "off"
     """None is asked for."""
 

@@ -48,7 +48,7 @@ class EscapePlan:
     asked: str
     flown: str
     why: str
-    insists: bool = False
+    insists: bool = field(default=False, repr=False)
     """With `known`: whether ways out through seen space are insisted on while these lead on."""
     within: int | None = None
     """After how many movements one is there where nothing stands in the way; None if not known."""

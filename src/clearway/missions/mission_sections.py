@@ -176,8 +176,9 @@ class SafetySection(Section):
     escape: Literal["strict", "mapped", "known", "off"] = "strict"
     """What must be known of the way out that every decision holds in hand. strict: it leads through
     space that was seen to be free; mapped: or where a map is declared complete (`map.complete`);
-    known: what is unseen is free, without guarantee; off: none is asked for. Where sensors see too
-    little for strict, known is flown, and said before take-off; see [safety.md](safety.md)."""
+    known: the same while that leads on, then what is unseen is free, without guarantee; off: none
+    is asked for. Where sensors see too little for strict, known is flown, what is unseen being free
+    throughout, and said before take-off; see [safety.md](safety.md)."""
     narrow: Literal["refuse", "allow"] = "refuse"
     """Places in which the vehicle cannot turn. refuse: they are entered only where a way out leads
     on through them; allow: they are flown through without one, as far as they are seen, where every
