@@ -9,11 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.way_out import Escape
-from clearway.live.dead_end import full_circle
+from clearway.live.dead_end import full_circle, straight_again
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Progress
 
@@ -59,16 +57,7 @@ class Insistence:
         before, (_, turn_s) = self._now, full_circle(knowledge)
         self._now = before.after(knowledge.progress, now_s, turn_s)
         if self.bold != before.bold:
-            progress = knowledge.progress
-            knowledge.progress = replace(
-                progress,
-                stuck_m=None,
-                detour=(),
-                planned_s=now_s,
-                nearest_m=np.inf,
-                nearest_s=now_s,
-                in_vain_s=0.0,
-            )
+            knowledge.progress = straight_again(knowledge.progress, now_s)
             assert knowledge.route_map is not None  # Seen space is kept where ways out need it.
             knowledge.route_map.try_all_again(narrow=self.bold)
         return self._bold if self.bold else self._careful

@@ -13,6 +13,7 @@ from clearway.live.detour import known_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
 from clearway.live.route_map import RouteMap, turning_room_m
+from clearway.live.run_up import run_up
 from clearway.live.seen_route import SeenRoute, seen_route
 from clearway.sensors.seen_space import SeenSpace
 
@@ -30,6 +31,9 @@ STAYS, TRIES = 4.0, 2.0
 """Full circles' time for which who has no way stays in a place that is known to be safe, and then
 tries ways once more; after each such time it stays twice as long, since flying about is never as
 safe."""
+MISSED, CIRCLED, RUN_UP = 2.0, 1.5, 2.0
+"""Turning radii within which a goal that does not come nearer is circled; and full circles' time
+after which it is come to from elsewhere, and after which a way there has come to nothing."""
 STRAIGHT = 1.25
 """Length of a way, in straight ones to the goal, that needs no corners."""
 STANDING_TURN = 12.0
@@ -113,6 +117,13 @@ def _through_seen(
             _take_in(knowledge, routes, seen, state)
             progress = replace(progress, planned_s=now_s)
         return progress
+    if progress.runs_up:
+        if not progress.detour:
+            return straight_again(progress, now_s)
+        if since_s < RUN_UP * turn_s:
+            return progress
+        in_vain_s = progress.in_vain_s + since_s
+        progress = replace(progress, runs_up=False, detour=(), in_vain_s=in_vain_s)
     if progress.stuck_m is not None and since_s < RENEWED * turn_s:
         return progress
     _take_in(knowledge, routes, seen, state)
@@ -121,6 +132,11 @@ def _through_seen(
         if not routes.came_nearer(state.position_m, planner.speed_mps * since_s):
             progress = replace(progress, in_vain_s=progress.in_vain_s + since_s)
         flown = (*progress.detour, goal)
+    missed = progress.stuck_m is not None and distance < MISSED * radius
+    if missed and now_s - progress.nearest_s > CIRCLED * turn_s:
+        away = _run_up(progress, routes, state, goal, radius)
+        if away is not None:
+            return replace(away, planned_s=now_s)
     route = seen_route(routes.cells(), state.position_m, goal, flown)
     routes.aim(route.begins_m)
     stuck_m = min(progress.nearest_m, distance) if progress.stuck_m is None else progress.stuck_m
@@ -146,6 +162,37 @@ def _through_seen(
     if planner.settings.escape == Escape.KNOWN:
         return progress  # Nowhere is known to be safe to stay in.
     return _closed_or_not(progress, route, now_s, turn_s, turn_s * planner.speed_mps)
+
+
+def _run_up(
+    progress: Progress, routes: RouteMap, state: State, goal_m: FloatArray, radius: float
+) -> Progress | None:
+    """Progress by way of where a goal that is circled can be come to from; None where that was not
+    seen, or no way leads there."""
+    cells = routes.cells()
+    begins = run_up(cells, state.position_m, goal_m, radius, routes.rooms_m[1])
+    if begins is None:
+        return None
+    routes.spend(begins)
+    way = seen_route(cells, state.position_m, begins)
+    if not way.reaches:
+        return None
+    corners = (*way.corners_m[:-1], begins)
+    return replace(progress, detour=corners, detours=progress.detours + 1, runs_up=True)
+
+
+def straight_again(progress: Progress, now_s: float) -> Progress:
+    """Progress straight for the goal, as if it had not been tried."""
+    return replace(
+        progress,
+        stuck_m=None,
+        detour=(),
+        runs_up=False,
+        planned_s=now_s,
+        nearest_m=np.inf,
+        nearest_s=now_s,
+        in_vain_s=0.0,
+    )
 
 
 def _closed_or_not(
@@ -191,6 +238,9 @@ def warm_up_ways(knowledge: Knowledge, state: State) -> None:
     _take_in(knowledge, routes, free.seen, state)
     routes.aim(state.position_m[None])
     routes.came_nearer(state.position_m, 1.0)
+    radius, _ = full_circle(knowledge)
+    run_up(routes.cells(), state.position_m, goal, radius, routes.rooms_m[1])
+    routes.spend(state.position_m)
     seen_route(routes.cells(), state.position_m, goal, (goal,))
 
 

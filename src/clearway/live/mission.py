@@ -138,6 +138,8 @@ class Progress:
     in_vain_s: float = 0.0
     """For how long what was flown led neither nearer to the goal nor along a way to it, since it
     last came nearer."""
+    runs_up: bool = False
+    """Whether the detour leads to where the goal, flown past before, is come to from."""
     planned_s: float = -np.inf
     """When the present detour was found, or what was seen was taken in last."""
     closed: bool = False

@@ -49,6 +49,8 @@ IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
 """Added to a metre's price for every time that a way there came no nearer to it."""
+SPENT = 3.0
+"""Cells about a place that was tried, for which that holds."""
 NEARER = 0.5
 """Share of what was flown that a way must come nearer to the place that it hangs on."""
 
@@ -223,6 +225,12 @@ class RouteMap:
         while high < layers - 1 and not free[high + 1]:
             high += 1
         return low, high
+
+    def spend(self, place_m: FloatArray) -> None:
+        """What begins at a place [3] has been tried: it costs more about there from now on."""
+        if self._low is not None:
+            cell = np.floor(place_m / self.width_m).astype(np.int64) - self._low
+            add_ball(self._in_vain, cell, SPENT, int(cell[2]), int(cell[2]), IN_VAIN)
 
     def try_all_again(self, *, narrow: bool) -> None:
         """Forget what came to nothing: who flies otherwise from now on may come through there."""
