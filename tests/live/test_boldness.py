@@ -75,6 +75,14 @@ def test_ways_out_are_insisted_on_where_sensors_see_enough() -> None:
     assert not escape_plan(planner(escape="off"), [LIDAR]).insists
 
 
+def test_a_guardian_never_insists_and_says_so() -> None:
+    plan = escape_plan(planner(escape="known"), [LIDAR]).unseen_is_free()
+    assert not plan.insists
+    assert plan.why == "what nobody has seen counts as free: no guarantee"
+    strict = escape_plan(planner(escape="strict"), [LIDAR])
+    assert strict.unseen_is_free() is strict
+
+
 def test_who_pays_nothing_for_want_of_room_or_can_stop_does_not() -> None:
     assert not escape_plan(planner(escape="known", prices=Prices(no_room=0.0)), [LIDAR]).insists
     copter = ReachLibrary.load_or_build(MovementAutomaton.multirotor(speed_mps=1.0), GRID)

@@ -38,6 +38,7 @@ SETTLED = 6
 WIDER_START, START_STEPS = 3.0, 32
 """In movements, how far about the start is declared free at most where less would leave a vehicle
 that can stop where it is for ever; and in how many steps that is tried."""
+UNSURE = "what nobody has seen counts as free: no guarantee"
 FARTHER = "sensors see the body's whole way only from farther on"
 
 
@@ -64,6 +65,10 @@ class EscapePlan:
         if start_free_m is not None:
             settings = replace(settings, start_free_m=start_free_m)
         return planner if settings is planner.settings else replace(planner, settings=settings)
+
+    def unseen_is_free(self) -> EscapePlan:
+        """For who never insists: what nobody has seen counts as free from the start."""
+        return replace(self, insists=False, why=UNSURE) if self.insists else self
 
     def __str__(self) -> str:
         flown = f'"{self.flown}"'
@@ -151,11 +156,10 @@ def _known(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
     room, insists on no more than that."""
     strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
     seen = _escape_plan(strict, sensors)
-    unsure = "what nobody has seen counts as free: no guarantee"
     free = price_of(planner.prices.no_room) == 0.0
     if seen.flown != Escape.STRICT or planner.automaton.can_stop or free:
-        return EscapePlan(Escape.KNOWN, Escape.KNOWN, unsure)
-    why = f"through space seen to be free while these lead on; where they do not, {unsure}"
+        return EscapePlan(Escape.KNOWN, Escape.KNOWN, UNSURE)
+    why = f"through space seen to be free while these lead on; where they do not, {UNSURE}"
     return replace(seen, asked=Escape.KNOWN, flown=Escape.KNOWN, why=why, insists=True)
 
 
