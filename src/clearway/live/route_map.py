@@ -49,6 +49,8 @@ IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
 """Added to a metre's price for every time that a way there came no nearer to it."""
+MOST_ROOM = 2.0
+"""Cells about a place beyond which more room says nothing of which side of a wall it is on."""
 SPENT = 3.0
 """Cells about a place that was tried, for which that holds."""
 NEARER = 0.5
@@ -128,7 +130,7 @@ class RouteMap:
             read_only(remembered.radius_m),
             np.asarray(low * self.width_m, dtype=np.float64),
             self.width_m,
-            self.rooms_m[1] + self.width_m,
+            max(self.rooms_m[1] + self.width_m, MOST_ROOM * self.width_m),
         )
         ticks = [
             (low[axis] + np.arange(count) + 0.5) * self.width_m - position_m[axis]

@@ -17,7 +17,7 @@ import numpy as np
 from clearway.base.arrays import IntArray
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.live.route_map import UNSEEN, Cells
+from clearway.live.route_map import MOST_ROOM, UNSEEN, Cells
 
 VERTICAL = 2.0
 """Price of a metre up or down."""
@@ -25,8 +25,6 @@ FLOWN = 0.75
 """Share of the price along the way that is being flown: another must be better by so much."""
 BARRED = 10.0
 """Price of a metre in what is barred, for a vehicle that is there."""
-MOST_ROOM = 2.0
-"""Cells about a place beyond which more room says nothing of which side of a wall it is on."""
 BEGINS = 2.0
 """Cells from the vehicle that a way cannot hang on."""
 
