@@ -59,5 +59,5 @@ class Insistence:
         if self.bold != before.bold:
             knowledge.progress = straight_again(knowledge.progress, now_s)
             assert knowledge.route_map is not None  # Seen space is kept where ways out need it.
-            knowledge.route_map.try_all_again(narrow=self.bold)
+            knowledge.route_map.try_all_again()
         return self._bold if self.bold else self._careful

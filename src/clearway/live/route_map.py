@@ -100,7 +100,7 @@ class RouteMap:
         *,
         narrow: bool = False,
     ) -> None:
-        self._narrow = narrow
+        self._no_room, self._hardly_room = NARROW if narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
         self._per_cell = COARSE if coarse else FINE
         self.width_m = float(self._per_cell * voxel_m)
@@ -234,9 +234,8 @@ class RouteMap:
             cell = np.floor(place_m / self.width_m).astype(np.int64) - self._low
             add_ball(self._in_vain, cell, SPENT, int(cell[2]), int(cell[2]), IN_VAIN)
 
-    def try_all_again(self, *, narrow: bool) -> None:
+    def try_all_again(self) -> None:
         """Forget what came to nothing: who flies otherwise from now on may come through there."""
-        self._narrow = narrow
         self._in_vain[...] = 0.0
 
     # --- prices ---------------------------------------------------------------------------
@@ -251,9 +250,8 @@ class RouteMap:
         stands = np.any(barred, axis=2, keepdims=True)
         coarse = self._per_cell == COARSE
         price[~self._seen & stands] = TALL if coarse else TALL_FINE
-        no_room, hardly_room = NARROW if self._narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
-        price[nearest < self.rooms_m[1]] *= no_room
-        price[nearest < self.rooms_m[0]] *= hardly_room / no_room
+        price[nearest < self.rooms_m[1]] *= self._no_room
+        price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
         price[barred] = np.inf
         return Cells(
