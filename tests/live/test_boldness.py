@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.avoidance.costs import Prices
 from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.base.state import State
+from clearway.live import AvoidanceSystem
 from clearway.live.boldness import LONGEST, PATIENCE, Boldness
 from clearway.live.mission import Mode, Progress
 from clearway.live.preflight import escape_plan
@@ -61,6 +65,16 @@ def test_what_cannot_be_left_is_not_entered_while_there_is_patience() -> None:
     run = flown(CLOSED, BEYOND, settings={"escape": "known"}, time_limit_s=PATIENCE * TURN_S)
     assert run.metrics.margin_violations == 0
     assert run.states[:, 0].max() < 25.0
+
+
+def test_a_new_goal_of_whoever_flies_begins_with_patience() -> None:
+    system = AvoidanceSystem(planner(escape="known"), BEYOND, [LIDAR])
+    system.update(State(np.zeros(3)))
+    system.decide(0.0)
+    system.progress = replace(system.progress, in_vain_s=LONGEST * TURN_S)
+    assert system.decide(1.0).mode is Mode.NARROW
+    system.fly_to(np.array([0.0, 40.0, 0.0]), 1.0)
+    assert system.decide(1.0).mode is not Mode.NARROW
 
 
 # Who insists --------------------------------------------------------------------------------

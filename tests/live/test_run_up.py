@@ -59,6 +59,15 @@ def test_where_no_such_place_is_known_there_is_none() -> None:
     assert found(told_of(street(-60.0, 60.0))) is None
 
 
+def test_a_goal_above_or_beyond_what_is_kept_has_none() -> None:
+    routes = told_of(np.zeros((0, 3)))
+    cells = routes.cells()
+    high_m = cells.low_m[2] + cells.width_m * cells.price.shape[2]
+    wide_m = cells.low_m[0] + cells.width_m * cells.price.shape[0]
+    for goal in ([0.0, 0.0, high_m + 3.0], [0.0, 0.0, cells.low_m[2] - 3.0], [wide_m + 9.0, 0, 0]):
+        assert run_up(cells, HERE, np.array(goal), RADIUS_M, routes.rooms_m[1]) is None
+
+
 def test_a_place_that_was_tried_gives_way_to_another() -> None:
     routes = told_of(street(-16.0, 15.0))
     first = found(routes)

@@ -133,7 +133,7 @@ def _through_seen(
             progress = replace(progress, in_vain_s=progress.in_vain_s + since_s)
         flown = (*progress.detour, goal)
     missed = progress.stuck_m is not None and distance < MISSED * radius
-    if missed and now_s - progress.nearest_s > CIRCLED * turn_s:
+    if missed and not progress.closed and now_s - progress.nearest_s > CIRCLED * turn_s:
         away = _run_up(progress, routes, state, goal, radius)
         if away is not None:
             return replace(away, planned_s=now_s)

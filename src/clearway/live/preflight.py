@@ -49,13 +49,13 @@ class EscapePlan:
     asked: str
     flown: str
     why: str
-    insists: bool = field(default=False, repr=False)
-    """With `known`: whether ways out through seen space are insisted on while these lead on."""
     within: int | None = None
     """After how many movements one is there where nothing stands in the way; None if not known."""
     start_free_m: float | None = field(default=None, repr=False)
     """Radius of the ball about the start that counts as free, where more is needed than a
     movement's length; None for what was asked for."""
+    insists: bool = field(default=False, repr=False)
+    """With `known`: whether ways out through seen space are insisted on while these lead on."""
 
     def flown_by(self, planner: Planner) -> Planner:
         """A planner that flies so."""

@@ -74,10 +74,13 @@ def _run_up(
 
 @compiled
 def _leads_to(price: FloatArray, start: FloatArray, goal: FloatArray) -> bool:
-    """Whether the straight line between two places is passable."""
+    """Whether the straight line between two places is passable, as far as there are cells."""
     steps = int(np.ceil(2.0 * np.sqrt(np.sum((goal - start) ** 2))))
     for s in range(steps):
         at = start + (goal - start) * (s / steps)
+        for axis in range(3):
+            if not 0.0 <= at[axis] < price.shape[axis]:
+                return False
         if not price[int(at[0]), int(at[1]), int(at[2])] <= PASSABLE:
             return False
     return True

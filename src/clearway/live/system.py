@@ -347,6 +347,7 @@ class AvoidanceSystem:
             "a new goal", known.own_states.latest, place_m.reshape(-1, 3), radius
         )
         known.progress = Progress(nearest_s=known.clock.own(now_s))
+        self._insistence = Insistence(self.planner) if self.escape.insists else None
         self.leave_plan()
 
     # --- what to fly ----------------------------------------------------------------------
