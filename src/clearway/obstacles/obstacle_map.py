@@ -15,10 +15,10 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Obstacle, Shapes, shapes_of
+from clearway.obstacles.rays import cast_rays
 from clearway.obstacles.tree import (
     BoxTree,
     build_box_tree,
-    cast_rays,
     nearest_obstacles,
     obstacles_within,
 )

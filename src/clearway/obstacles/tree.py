@@ -14,7 +14,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import distance_beyond, ray_rounded_box
+from clearway.obstacles.rounded_box import distance_beyond
 
 LEAF_SIZE = 4
 
@@ -125,58 +125,3 @@ def nearest_obstacles(
                     nearest[p] = n
             node += 1
     return distances, nearest
-
-
-@borrowing
-def _box_entry(
-    origin: FloatArray, ux: float, uy: float, uz: float, tree: BoxTree, node: int
-) -> float:
-    """Where a ray enters a node's box; 0 inside, infinite if it misses."""
-    enter, leave = 0.0, np.inf
-    for axis in range(3):
-        u = ux if axis == 0 else (uy if axis == 1 else uz)
-        below = tree.low_m[node, axis] - origin[axis]
-        above = tree.high_m[node, axis] - origin[axis]
-        if u == 0.0:
-            if below > 0.0 or above < 0.0:
-                return np.inf
-            continue
-        enter = max(enter, min(below / u, above / u))
-        leave = min(leave, max(below / u, above / u))
-    return enter if enter <= leave else np.inf
-
-
-@compiled
-def cast_rays(
-    origin: FloatArray, directions: FloatArray, max_range: float, shapes: Shapes, tree: BoxTree
-) -> FloatArray:
-    """Distance [n] from an origin along unit directions [n, 3] to an obstacle; infinite: none."""
-    x, y, z = origin[0], origin[1], origin[2]
-    ranges = np.full(len(directions), np.inf)
-    for b in range(len(directions)):
-        ux, uy, uz = directions[b, 0], directions[b, 1], directions[b, 2]
-        best = max_range
-        node = 0
-        while node < len(tree.skip):
-            if _box_entry(origin, ux, uy, uz, tree, node) > best:
-                node = tree.skip[node]
-                continue
-            for m in range(tree.first[node], tree.first[node + 1]):
-                n = tree.members[m]
-                entry = ray_rounded_box(
-                    x,
-                    y,
-                    z,
-                    ux,
-                    uy,
-                    uz,
-                    shapes.center_m[n],
-                    shapes.rotation[n],
-                    shapes.half_m[n],
-                    shapes.radius_m[n],
-                )
-                if entry <= best:
-                    best = entry
-                    ranges[b] = entry
-            node += 1
-    return ranges

@@ -6,10 +6,13 @@ from typing import Protocol
 
 import numpy as np
 
+from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.obstacles.world import World
 from clearway.sensors.lidar import Lidar, Scan
+
+NO_DRAWS = np.empty(0)
 
 
 def sensor_pose(lidar: Lidar, state: State) -> tuple[FloatArray, FloatArray]:
@@ -51,15 +54,53 @@ def simulate_scan(
     rotation, origin = sensor_pose(lidar, state)
     directions = np.ascontiguousarray(pattern.directions @ rotation.T)
     ranges = world.cast(origin, directions, pattern.max_range_m)
-    if lidar.sigma_m > 0.0:
-        ranges = ranges + rng.normal(0.0, lidar.sigma_m, pattern.beams)
-    returned = (
-        np.isfinite(ranges)
-        & (ranges > 0.0)
-        & (ranges >= pattern.min_range_m)
-        & (ranges <= pattern.max_range_m)
+    # Beams that meet nothing have their draws too: the same seed, the same noise.
+    noise = rng.standard_normal(pattern.beams) if lidar.sigma_m > 0.0 else NO_DRAWS
+    luck = rng.random(pattern.beams) if lidar.dropout > 0.0 else NO_DRAWS
+    points = _returns(
+        pattern.directions,
+        read_only(ranges),
+        (float(pattern.min_range_m), float(pattern.max_range_m)),
+        noise,
+        float(lidar.sigma_m),
+        luck,
+        float(lidar.dropout),
     )
-    if lidar.dropout > 0.0:
-        returned &= rng.random(pattern.beams) >= lidar.dropout
-    points = ranges[returned, None] * pattern.directions[returned]
     return Scan(points, state.time_s, lidar.name)
+
+
+@compiled
+def _returns(
+    directions: FloatArray,
+    ranges: FloatArray,
+    limits: tuple[float, float],
+    noise: FloatArray,
+    sigma: float,
+    luck: FloatArray,
+    dropout: float,
+) -> FloatArray:
+    """Points [returns, 3] of the beams [beams] that come back from a range between two limits.
+
+    noise, luck: standard normal and uniform draws of all beams, none where they do not count.
+    """
+    least, farthest = limits
+    measured = np.empty(len(ranges))
+    beams = np.empty(len(ranges), dtype=np.int64)
+    count = 0
+    for beam in range(len(ranges)):
+        far = ranges[beam]
+        if not np.isfinite(far):
+            continue
+        if len(noise):
+            far += sigma * noise[beam]
+        if not (far > 0.0 and least <= far <= farthest):
+            continue
+        if len(luck) and luck[beam] < dropout:
+            continue
+        measured[count], beams[count] = far, beam
+        count += 1
+    points = np.empty((count, 3))
+    for n in range(count):
+        for axis in range(3):
+            points[n, axis] = measured[n] * directions[beams[n], axis]
+    return points
