@@ -1,11 +1,15 @@
 """Mission control: order of waypoints, reach radius, no-progress rule."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from clearway.base.errors import InputError
 from clearway.base.state import State
-from clearway.live.mission import Mission, Progress, advanced, detoured, stuck
+from clearway.live.mission import Mission, Progress, advanced, detoured, news_in_m, stuck
 
 START = State(np.zeros(3))
 MISSION = Mission("test", START, np.array([[10.0, 0, 0], [10.0, 10.0, 0]]), 1.0)
@@ -19,6 +23,39 @@ def test_waypoints_are_reached_in_order():
     progress = advanced(MISSION, progress, np.array([10.0, 9.0, 0.0]), 3.0)
     assert progress.done(MISSION)
     assert progress.waypoints_reached(MISSION) == 2
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-1.5, 1.5)] * 3), min_size=1, max_size=60),
+    st.sampled_from([None, 0.5, 4.0]),
+    st.booleans(),
+)
+def test_no_news_before_it_is_said_to_come(steps, pass_within_m, level):
+    """Whoever asks only where there may be news hears all there is."""
+    mission = Mission(
+        "by",
+        START,
+        np.array([[4.0, 0, 0], [4.0, 4.0, 1.0], [0, 0, 0]]),
+        pass_within_m=pass_within_m,
+    )
+    always = seldom = Progress()
+    place, ahead_m = np.zeros(3), 0.0
+    for now, step in enumerate(np.array(steps)):
+        place = place + step
+        ahead_m -= float(np.linalg.norm(step))
+        always = advanced(mission, always, place, float(now), stays_level=level)
+        if ahead_m <= 1e-9:
+            seldom = advanced(mission, seldom, place, float(now), stays_level=level)
+            ahead_m = news_in_m(mission, seldom, place, stays_level=level)
+        assert vars(seldom) == vars(always)
+
+
+def test_coming_nearer_changes_nothing_else():
+    before = Progress(goal=1, reached_s=(2.0,), detours=3, stuck_m=9.0, in_vain_s=4.0, tried=2)
+    nearer = advanced(MISSION, before, np.array([10.0, 4.0, 0.0]), 7.0)
+    expected = replace(before, nearest_m=6.0, nearest_s=7.0, in_vain_s=0.0)
+    assert type(nearer) is Progress
+    assert vars(nearer) == vars(expected)
 
 
 def test_a_start_on_the_first_waypoint_reaches_it_at_once():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.metrics import intruder_distances
-from clearway.sim.swept import swept_distance_m
+from clearway.sim.swept import swept_distance_m, touches
 from in_process import clearway
 
 TUNNEL = """
@@ -37,6 +37,22 @@ def test_a_wall_between_two_samples_is_touched():
     distance = swept_distance_m(wall, track, 0.25)
     assert distance[1] <= 0.0
     assert distance[2] == pytest.approx(0.3495, abs=1e-6)
+
+
+@given(
+    st.tuples(*[st.floats(-3, 3)] * 3),
+    st.tuples(*[st.floats(-3, 3)] * 3),
+    st.floats(0.001, 1.5),
+    st.sampled_from([0.0, 0.002, 0.3]),
+)
+def test_a_step_touches_where_its_least_distance_says_so(start, end, radius, thin):
+    world = ObstacleMap(
+        [Obstacle.ball([0.2, 0, 0], radius), Obstacle.cuboid([1, 0, 0], (thin + 0.001, 4, 4))]
+    )
+    step = np.array([start, end])
+    hit, at_end = touches(world, step, 0.5)
+    assert hit == (swept_distance_m(world, step, 0.5)[1] <= 0.0)
+    assert at_end == world.distance_m(step[1:])[0]
 
 
 @given(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -31,6 +33,21 @@ def test_the_nine_movements_from_level_flight():
     assert PLANE.names == tuple(LEVEL)
     for name, expected in LEVEL.items():
         assert PLANE.predict(np.zeros(6), PLANE[name]) == pytest.approx(expected, abs=6e-7)
+
+
+@pytest.mark.parametrize("by", ["model", "table", "another model"])
+def test_many_predictions_are_those_of_each_to_the_last_bit(by):
+    automaton = {
+        "model": PLANE,
+        "table": replace(PLANE, table=PLANE.measured(4)),
+        "another model": MovementAutomaton.multirotor(2.0),
+    }[by]
+    rng = np.random.default_rng(2)
+    for movement in automaton.movements:
+        state = rng.normal(size=6) * [30.0, 30.0, 9.0, 0.2, 0.4, 3.0]
+        times = movement.duration_s / 20 * np.arange(1, 21)
+        each = [automaton.predict(state, movement, time) for time in times]
+        np.testing.assert_array_equal(automaton.predict_each(state, movement, times), each)
 
 
 def test_the_five_movements():

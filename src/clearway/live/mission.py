@@ -18,6 +18,8 @@ from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 
+NEARER = 0.1
+"""Share of the reach radius by which a goal has come nearer, where that is progress."""
 Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
 """(position [3], target [3]) -> intermediate goals [3] each, in order; none if there is no way."""
 
@@ -195,19 +197,15 @@ def advanced(
     stays_level: of a vehicle that cannot climb, whose goals count as reached by level distance.
     """
     counts = LEVEL if stays_level else IN_SPACE
-
-    def distance_m(goal: FloatArray) -> float:
-        away = (position_m - goal) * counts
-        return math.sqrt(away.dot(away))
-
-    while progress.detour and distance_m(progress.detour[0]) <= 2.0 * mission.reach_radius_m:
+    near_m = 2.0 * mission.reach_radius_m
+    while progress.detour and _away_m(position_m, progress.detour[0], stays_level) <= near_m:
         progress = replace(progress, detour=progress.detour[1:])
     while not progress.done(mission):
-        distance = distance_m(mission.goals_m[progress.goal])
+        distance = _away_m(position_m, mission.goals_m[progress.goal], stays_level)
         passed = _passed(mission, progress.goal, position_m, counts)
         if distance > mission.reach_radius_m and not passed:
-            if distance < progress.nearest_m - 0.1 * mission.reach_radius_m:
-                return replace(progress, nearest_m=distance, nearest_s=time_s, in_vain_s=0.0)
+            if distance < progress.nearest_m - NEARER * mission.reach_radius_m:
+                return _nearer(progress, distance, time_s)
             return progress
         progress = replace(
             progress,
@@ -222,6 +220,38 @@ def advanced(
             tried=0,
         )
     return progress
+
+
+def news_in_m(
+    mission: Mission, progress: Progress, position_m: FloatArray, *, stays_level: bool = False
+) -> float:
+    """How far a vehicle may fly from a position [3] before `advanced` has anything new to say.
+
+    At most 0 where it may have now.
+    """
+    if progress.detour or progress.done(mission):
+        return 0.0
+    reach_m = mission.reach_radius_m
+    next_m = max(reach_m, mission.pass_within_m or 0.0, progress.nearest_m - NEARER * reach_m)
+    return _away_m(position_m, mission.goals_m[progress.goal], stays_level) - next_m
+
+
+def _away_m(position_m: FloatArray, goal_m: FloatArray, level: bool) -> float:
+    """Distance of a position [3] to a goal [3], in space or level."""
+    (x, y, z), (goal_x, goal_y, goal_z) = position_m.tolist(), goal_m.tolist()
+    dx, dy, dz = x - goal_x, y - goal_y, 0.0 if level else z - goal_z
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+def _nearer(progress: Progress, distance_m: float, time_s: float) -> Progress:
+    """The progress of a vehicle that is nearer to its goal than before.
+
+    Not by `replace`, which goes through all fields: it is made every few steps of a flight.
+    """
+    made = object.__new__(type(progress))
+    news = {"nearest_m": distance_m, "nearest_s": time_s, "in_vain_s": 0.0}
+    vars(made).update(vars(progress) | news)
+    return made
 
 
 def _passed(mission: Mission, goal: int, position_m: FloatArray, counts: FloatArray) -> bool:

@@ -15,9 +15,11 @@ from typing import Generic
 import numpy as np
 
 from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
+from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
-from clearway.live.mission import Progress, advanced
+from clearway.live.mission import Progress, advanced, news_in_m
 from clearway.live.preflight import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
@@ -32,8 +34,11 @@ from clearway.sim.plants.plant import Plant, PlantKind
 from clearway.sim.run import LoggedDecision, OnDecision, Run
 from clearway.sim.scripted import AirTraffic
 from clearway.sim.settings import SimulationSettings
-from clearway.sim.swept import swept_distance_m
+from clearway.sim.swept import touches
 from clearway.vehicle.automaton import Movement
+
+ROUNDING_M = 1e-4
+"""More than rounding adds up to over the steps of a flight."""
 
 
 @keywords_beyond_two
@@ -98,6 +103,9 @@ class _Flight(Generic[D]):
         self.progress = Progress()
         self.crashed = False
         self.free_m = 0.0
+        """How far it may fly before it can touch anything."""
+        self.same_m = 0.0
+        """How far it may fly before there can be progress."""
 
     def run(self, on_decision: OnDecision[D] | None) -> Run[D]:
         limit = self._time_limit()
@@ -123,7 +131,12 @@ class _Flight(Generic[D]):
         sigma = settings.position_sigma_m
         state = self.motion.state
         error = self.state_rng.normal(0.0, 1.0, 3) * sigma
-        measured = replace(state, position_m=state.position_m + error, position_std_m=sigma)
+        measured = State(
+            state.position_m + error,
+            state.attitude_rad,
+            time_s=state.time_s,
+            position_std_m=sigma,
+        )
         if settings.attitude_sigma_rad > 0.0:
             turned = self.state_rng.normal(0.0, 1.0, 2) * settings.attitude_sigma_rad
             measured = replace(
@@ -131,7 +144,8 @@ class _Flight(Generic[D]):
                 attitude_rad=state.attitude_rad + np.concatenate([[0.0], turned]),
                 attitude_std_rad=settings.attitude_sigma_rad,
             )
-        seen_from = self.motion.at(max(self.mission.start.time_s, now - settings.scan_latency_s))
+        taken = max(self.mission.start.time_s, now - settings.scan_latency_s)
+        seen_from = state if taken >= now else self.motion.at(taken)
         world = self._world_at(seen_from.time_s)
         scans = [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
         reports = self.traffic.reports(now) if self.traffic is not None else []
@@ -176,34 +190,38 @@ class _Flight(Generic[D]):
 
     def _fly(self, movement: Movement) -> None:
         """Execute one movement in steps; stops early at the last goal, or in an obstacle."""
+        states = self.motion.states
+        x, y, z, *_ = states[-1].tolist()
         for _ in self.motion.fly(movement):
             self._move_traffic()
-            self.crashed = self._hit()
-            if self.crashed:
-                return
-            state = self.motion.states[-1]
-            self.progress = advanced(
-                self.mission,
-                self.progress,
-                state[:3],
-                self.motion.now_s,
-                stays_level=self.automaton.stays_level,
-            )
-            if self.progress.done(self.mission):
-                return
+            (from_x, from_y, from_z), (x, y, z, *_) = (x, y, z), states[-1].tolist()
+            dx, dy, dz = x - from_x, y - from_y, z - from_z
+            flown_m = math.sqrt(dx * dx + dy * dy + dz * dz)
+            # Both are looked up only where they can have changed, and where this is no number.
+            self.free_m -= flown_m
+            if not self.free_m > 0.0:
+                self.crashed = self._hit()
+                if self.crashed:
+                    return
+            self.same_m -= flown_m
+            if not self.same_m > 0.0:
+                self._advance(states[-1][:3])
+                if self.progress.done(self.mission):
+                    return
+
+    def _advance(self, place: FloatArray) -> None:
+        """Progress up to a place [3]."""
+        mission, level = self.mission, self.automaton.stays_level
+        self.same_m = news_in_m(mission, self.progress, place, stays_level=level) - ROUNDING_M
+        if not self.same_m > 0.0:
+            now = self.motion.now_s
+            self.progress = advanced(mission, self.progress, place, now, stays_level=level)
 
     def _hit(self) -> bool:
-        """Whether the last step went through an obstacle; looked up only where it can have."""
-        before, after = self.motion.states[-2][:3], self.motion.states[-1][:3]
-        flown = after - before
-        self.free_m -= math.sqrt(flown.dot(flown))
-        if self.free_m > 0.0:
-            return False
-        step = np.array([before, after])
-        if swept_distance_m(self.world, step, self.margin_m)[1] <= 0.0:
-            return True
-        self.free_m = float(self.world.distance_m(step[1:])[0])
-        return False
+        """Whether the last step went through an obstacle."""
+        step = np.array([self.motion.states[-2][:3], self.motion.states[-1][:3]])
+        hit, self.free_m = touches(self.world, step, self.margin_m)
+        return hit
 
     def _time_limit(self) -> float:
         if self.settings.time_limit_s is not None:

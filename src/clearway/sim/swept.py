@@ -6,6 +6,8 @@ whose bound could matter are halved until it cannot.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from clearway.base.frames import FloatArray
@@ -48,6 +50,18 @@ def swept_distance_m(world: World, positions_m: FloatArray, margin_m: float) -> 
         at_start = np.concatenate([at_start, at_middle])
         at_end = np.concatenate([at_middle, at_end])
     return least
+
+
+def touches(world: World, step_m: FloatArray, margin_m: float) -> tuple[bool, float]:
+    """Whether the way between two positions [2, 3] touches something, and the distance at its end.
+
+    As of `swept_distance_m`, which is asked only where the way may.
+    """
+    at_start, at_end = world.distance_m(step_m).tolist()
+    bound = 0.5 * (at_start + at_end - math.dist(*step_m.tolist()))
+    if at_start > 0.0 and at_end > 0.0 and bound > TOLERANCE * margin_m:
+        return False, at_end
+    return bool(swept_distance_m(world, step_m, margin_m)[1] <= 0.0), at_end
 
 
 def _undecided(

@@ -170,6 +170,16 @@ class MovementAutomaton:
             return self.table.predict(state, movement.name, duration / movement.duration_s)
         return self.vehicle.advance(state, movement.inputs, duration)
 
+    def predict_each(
+        self, state: npt.ArrayLike, movement: Movement, durations_s: npt.ArrayLike
+    ) -> FloatArray:
+        """States [n, 6] after the first durations [n] of a movement: as `predict`, at once."""
+        if self.table is None and type(self.vehicle) is PlaneModel:
+            return self.vehicle.advance_each(state, movement.inputs, durations_s)
+        durations = np.asarray(durations_s, dtype=np.float64).tolist()
+        each = [self.predict(state, movement, duration) for duration in durations]
+        return np.array(each).reshape(-1, 6)
+
     def measured(self, steps: int = 1) -> MovementTable:
         """Each movement flown once from level flight, as tables 4.1 and 4.2 were made."""
         level = np.zeros(6)

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 
 StateTuple = tuple[float, float, float, float, float, float]
@@ -48,6 +48,31 @@ class PlaneModel:
                 float(duration_s),
             )
         )
+
+    def advance_each(
+        self, state: npt.ArrayLike, inputs: npt.ArrayLike, durations_s: npt.ArrayLike
+    ) -> FloatArray:
+        """States [n, 6], one for each of some durations [n]: as `advance`, to the last bit."""
+        x, y, z, roll, pitch, yaw = np.asarray(state, dtype=np.float64).tolist()
+        speed, roll_rate, pitch_rate, yaw_rate = np.asarray(inputs, dtype=np.float64).tolist()
+        return plane_advance_each(
+            (x, y, z, roll, pitch, yaw),
+            (speed, roll_rate, pitch_rate, yaw_rate),
+            read_only(durations_s),
+        )
+
+
+@compiled
+def plane_advance_each(
+    state: StateTuple, inputs: tuple[float, float, float, float], durations_s: FloatArray
+) -> FloatArray:
+    """States [n, 6] after each of some durations [n]: `plane_advance` of each."""
+    way = np.empty((len(durations_s), 6))
+    for n in range(len(durations_s)):
+        at = plane_advance(state, inputs, durations_s[n])
+        way[n, 0], way[n, 1], way[n, 2] = at[0], at[1], at[2]
+        way[n, 3], way[n, 4], way[n, 5] = at[3], at[4], at[5]
+    return way
 
 
 @borrowing

@@ -42,6 +42,8 @@ class KinematicPlant:
         self._predicted = start.vector
         self._movement = automaton.movements[0]
         self._origin, self._steps = self.state, 0
+        self._way: FloatArray = np.zeros((0, 6))
+        """[steps, 6] states of the present movement, where nothing disturbs it."""
         self._disturbed = (
             settings.state_noise_mps > 0.0
             or settings.input_noise > 0.0
@@ -53,16 +55,19 @@ class KinematicPlant:
         """Hold a movement, corrected if need be."""
         self._origin, self._steps = self.state, 0
         self._movement = self._corrected(movement)
+        self._way = np.zeros((0, 6))
 
     def step(self, duration_s: float) -> None:
         """Move on; steps of one movement are of one length."""
         self._steps += 1
         if self._disturbed:
             self.state = self._carried(self.state, self._movement, duration_s)
-        else:
-            self.state = self._automaton.predict(
-                self._origin, self._movement, self._steps * duration_s
-            )
+            return
+        if self._steps > len(self._way):
+            steps = max(self._steps, round(self._movement.duration_s / duration_s))
+            times = duration_s * np.arange(1, steps + 1)
+            self._way = self._automaton.predict_each(self._origin, self._movement, times)
+        self.state = self._way[self._steps - 1]
 
     def _corrected(self, movement: Movement) -> Movement:
         """The movement that brings the attitude back to what the chain of movements predicts.
@@ -73,6 +78,8 @@ class KinematicPlant:
         state, predicted = self.state, self._predicted
         anchored = np.concatenate([state[:3], predicted[3:]])
         self._predicted = self._automaton.predict(anchored, movement)
+        if state.tolist() == predicted.tolist():
+            return movement
         radius = self._automaton.turning_radius_m
         error = prediction_error(state, predicted, radius if np.isfinite(radius) else 0.0)
         if not needs_correction(error, self._margin_m):
