@@ -12,7 +12,7 @@ from clearway.base.arrays import FloatArray
 from clearway.base.arrays import IndexArray as IndexArray
 from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
-from clearway.base.checks import found, number_problem, time_problem, vector_problem
+from clearway.base.checks import LARGEST, found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
 from clearway.base.positional import keywords_beyond_two
@@ -55,19 +55,26 @@ class State:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        problems = found(
+        # Every reading and every decision makes some: what is in order is gone through once.
+        position = _frozen_three(self.position_m, LARGEST)
+        attitude = _frozen_three(self.attitude_rad, MOST_RAD)
+        numbers = found(
             (
-                vector_problem("position_m", self.position_m, 3),
-                vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
                 time_problem("time_s", self.time_s),
                 number_problem("position_std_m", self.position_std_m),
                 number_problem("attitude_std_rad", self.attitude_std_rad),
             )
         )
-        if problems:
-            raise InputError("own state", problems)
-        object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))
-        object.__setattr__(self, "attitude_rad", frozen_array(self.attitude_rad, (3,)))
+        if position is None or attitude is None or numbers:
+            places = found(
+                (
+                    vector_problem("position_m", self.position_m, 3),
+                    vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
+                )
+            )
+            raise InputError("own state", places + numbers)
+        object.__setattr__(self, "position_m", position)
+        object.__setattr__(self, "attitude_rad", attitude)
 
     @property
     def vector(self) -> FloatArray:
@@ -78,6 +85,19 @@ class State:
     def world_from_body(self) -> FloatArray:
         """[3, 3] rotation (3.37)."""
         return world_from_body(self.attitude_rad)
+
+
+def _frozen_three(values: npt.ArrayLike, largest: float) -> FloatArray | None:
+    """A read-only copy of what `vector_problem` finds nothing wrong with; else None."""
+    try:
+        array = np.array(values, dtype=np.float64)
+        x, y, z = array.tolist()
+        if not (abs(x) <= largest and abs(y) <= largest and abs(z) <= largest):
+            return None
+    except (TypeError, ValueError, OverflowError):
+        return None
+    array.setflags(write=False)
+    return array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -90,12 +90,17 @@ def _made(family: MadeFamily) -> Callable[[CaseOf], MissionFile]:
 
 
 def _mission(case: CaseOf) -> MissionFile:
-    name = case.parameters.mission
+    return _built_in(case.parameters.mission).changed("simulation", seed=case.seed)
+
+
+@lru_cache(maxsize=8)
+def _built_in(name: str) -> MissionFile:
+    """A mission that comes with clearway, read once for all seeds."""
     if name not in built_in_missions():
         known = ", ".join(sorted(built_in_missions()))
         near = did_you_mean(name, built_in_missions())
         raise InputError("mission", f"{name!r}{near}: there are {known}; family place takes files")
-    return read_mission_file(name).changed("simulation", seed=case.seed)
+    return read_mission_file(name)
 
 
 def _place(case: CaseOf) -> MissionFile:
