@@ -7,7 +7,6 @@ stale is never even opened; files carry a checksum, and what is damaged is compi
 from __future__ import annotations
 
 import hashlib
-import pickle
 import sys
 from collections.abc import Callable
 from functools import lru_cache
@@ -15,22 +14,21 @@ from pathlib import Path
 from typing import Any
 
 from llvmlite import binding
-from numba.core import compiler, config, serialize
+from numba.core import config
 from numba.core.caching import _Cache
 
 from clearway.base.kernels.folders import SHIPPED, Turns, write_whole, written_folder
 from clearway.base.kernels.interrupts import let_no_signal_in, signals_waiting
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
+from clearway.base.kernels.rebuilt import KeptCode, kept_code, read, rebuilt, written
 from clearway.base.kernels.stamp import PACKAGE, stamp_of
 
 LEVEL = "x86-64-v3"
 """The common set of instructions that shipped code is made for."""
 LEVEL_NEEDS = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
-VERSION = 1
+VERSION = 2
 """Raised whenever the layout of files changes."""
 Key = tuple[Any, ...]
-_rebuild: Callable[..., Any] = compiler.CompileResult._rebuild
-_dumps: Callable[[object], bytes] = serialize.dumps
 
 let_no_signal_in()
 
@@ -62,7 +60,6 @@ class KernelCache(_Cache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Code for a signature; None where it has to be compiled, which then begins."""
-        target_context.refresh()
         name, found = self._name(), None
         if self._enabled and name is not None:
             codegen = target_context.codegen()
@@ -73,6 +70,7 @@ class KernelCache(_Cache):
                 if found is not None:
                     turns().leave(name)
         if found is None:
+            target_context.refresh()
             NEWS.begins()
         else:
             NEWS.loaded += 1
@@ -104,10 +102,10 @@ class KernelCache(_Cache):
                 del places[0]
         for place, machine in places:
             key = self._key(sig, machine)
-            payload = _read(place / _file_name(name, key), key)
-            if payload is not None:
+            kept = _read(place / _file_name(name, key), key)
+            if kept is not None:
                 with signals_waiting():
-                    return _rebuild(target_context, *payload)
+                    return rebuilt(kept, target_context)
         return None
 
     def _name(self) -> str | None:
@@ -153,11 +151,11 @@ def _can_be_kept(result: Any) -> bool:
 
 
 def _packed(key: Key, result: Any) -> bytes:
-    payload = _dumps((key, result._reduce()))
+    payload = written((key, kept_code(result)))
     return hashlib.sha256(payload).digest() + payload
 
 
-def _read(path: Path, key: Key) -> tuple[Any, ...] | None:
+def _read(path: Path, key: Key) -> KeptCode | None:
     """What a file holds for a key; None where there is none, or it is damaged."""
     try:
         data = path.read_bytes()
@@ -166,10 +164,10 @@ def _read(path: Path, key: Key) -> tuple[Any, ...] | None:
     if hashlib.sha256(data[32:]).digest() != data[:32]:
         return None
     try:
-        stored, payload = pickle.loads(data[32:])
+        stored, kept = read(data[32:])
     except Exception:  # Whatever a type of someone else's may raise: it is compiled anew.
         return None
-    return payload if stored == key else None
+    return kept if stored == key else None
 
 
 @lru_cache(maxsize=1)
