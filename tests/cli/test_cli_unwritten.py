@@ -58,6 +58,8 @@ def on_a_full_disk(line: str, cwd: Path, most_bytes: int = 0) -> subprocess.Comp
         capture_output=True,
         text=True,
         check=False,
+        # Python itself would leave half of what it has made of a module, and trip over it later.
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
         preexec_fn=limit,
     )
 

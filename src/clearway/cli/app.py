@@ -6,7 +6,10 @@ once; each command imports what it needs when it runs.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import sys
+from copy import copy
 from typing import Annotated
 
 import typer
@@ -98,4 +101,15 @@ def _options(
 def main() -> None:
     """Entry point of the `clearway` command."""
     began_as(sys.argv[1:])
-    run(app)
+    # Nothing is left to be freed when all ends, which would take as long as a hundred decisions.
+    atexit.register(gc.freeze)
+    run(_only(next(iter(sys.argv[1:]), "")))
+
+
+def _only(name: str) -> typer.Typer:
+    """Of all commands, which take long to look through, the one that is asked for by its name; all
+    of them where none has it."""
+    only = copy(app)
+    only.registered_commands = [one for one in app.registered_commands if one.name == name]
+    only.registered_groups = [one for one in app.registered_groups if one.name == name]
+    return only if only.registered_commands or only.registered_groups else app

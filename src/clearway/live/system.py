@@ -91,6 +91,7 @@ class AvoidanceSystem:
     ) -> None:
         self.escape = escape_plan(planner, lidars, obstacle_map)
         """Which ways out this flight keeps in hand, and why."""
+        self._asked_for, self._lidars = planner, tuple(lidars)
         self.planner = planner = self.escape.flown_by(planner)
         self.obstacle_map = obstacle_map
         self.limits = limits or DataLimits()
@@ -248,9 +249,9 @@ class AvoidanceSystem:
         planner, start = self.planner, self.mission.start
         sensors = self._known.sensing.sensors
         trial = AvoidanceSystem(
-            planner,
+            self._asked_for,
             self.mission,
-            tuple(sensors.values()),
+            self._lidars,
             with_something_near(self.obstacle_map, planner, start),
             self.limits,
             follow_movers=self._follow_dynamic_objects,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic_core import to_json
 
 from clearway.base.errors import MissingExtraError
 from clearway.base.frames import geodetic_from_enu
@@ -232,5 +233,12 @@ class _Writer:
         self.scenes[schemas.INTRUDER_SCENE].log(scene, log_time=at_ns)
 
     def _write_own(self, topic: str, time_s: float, message: dict[str, Any]) -> None:
-        data = json.dumps(message, separators=(",", ":"), allow_nan=False).encode()
-        self.own[topic].log(data, log_time=self.nanoseconds(time_s))
+        self.own[topic].log(_as_json(message), log_time=self.nanoseconds(time_s))
+
+
+def _as_json(message: dict[str, Any]) -> bytes:
+    """Raises ValueError for what is no finite number."""
+    data = to_json(message)
+    if any(word in data for word in (b"NaN", b"Infinity")):  # perhaps only in a text
+        return json.dumps(message, separators=(",", ":"), allow_nan=False).encode()
+    return data
