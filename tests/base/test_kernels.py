@@ -107,7 +107,7 @@ def test_damaged_files_are_compiled_anew(package):
     ask(package)
     (path,) = kept(package)
     whole = path.read_bytes()
-    path.write_bytes(whole[:-99] + bytes([whole[-99] ^ 1]) + whole[-98:])
+    path.write_bytes(whole[:99] + bytes([whole[99] ^ 1]) + whole[100:])
     assert ask(package)[:3] == (26.0, 1, 0)
     assert cache._read(path, ()) is None
     for damaged in (whole[:-1], b""):
@@ -179,3 +179,48 @@ def test_stamps_cover_all_that_files_import():
 def module_of(file):
     parts = Path(file).relative_to(SOURCE.parent).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+LINKED = """
+from clearway.base.compiled import compiled
+from clearway.loops import scaled
+
+@compiled
+def twice(pair):
+    return 2.0 * scaled(pair)
+"""
+
+
+def test_kept_code_is_made_ready_without_what_compiling_needs(package):
+    code = ASK.replace("NEWS.loaded)", "sum(m in sys.modules for m in MODULES))")
+    code = f"MODULES = ['scipy.linalg', 'numba.np.arraymath']{code}"
+    assert ask(package, code)[:2] == (26.0, 1)
+    assert ask(package, code)[:3] == (26.0, 0, 0)
+
+
+def test_kept_code_is_linked_into_what_is_compiled_later(package):
+    ask(package)
+    write(package, "linked", LINKED)
+    code = ASK.replace("loops import scaled", "linked import twice as scaled")
+    assert ask(package, code)[:2] == (52.0, 1)
+    assert ask(package, code)[:2] == (52.0, 0)
+
+
+def test_damaged_code_to_link_is_told_and_made_anew(package):
+    ask(package)
+    write(package, "linked", LINKED)
+    code = ASK.replace("loops import scaled", "linked import twice as scaled")
+    (path,) = kept(package)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-99] + bytes([whole[-99] ^ 1]) + whole[-98:])
+    assert ask(package)[:3] == (26.0, 0, 1)
+    with pytest.raises(AssertionError, match=r"kernel: compiled code is damaged; the next run"):
+        ask(package, code)
+    assert ask(package, code)[:2] == (52.0, 2)
+
+
+def test_kept_code_finds_functions_of_other_libraries(package):
+    dot = LOOPS.replace("return ", "row = np.full(3, pair.one)\n    return row.dot(row) + ")
+    write(package, "loops", f"import numpy as np{dot}")
+    assert ask(package)[:3] == (29.0, 1, 0)
+    assert ask(package)[:3] == (29.0, 0, 1)

@@ -7,16 +7,20 @@ stale is never even opened; files carry a checksum, and what is damaged is compi
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
 from collections.abc import Callable
-from functools import lru_cache
+from contextlib import suppress
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from struct import Struct
+from typing import Any, BinaryIO
 
 from llvmlite import binding
 from numba.core import config
 from numba.core.caching import _Cache
 
+from clearway.base.errors import ClearwayError
 from clearway.base.kernels.folders import SHIPPED, Turns, write_whole, written_folder
 from clearway.base.kernels.interrupts import let_no_signal_in, signals_waiting
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
@@ -26,8 +30,10 @@ from clearway.base.kernels.stamp import PACKAGE, stamp_of
 LEVEL = "x86-64-v3"
 """The common set of instructions that shipped code is made for."""
 LEVEL_NEEDS = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
-VERSION = 2
+VERSION = 3
 """Raised whenever the layout of files changes."""
+HEAD = Struct("<Q32s")
+"""Before each part of a file: its length and checksum."""
 Key = tuple[Any, ...]
 
 let_no_signal_in()
@@ -102,10 +108,11 @@ class KernelCache(_Cache):
                 del places[0]
         for place, machine in places:
             key = self._key(sig, machine)
-            kept = _read(place / _file_name(name, key), key)
+            file = place / _file_name(name, key)
+            kept = _read(file, key)
             if kept is not None:
                 with signals_waiting():
-                    return rebuilt(kept, target_context)
+                    return rebuilt(kept, partial(_bitcode, file), target_context)
         return None
 
     def _name(self) -> str | None:
@@ -151,23 +158,56 @@ def _can_be_kept(result: Any) -> bool:
 
 
 def _packed(key: Key, result: Any) -> bytes:
-    payload = written((key, kept_code(result)))
-    return hashlib.sha256(payload).digest() + payload
+    """What is loaded and what is linked, each with its length and checksum before it."""
+    kept, bitcode = kept_code(result)
+    return b"".join(
+        HEAD.pack(len(part), hashlib.sha256(part).digest()) + part
+        for part in (written((key, kept)), bitcode)
+    )
+
+
+def _part(opened: BinaryIO) -> bytes | None:
+    """The next part of a file; None where it is damaged."""
+    head = opened.read(HEAD.size)
+    if len(head) < HEAD.size:
+        return None
+    length, checksum = HEAD.unpack(head)
+    part = opened.read(length)
+    return part if hashlib.sha256(part).digest() == checksum else None
 
 
 def _read(path: Path, key: Key) -> KeptCode | None:
     """What a file holds for a key; None where there is none, or it is damaged."""
     try:
-        data = path.read_bytes()
-    except OSError:
-        return None
-    if hashlib.sha256(data[32:]).digest() != data[:32]:
-        return None
-    try:
-        stored, kept = read(data[32:])
-    except Exception:  # Whatever a type of someone else's may raise: it is compiled anew.
+        with path.open("rb") as opened:
+            part = _part(opened)
+            if part is None or not _ends_well(opened):
+                return None
+        stored, kept = read(part)
+    except Exception:  # No file, or whatever a type of someone else's raises: it is compiled anew.
         return None
     return kept if stored == key else None
+
+
+def _ends_well(opened: BinaryIO) -> bool:
+    """Whether the second part is as long as it says; it is read only where it is linked."""
+    head = opened.read(HEAD.size)
+    if len(head) < HEAD.size:
+        return False
+    return opened.tell() + int(HEAD.unpack(head)[0]) == os.fstat(opened.fileno()).st_size
+
+
+def _bitcode(path: Path) -> bytes:
+    """What other code is linked from; where that is damaged, the file goes, to be made anew."""
+    part = None
+    with suppress(OSError), path.open("rb") as opened:
+        if _part(opened) is not None:
+            part = _part(opened)
+    if part is None:
+        with suppress(OSError):
+            path.unlink()
+        raise ClearwayError(f"{path}: compiled code is damaged; the next run makes it anew")
+    return part
 
 
 @lru_cache(maxsize=1)

@@ -31,8 +31,6 @@ class KeptCode(NamedTuple):
 
     name: str
     machine_code: bytes
-    bitcode: bytes
-    """What other loops are linked from."""
     defined: frozenset[str]
     """Names that it defines."""
     called: tuple[str, ...]
@@ -41,22 +39,27 @@ class KeptCode(NamedTuple):
     """All else of numba's `CompileResult`, in the order of its `_rebuild`."""
 
 
-def kept_code(result: Any) -> KeptCode:
-    """Of a result of numba's compiler; what its types were found to be is not kept."""
+Bitcode = Callable[[], bytes]
+"""Reads what other loops are linked from; raises ClearwayError where it is damaged."""
+
+
+def kept_code(result: Any) -> tuple[KeptCode, bytes]:
+    """Of a result of numba's compiler, and what other loops are linked from, which is several times
+    as long; what its types were found to be is not kept."""
     (name, _, (machine_code, bitcode)), *rest = result._reduce()
     rest[5] = ""  # of the annotation, which is as long as all else
     functions, values = _contents(result.library._get_module_for_linking())
     called, _ = _contents(result.library._final_module)
-    return KeptCode(
+    kept = KeptCode(
         name,
         machine_code,
-        bitcode,
         frozenset(one.name for one in (*functions, *values) if not one.is_declaration),
         tuple(
             one.name for one in called if one.is_declaration and not one.name.startswith("llvm.")
         ),
         tuple(rest),
     )
+    return kept, bitcode
 
 
 def _contents(module: Any) -> tuple[list[Any], list[Any]]:
@@ -97,13 +100,13 @@ def _environment(module: str, constants: list[Any], name: str) -> Any:
 class KeptLibrary(JITCodeLibrary):
     """Machine code that was kept; what others are linked from is read when one is."""
 
-    _bitcode: bytes
+    _bitcode: Bitcode
 
     @classmethod
-    def of(cls, codegen: Any, kept: KeptCode) -> Any:
+    def of(cls, codegen: Any, kept: KeptCode, bitcode: Bitcode) -> Any:
         """Ready to be called."""
         library: Any = cls(codegen, kept.name)
-        library._bitcode = kept.bitcode
+        library._bitcode = bitcode
         library.enable_object_caching()
         library._set_compiled_object(kept.machine_code)
         library._finalize_final_module()
@@ -112,11 +115,11 @@ class KeptLibrary(JITCodeLibrary):
 
     def _get_module_for_linking(self) -> Any:
         if self._shared_module is None:
-            self._shared_module = binding.parse_bitcode(self._bitcode)
+            self._shared_module = binding.parse_bitcode(self._bitcode())
         return self._shared_module
 
 
-def rebuilt(kept: KeptCode, target_context: Any) -> Any:
+def rebuilt(kept: KeptCode, bitcode: Bitcode, target_context: Any) -> Any:
     """numba's `CompileResult` of code that was kept."""
     _runtime.initialize(target_context)
     codegen = target_context.codegen()
@@ -125,7 +128,7 @@ def rebuilt(kept: KeptCode, target_context: Any) -> Any:
     described, loop, signature, in_objects, lifted, annotation, reload, others = kept.rest
     for begin in reload:
         begin()
-    library = KeptLibrary.of(codegen, kept)
+    library = KeptLibrary.of(codegen, kept, bitcode)
     entry = target_context.get_executable(library, described, loop)
     for other in others:
         codegen.set_env(other.env_name, other)
@@ -149,5 +152,12 @@ def rebuilt(kept: KeptCode, target_context: Any) -> Any:
 
 
 def _is_there(name: str, codegen: Any) -> bool:
-    """Whether a function can be found now."""
-    return codegen._engine.is_symbol_defined(name) or bool(binding.address_of_symbol(name))
+    """Whether a function can be found now; what once was stays."""
+    if name not in _seen and (
+        codegen._engine.is_symbol_defined(name) or binding.address_of_symbol(name)
+    ):
+        _seen.add(name)
+    return name in _seen
+
+
+_seen: set[str] = set()
