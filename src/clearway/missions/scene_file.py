@@ -16,6 +16,7 @@ from clearway.io.toml import Section
 from clearway.missions.sections import (
     Attitude,
     GridSection,
+    ModelName,
     NotNegative,
     Numbers,
     ObstacleSection,
@@ -32,7 +33,6 @@ from clearway.traffic.models.combined import MODELS
 from clearway.traffic.models.timing import TIMED_RULES
 
 Pair = Annotated[tuple[float, float], Field(strict=False)]
-ModelName = Annotated[str, OneOf(MODELS, without=("tube", "lattice"))]
 Tuning = Annotated[int, Field(ge=1, le=1000)]
 TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 

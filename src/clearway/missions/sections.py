@@ -14,8 +14,10 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.version import SCHEMA_VERSION, __version__
+from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.obstacles.obstacle import Obstacle, ObstacleShape
+from clearway.traffic.models.combined import MODELS
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Point = Annotated[tuple[float, float, float], Field(strict=False)]
@@ -27,6 +29,7 @@ Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
 Turn = Annotated[float, Field(ge=-1e6, le=1e6)]
 Attitude = Annotated[tuple[Turn, Turn, Turn], Field(strict=False)]
+ModelName = Annotated[str, OneOf(MODELS, without=("tube", "lattice"))]
 MOST_CELLS = 100_000
 MOST_RANGE_M = 1e6
 

@@ -9,8 +9,7 @@ from pydantic import Field, model_validator
 
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
-from clearway.missions.scene_file import ModelName
-from clearway.missions.sections import NotNegative, Point, Positive, said, values_for
+from clearway.missions.sections import ModelName, NotNegative, Point, Positive, said, values_for
 from clearway.sim.scripted import ScriptedIntruder, Spawn, TrafficSettings
 from clearway.traffic import Intruder, TrackerSettings
 from clearway.traffic.recorded.aircraft import LONGEST_GAP_S
