@@ -138,7 +138,8 @@ class Knowledge:
     def _take(self, now: float, *, asked: bool) -> None:
         unsure_mps = self.planner.speed_mps / max(self.planner.settings.sigmas, 1.0)
         ready = self.waiting.ready(now, self.clock.own, unsure_mps, asked=asked)
-        self.counts.update(ready.flaws)
+        if ready.flaws:
+            self.counts.update(ready.flaws)
         for reading in ready.readings:
             if isinstance(reading, State):
                 self._take_state(reading)
@@ -275,5 +276,6 @@ class Knowledge:
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:
         """Reported intruders, and those that LiDAR alone sees."""
         reported, left_out = self._reports.intruders(state, now_s)
-        self.counts.update(left_out)
+        if left_out:
+            self.counts.update(left_out)
         return reported + unreported(self.sensing.dynamic_objects, reported)

@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.avoidance.situation import CALM
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
+from clearway.base.frames import FloatArray, length_of
 from clearway.base.state import State
 
 WINDOW_S = 10.0
@@ -125,7 +125,7 @@ class WindEstimate:
         the last step; arguments as of `take`."""
         carried, duration = after.position_m - flown_m, after.time_s - before.time_s
         winds = (self.wind_mps, self._last_mps)
-        return min(float(np.linalg.norm(carried - wind * duration)) for wind in winds)
+        return min(length_of(carried - wind * duration) for wind in winds)
 
     def take(
         self, before: State, after: State, flown_m: FloatArray, *, jumped: bool = False
@@ -142,11 +142,11 @@ class WindEstimate:
             self.forget()
             self._last_mps = (after.position_m - flown_m) / duration
             return
-        length = float(np.linalg.norm(flown_m - before.position_m))
+        length = length_of(flown_m - before.position_m)
         wandering = (length * before.attitude_std_rad) ** 2
         carried = after.position_m - flown_m
         self._last_mps = carried / duration
-        fastest = float(np.linalg.norm(self._last_mps))
+        fastest = length_of(self._last_mps)
         self._latest.add((duration, *carried, after.position_std_m, wandering, fastest))
         while self._latest.lasts_s > WINDOW_S + 1e-6:
             self._latest.drop_first()
@@ -169,7 +169,7 @@ class WindEstimate:
         slope, self._sigma_mps = line_through(steps)
         least = max(SURE * self._sigma_mps, least)
         slope.setflags(write=False)
-        self.wind_mps = slope if float(np.linalg.norm(slope)) > least else CALM
+        self.wind_mps = slope if length_of(slope) > least else CALM
 
 
 def line_through(steps: Steps) -> tuple[FloatArray, float]:

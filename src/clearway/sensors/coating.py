@@ -46,7 +46,8 @@ def thin_points(
 
 
 def _radii(radius_m: npt.ArrayLike, count: int) -> FloatArray:
-    return read_only(np.broadcast_to(np.asarray(radius_m, dtype=np.float64), (count,)))
+    radii = np.asarray(radius_m, dtype=np.float64)
+    return read_only(radii if radii.shape == (count,) else np.broadcast_to(radii, (count,)))
 
 
 @compiled

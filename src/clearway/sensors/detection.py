@@ -133,7 +133,7 @@ class Detection:
     @property
     def seen(self) -> BoolArray:
         """[cells] true where some beam looks into the cell's column."""
-        return np.tile(self.beams > 0, self.grid.layers)
+        return np.repeat((self.beams > 0)[None], self.grid.layers, axis=0).ravel()
 
 
 NO_GROUND = Ground(np.array([0.0, 0.0, 1.0]), -np.inf)

@@ -44,6 +44,8 @@ class Intruders(Sequence[Intruder]):
         """The same as arrays, worked out unless they are there."""
         if isinstance(intruders, Intruders):
             return intruders
+        if not intruders:
+            return cls(intruders, *NOBODY)
         return cls(
             intruders,
             _rows([i.position_m for i in intruders], 3),
@@ -119,6 +121,8 @@ class Intruders(Sequence[Intruder]):
 
         world_from_body: [3, 3] the state's rotation, worked out once.
         """
+        if not self.told:
+            return Intruders(self.told, *NOBODY, ([], state.time_s))
         elapsed = self.ages_s(state.time_s)
         place = self.position_m + self.velocity_mps * elapsed[:, None]
         position = _turned(place - state.position_m, world_from_body)
@@ -147,6 +151,9 @@ def _rows(vectors: Sequence[FloatArray], length: int) -> FloatArray:
     rows = np.concatenate([np.zeros(0), *vectors]).reshape(-1, length)
     rows.flags.writeable = False
     return rows
+
+
+NOBODY = _rows([], 3), _rows([], 3), _rows([], 2)
 
 
 def _turned(vectors: FloatArray, world_from_body: FloatArray) -> FloatArray:
