@@ -1,4 +1,5 @@
-"""Where flying on brings the goal no nearer, a way round is flown instead."""
+"""Where flying on brings the goal no nearer, a way round is flown instead; by who turns in no room,
+already where what was seen shows one."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from clearway.avoidance.way_out import Escape
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.detour import known_way
+from clearway.live.early_way import early_way, warm_up_early_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
 from clearway.live.route_map import RouteMap, turning_room_m
@@ -104,7 +106,8 @@ def _through_seen(
     escaped: bool,
 ) -> Progress:
     """A way through what was seen to be free, renewed until the goal is nearer than ever; looked
-    for after so many full circles' time without progress."""
+    for after so many full circles' time without progress, and before that by who turns in no room,
+    at every decision (`early_way`)."""
     progress, planner, routes = knowledge.progress, knowledge.planner, knowledge.route_map
     assert routes is not None  # There is one where there is seen space.
     radius, turn_s = full_circle(knowledge)
@@ -113,6 +116,11 @@ def _through_seen(
     distance = float(np.linalg.norm(goal - state.position_m))
     waited = now_s - progress.nearest_s > patience_turns * turn_s
     if progress.stuck_m is None and not (escaped or waited):
+        if radius == 0.0:
+            _take_in(knowledge, routes, seen, state)
+            before = (*progress.detour, goal) if progress.detour else ()
+            past = early_way(routes.cells(), state.position_m, goal, before)
+            return replace(progress, detour=past, planned_s=now_s)
         if since_s > MAPPED * turn_s:
             _take_in(knowledge, routes, seen, state)
             progress = replace(progress, planned_s=now_s)
@@ -150,12 +158,10 @@ def _through_seen(
             closed=False,
             tried=0,
         )
-    ends_at_goal = route.reaches and np.array_equal(route.corners_m[-1], goal)
-    corners = route.corners_m[:-1] if ends_at_goal else route.corners_m
     progress = replace(
         progress,
         stuck_m=stuck_m,
-        detour=tuple(corners),
+        detour=route.via_m(goal),
         detours=progress.detours + 1,
         planned_s=now_s,
     )
@@ -242,6 +248,7 @@ def warm_up_ways(knowledge: Knowledge, state: State) -> None:
     run_up(routes.cells(), state.position_m, goal, radius, routes.rooms_m[1])
     routes.spend(state.position_m)
     seen_route(routes.cells(), state.position_m, goal, (goal,))
+    warm_up_early_way(routes.cells(), state.position_m, goal)
 
 
 def way_round(

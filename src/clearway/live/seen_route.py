@@ -45,6 +45,11 @@ class SeenRoute(NamedTuple):
     in_vain_m: float
     """Part of its price for ways that came to nothing."""
 
+    def via_m(self, goal_m: FloatArray) -> tuple[FloatArray, ...]:
+        """Its corners [3] before the goal [3]."""
+        ends_at_goal = self.reaches and np.array_equal(self.corners_m[-1], goal_m)
+        return tuple(self.corners_m[:-1] if ends_at_goal else self.corners_m)
+
 
 def seen_route(
     cells: Cells,

@@ -1,0 +1,86 @@
+"""A way past what bars the straight one, flown before that comes to nothing.
+
+Trajectories lead no farther than sensors see, and cost what the straight way on from their ends
+does: so what bars it is flown up to, and only there another way looked for. For who turns in no
+room a way over cells is as good as flown from where the obstacle comes into view, if all of it was
+seen until the goal lies open. A way that hangs on what nobody has seen is not: straight on, more of
+both sides comes into view, and to go on to the wrong end of a wall costs more than to go on to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.base.compiled import borrowing, compiled
+from clearway.base.frames import FloatArray
+from clearway.live.route_map import Cells
+from clearway.live.seen_route import BEGINS, seen_route
+
+STEPS = 2
+"""Places looked at along a cell's width of the straight way to the goal."""
+
+
+def early_way(
+    cells: Cells,
+    position_m: FloatArray,
+    goal_m: FloatArray,
+    flown_m: Sequence[FloatArray] = (),
+) -> tuple[FloatArray, ...]:
+    """Corners [3] of a way to the goal, without its ends; none where the straight way is open as
+    far as is known, or what was seen of another does not lead past what bars it.
+
+    flown_m: corners [3] of the way being flown.
+    """
+    start, goal = ((at - cells.low_m) / cells.width_m for at in (position_m, goal_m))
+    if _lies_open(cells.price, start, goal):
+        return ()
+    route = seen_route(cells, position_m, goal_m, flown_m)
+    corners = (np.concatenate([position_m[None], route.corners_m]) - cells.low_m) / cells.width_m
+    if not route.reaches or not _leads_past(cells.price, corners, goal):
+        return ()
+    return route.via_m(goal_m)
+
+
+def warm_up_early_way(cells: Cells, position_m: FloatArray, goal_m: FloatArray) -> None:
+    """Compile and load what finds one, as if all were barred."""
+    barred = cells._replace(price=np.full_like(cells.price, np.inf))
+    early_way(barred, position_m, goal_m)
+
+
+@compiled
+def _leads_past(price: FloatArray, corners: FloatArray, goal: FloatArray) -> bool:
+    """Whether a way through corners [n, 3] was seen until nothing that is known stands between it
+    and the goal."""
+    for n in range(len(corners) - 1):
+        step = corners[n + 1] - corners[n]
+        count = int(np.ceil(np.sqrt(np.sum(step * step))))
+        for s in range(count + 1):
+            at = corners[n] + step * (s / max(count, 1))
+            if np.sum((at - corners[0]) ** 2) <= BEGINS * BEGINS:
+                continue
+            if not _lies_in(price, at) or price[int(at[0]), int(at[1]), int(at[2])] > 1.0:
+                return False
+            if _lies_open(price, at, goal):
+                return True
+    return True
+
+
+@compiled
+def _lies_open(price: FloatArray, start: FloatArray, goal: FloatArray) -> bool:
+    """Whether nothing is known to stand in the straight way from beyond the first cell's width;
+    where there are no cells nothing is known."""
+    length = np.sqrt(np.sum((goal - start) ** 2))
+    for step in range(STEPS, int(np.ceil(STEPS * length))):
+        at = start + (goal - start) * (step / (STEPS * length))
+        if _lies_in(price, at) and price[int(at[0]), int(at[1]), int(at[2])] == np.inf:
+            return False
+    return True
+
+
+@borrowing
+def _lies_in(price: FloatArray, at: FloatArray) -> bool:
+    x, y, z = at[0], at[1], at[2]
+    nx, ny, nz = price.shape
+    return bool(0.0 <= x < nx and 0.0 <= y < ny and 0.0 <= z < nz)
