@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+import heapq
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from clearway.avoidance.hazards import PointHazards, no_points
-from clearway.live.route_map import Cells, RouteMap
-from clearway.live.seen_route import SeenRoute, seen_route
+from clearway.live.route_map import UNSEEN, Cells, RouteMap
+from clearway.live.seen_route import (
+    BARRED,
+    ENDS_BESIDE,
+    VERTICAL,
+    SeenRoute,
+    _cheapest,
+    seen_route,
+)
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.free_space import SHAPE, FreeSpace
@@ -76,6 +86,63 @@ def test_a_way_leads_through_the_one_door_of_a_wall() -> None:
     cells.price[10, 17:19] = 1.0
     route = seen_route(cells, START, np.array([10.0, 0.0, 0.0]))
     assert 6.5 <= crossed_m(route, 5.5) <= 9.5
+
+
+SMALL = (7, 6, 3)
+
+
+def step_price(price: np.ndarray, here: tuple[int, ...], there: tuple[int, ...]) -> float:
+    a, b, c = np.subtract(there, here)
+    ends = [BARRED if np.isinf(price[at]) else price[at] for at in (here, there)]
+    return float(0.5 * np.sqrt(a * a + b * b + (VERTICAL * c) ** 2) * sum(ends))
+
+
+def least_price(price: np.ndarray, start: tuple[int, ...], goal: tuple[int, ...]) -> float:
+    """By looking at everything; out of barred cells nothing is asked for but that they are left."""
+    beyond = not all(0 <= at < size for at, size in zip(goal[:2], SMALL[:2], strict=True))
+    ends = ENDS_BESIDE if not beyond and np.isinf(price[goal]) else 0
+    found, queue, best = {start: 0.0}, [(0.0, start)], np.inf
+    while queue:
+        spent, here = heapq.heappop(queue)
+        if spent > found[here]:
+            continue
+        at_side = any(here[k] in (0, SMALL[k] - 1) for k in (0, 1))
+        if beyond and at_side:
+            best = min(best, spent + UNSEEN * float(np.linalg.norm(np.subtract(goal, here))))
+        if np.abs(np.subtract(goal, here)).max() <= ends:
+            best = min(best, spent)
+        for step in product((-1, 0, 1), repeat=3):
+            there = tuple(int(at) for at in np.add(here, step))
+            inside = all(0 <= at < size for at, size in zip(there, SMALL, strict=True))
+            if not inside or (np.isinf(price[there]) and not np.isinf(price[here])):
+                continue
+            cost = spent + step_price(price, here, there)
+            if cost < found.get(there, np.inf):
+                found[there] = cost
+                heapq.heappush(queue, (cost, there))
+    return best
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_no_way_is_cheaper_than_the_one_that_is_found(seed: int, is_seen: bool) -> None:
+    rng = np.random.default_rng(seed)
+    prices = [0.75, 1.0, 1.3, 2.0, 5.0, np.inf] if is_seen else [2.0, 2.0, 5.0, np.inf]
+    price = rng.choice(prices, SMALL)
+    if is_seen:
+        price[:, rng.integers(SMALL[1]) :] = UNSEEN
+    start = tuple(int(rng.integers(size)) for size in SMALL)
+    goal = (int(rng.integers(-3, 12)), int(rng.integers(-3, 12)), int(rng.integers(SMALL[2])))
+    room = np.full(SMALL, 9.0)
+    way = _cheapest(price, room, np.array(start, float), np.array(goal, float), 60.0)
+    least = least_price(price, start, goal)
+    if not len(way):
+        assert np.isinf(least)
+        return
+    cells = [tuple(int(at) for at in cell) for cell in way]
+    spent = sum(step_price(price, *ends) for ends in pairwise(cells))
+    if not all(0 <= at < size for at, size in zip(goal[:2], SMALL[:2], strict=True)):
+        spent += UNSEEN * float(np.linalg.norm(way[-1] - goal))
+    assert spent == pytest.approx(least)
 
 
 def test_no_way_leads_out_of_what_is_closed() -> None:

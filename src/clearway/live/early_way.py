@@ -36,6 +36,10 @@ def early_way(
     start, goal = ((at - cells.low_m) / cells.width_m for at in (position_m, goal_m))
     if _lies_open(cells.price, start, goal):
         return ()
+    if len(flown_m) > 1:
+        places = (np.stack([position_m, *flown_m]) - cells.low_m) / cells.width_m
+        if _leads_past(cells.price, places, goal):
+            return tuple(flown_m[:-1])
     route = seen_route(cells, position_m, goal_m, flown_m)
     corners = (np.concatenate([position_m[None], route.corners_m]) - cells.low_m) / cells.width_m
     if not route.reaches or not _leads_past(cells.price, corners, goal):

@@ -25,6 +25,8 @@ FLOWN = 0.75
 """Share of the price along the way that is being flown: another must be better by so much."""
 BARRED = 10.0
 """Price of a metre in what is barred, for a vehicle that is there."""
+ENDS_BESIDE = 2
+"""Cells from a goal that is barred at which a way to it ends."""
 BEGINS = 2.0
 """Cells from the vehicle that a way cannot hang on."""
 
@@ -137,13 +139,14 @@ def _cheapest(
     """
     nx, ny, nz = price.shape
     best = np.full(price.shape, np.inf)
-    came = np.full((nx, ny, nz), -1, dtype=np.int64)
+    came = np.empty((nx, ny, nz), dtype=np.int64)
     done = np.zeros((nx, ny, nz), dtype=np.bool_)
     a, b, c = int(start[0]), int(start[1]), int(start[2])
     ga, gb, gc = int(goal[0]), int(goal[1]), int(goal[2])
     beyond = ga < 0 or gb < 0 or ga >= nx or gb >= ny
     barred = not beyond and price[ga, gb, gc] == np.inf
-    best[a, b, c] = 0.0
+    known = _known(price, ga, gb, gc, ENDS_BESIDE * np.sqrt(3.0) if barred else 0.0)
+    best[a, b, c], came[a, b, c] = 0.0, -1
     queue = [(0.0, (a * ny + b) * nz + c)]
     end = -1
     while len(queue) > 0:
@@ -157,7 +160,7 @@ def _cheapest(
         if done[a, b, c]:
             continue
         done[a, b, c] = True
-        if max(abs(a - ga), abs(b - gb), abs(c - gc)) <= (2 if barred else 0):
+        if max(abs(a - ga), abs(b - gb), abs(c - gc)) <= (ENDS_BESIDE if barred else 0):
             end = here
             break
         spent = best[a, b, c]
@@ -185,8 +188,8 @@ def _cheapest(
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here
-                        ahead = np.sqrt((u - ga) ** 2 + (v - gb) ** 2 + (w - gc) ** 2)
-                        heapq.heappush(queue, (cost + FLOWN * ahead, (u * ny + v) * nz + w))
+                        ahead = _at_least(known, u, v, w, ga, gb, gc)
+                        heapq.heappush(queue, (cost + ahead, (u * ny + v) * nz + w))
     if end < 0:
         return np.zeros((0, 3))
     count, at = 1, end
@@ -198,6 +201,67 @@ def _cheapest(
         way[n, 0], way[n, 1], way[n, 2] = at // (nz * ny), (at // nz) % ny, at % nz
         at = came[at // (nz * ny), (at // nz) % ny, at % nz]
     return way
+
+
+class Known(NamedTuple):
+    """What bounds the price of any way to the goal from below."""
+
+    low: tuple[float, float, float]
+    """Corner of the box that holds all cells that cost less than what nobody has seen."""
+    high: tuple[float, float, float]
+    least: float
+    """Price of the cheapest of them."""
+    beyond: float
+    """Cells from that box to the goal."""
+    short: float
+    """Cells before the goal at which a way may end."""
+
+
+@borrowing
+def _known(price: FloatArray, ga: int, gb: int, gc: int, short: float) -> Known:
+    nx, ny, nz = price.shape
+    least = UNSEEN
+    low_a, low_b, low_c, high_a, high_b, high_c = nx, ny, nz, -1, -1, -1
+    for a in range(nx):
+        for b in range(ny):
+            for c in range(nz):
+                if price[a, b, c] < UNSEEN:
+                    least = min(least, price[a, b, c])
+                    low_a, high_a = min(low_a, a), max(high_a, a)
+                    low_b, high_b = min(low_b, b), max(high_b, b)
+                    low_c, high_c = min(low_c, c), max(high_c, c)
+    low, high = (low_a - 0.5, low_b - 0.5, low_c - 0.5), (high_a + 0.5, high_b + 0.5, high_c + 0.5)
+    beyond = _apart(low, high, float(ga), float(gb), float(gc)) if high_a >= 0 else 0.0
+    return Known(low, high, least, max(beyond - short, 0.0), short)
+
+
+@borrowing
+def _at_least(known: Known, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
+    """Price below which no way leads from a cell to the goal: whatever lies outside the box costs
+    as much as what nobody has seen, and the rest as much as the cheapest in it.
+
+    It changes from cell to cell by no more than the step costs.
+    """
+    away = np.sqrt(float((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)) - known.short
+    outside = _apart(known.low, known.high, float(a), float(b), float(c)) + known.beyond
+    if away <= outside:
+        return UNSEEN * max(away, 0.0)
+    return UNSEEN * outside + known.least * (away - outside)
+
+
+@borrowing
+def _apart(
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    a: float,
+    b: float,
+    c: float,
+) -> float:
+    """From a box to a point; 0 inside."""
+    da = max(low[0] - a, a - high[0], 0.0)
+    db = max(low[1] - b, b - high[1], 0.0)
+    dc = max(low[2] - c, c - high[2], 0.0)
+    return float(np.sqrt(da * da + db * db + dc * dc))
 
 
 @compiled
