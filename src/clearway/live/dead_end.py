@@ -119,7 +119,7 @@ def _through_seen(
         if radius == 0.0:
             _take_in(knowledge, routes, seen, state)
             before = (*progress.detour, goal) if progress.detour else ()
-            past = early_way(routes.cells(), state.position_m, goal, before)
+            past = early_way(routes.cells(), state.position_m, goal, before, planner.grid.range_m)
             return replace(progress, detour=past, planned_s=now_s)
         if since_s > MAPPED * turn_s:
             _take_in(knowledge, routes, seen, state)

@@ -18,6 +18,8 @@ from clearway.base.frames import FloatArray
 from clearway.live.route_map import Cells
 from clearway.live.seen_route import BEGINS, seen_route
 
+ASIDE_RAD = tuple(np.radians([5.0, 10.0, 15.0]).tolist())
+"""Of the straight way, to either side: where one of these is open, trajectories lead past."""
 STEPS = 2
 """Places looked at along a cell's width of the straight way to the goal."""
 
@@ -27,14 +29,19 @@ def early_way(
     position_m: FloatArray,
     goal_m: FloatArray,
     flown_m: Sequence[FloatArray] = (),
+    ahead_m: float = np.inf,
 ) -> tuple[FloatArray, ...]:
     """Corners [3] of a way to the goal, without its ends; none where the straight way is open as
-    far as is known, or what was seen of another does not lead past what bars it.
+    far as is known, or one little aside of it as far as trajectories lead, or where what was seen
+    of another way does not lead past what bars it.
 
-    flown_m: corners [3] of the way being flown.
+    flown_m: corners [3] of the way being flown, which is kept while it leads past. ahead_m: how far
+    trajectories lead.
     """
     start, goal = ((at - cells.low_m) / cells.width_m for at in (position_m, goal_m))
     if _lies_open(cells.price, start, goal):
+        return ()
+    if _opens_aside(cells.price, start, goal, ahead_m / cells.width_m):
         return ()
     if len(flown_m) > 1:
         places = (np.stack([position_m, *flown_m]) - cells.low_m) / cells.width_m
@@ -69,6 +76,21 @@ def _leads_past(price: FloatArray, corners: FloatArray, goal: FloatArray) -> boo
             if _lies_open(price, at, goal):
                 return True
     return True
+
+
+@compiled
+def _opens_aside(price: FloatArray, start: FloatArray, goal: FloatArray, ahead: float) -> bool:
+    """Whether a straight way little aside of the one to the goal is open so many cells far."""
+    dx, dy, dz = goal[0] - start[0], goal[1] - start[1], goal[2] - start[2]
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    share = min(1.0, ahead / length)
+    for aside in ASIDE_RAD:
+        for sign in (-1.0, 1.0):
+            cos, sin = np.cos(sign * aside), np.sin(sign * aside)
+            turned = np.array([cos * dx - sin * dy, sin * dx + cos * dy, dz])
+            if _lies_open(price, start, start + share * turned):
+                return True
+    return False
 
 
 @compiled

@@ -245,8 +245,8 @@ def _at_least(known: Known, a: int, b: int, c: int, ga: int, gb: int, gc: int) -
     away = np.sqrt(float((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)) - known.short
     outside = _apart(known.low, known.high, float(a), float(b), float(c)) + known.beyond
     if away <= outside:
-        return UNSEEN * max(away, 0.0)
-    return UNSEEN * outside + known.least * (away - outside)
+        return float(UNSEEN * max(away, 0.0))
+    return float(UNSEEN * outside + known.least * (away - outside))
 
 
 @borrowing
