@@ -123,6 +123,7 @@ class FreeSpace:
         raster = beam_raster(self._pattern(lidar))
         _mark(
             self._free,
+            self._low,
             self._voxel_m,
             raster,
             nearest_returns(scan.points_m, raster),
@@ -237,6 +238,7 @@ def _take_nearest(
 @compiled
 def _mark(
     free: Voxels,
+    low: IntArray,
     voxel: float,
     raster: BeamRaster,
     nearest: FloatArray,
@@ -249,7 +251,7 @@ def _mark(
     Between neighbouring beams a voxel counts as crossed: what hides there is thinner than beams
     are apart. What was seen before is passed over.
     """
-    _mark_passed(free, voxel, raster, _nearest_around(nearest, raster), sensor, reach, short)
+    _mark_passed(free, low, voxel, raster, _nearest_around(nearest, raster), sensor, reach, short)
 
 
 @borrowing
@@ -261,6 +263,7 @@ def _ends_along(origin: float, far: float, voxel: float) -> tuple[int, int]:
 @borrowing
 def _mark_passed(
     free: Voxels,
+    low: IntArray,
     voxel: float,
     raster: BeamRaster,
     around: FloatArray,
@@ -273,6 +276,10 @@ def _mark_passed(
     first_a, last_a = _ends_along(ox, reach, voxel)
     first_b, last_b = _ends_along(oy, reach, voxel)
     first_c, last_c = _ends_along(oz, min(reach, (WITHIN * ROWS - 1.0) * voxel), voxel)
+    # A sensor off the vehicle's middle sees beyond the window: a bit there is one at its other end.
+    first_a, last_a = max(first_a, low[0]), min(last_a, low[0] + COLUMNS - 1)
+    first_b, last_b = max(first_b, low[1]), min(last_b, low[1] + COLUMNS - 1)
+    first_c, last_c = max(first_c, low[2]), min(last_c, low[2] + ROWS - 1)
     near2, far2 = sensor.min_range**2, reach * reach
     lowest, highest, behind = _field_of(raster)
     right, left = _sides(raster)

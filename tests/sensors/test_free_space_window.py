@@ -1,0 +1,34 @@
+"""What the window of free space does not hold is not marked in it, wherever the sensor sits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from clearway.base.state import State
+from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
+from clearway.sensors.free_space import SHAPE, FreeSpace
+from clearway.sensors.range_sensor import LidarSensor
+
+VOXEL_M, RANGE_M = 0.25, 15.0
+ALL_ROUND = BeamPattern.from_angles(
+    np.radians(np.arange(-180.0, 180.0, 4.0)),
+    np.radians(np.arange(-88.0, 89.0, 4.0)),
+    max_range_m=RANGE_M,
+)
+
+
+@pytest.mark.parametrize("above_m", [-5.0, -0.5, 0.0, 0.5, 5.0])
+@pytest.mark.parametrize("height_m", [-3.9, 0.0, 3.9])
+def test_nothing_is_marked_where_no_beam_can_reach(above_m: float, height_m: float) -> None:
+    lidar = Lidar("top", ALL_ROUND, Mounting(np.array([0.0, 0.0, above_m])))
+    free = FreeSpace(VOXEL_M, np.zeros(3), reach_m=1.2 * RANGE_M)
+    here = State(np.array([0.0, 0.0, height_m]))
+    free.take(LidarSensor(lidar), Scan(np.zeros((0, 3)), sensor="top"), here)
+    marked = np.unpackbits(free.seen.free.view(np.uint8), axis=2, bitorder="little")
+    low = free.seen.low
+    voxels = low + (np.argwhere(marked) - low) % np.array(SHAPE)
+    sensor_m = np.array([0.0, 0.0, height_m + above_m])
+    away_m = np.linalg.norm((voxels + 0.5) * VOXEL_M - sensor_m, axis=1)
+    assert len(away_m) > 100_000
+    assert away_m.max() <= RANGE_M
