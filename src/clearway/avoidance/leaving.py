@@ -21,6 +21,8 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
+SHORTER = (0.25, 0.125, 0.0625)
+"""Shares of the time for which ways out that drift are verified, where none lasts half of it."""
 ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
 """The best of some candidates, with a share of the margin."""
 
@@ -215,7 +217,9 @@ class Leaving:
         """
         unsure = 1 if self.held is None else self.held.unsure + 1
         late = self.certain_within is not None and unsure > self.certain_within
-        stays = self._stays(ways, hazards, taken.banned) if late else None
+        # Who can stop, and has had a certain one, was brought out of it by an unsure place.
+        waits = self.had_certain and ways.can_stop
+        stays = self._stays(ways, hazards, taken.banned) if late or waits else None
         if stays is not None and stays.way_out is not None:
             stays = None if self._has_looked_round(stays.way_out, unsure) else stays
         found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
@@ -258,14 +262,20 @@ class Leaving:
         """Ways out that begin now, the surest first.
 
         One that was verified with all that the vehicle may be off, and holds no more from where it
-        is off, leads through less that nobody has seen than any that is not verified at all.
+        is off, leads through less that nobody has seen than any that is not verified at all. Of
+        those that drift even one that lasts for seconds does: meanwhile the next may be found.
         """
         in_hand = self.held is not None and self.held.certain
         exact = ways.as_predicted if in_hand else None
-        for surely in (ways, exact) if exact is not None else (ways,):
+        kinds = (ways, exact) if exact is not None else (ways,)
+        for surely in kinds:
             for share in (1.0, *LESSER_MARGINS):
-                for looked in (surely, surely.for_less) if surely.drift else (surely,):
+                for looked in (surely, surely.for_less(0.5)) if surely.drift else (surely,):
                     yield from self._with_share(looked, share)
+        for surely in kinds if ways.drift else ():
+            for shorter in SHORTER:
+                for share in (1.0, *LESSER_MARGINS):
+                    yield from self._with_share(surely.for_less(shorter), share)
 
     def _with_share(self, ways: WaysOut, share: float) -> Iterator[WayOut]:
         """Ways out with a share of the margin: the one in hand, else a fresh one; in the middle of
@@ -310,22 +320,27 @@ class Leaving:
     def _name(self, movement: int) -> str:
         return self.prepared.reach_set.movement_names[movement]
 
-    def _flown(self, way: WayOut, hazards: Hazards, banned: tuple[str, ...]) -> Taken | None:
-        """A way out as what is flown now, as an emergency where an intruder is too near to it; None
-        where the reach set lacks its first movement."""
+    def _flown(self, way: WayOut, hazards: Hazards, banned: tuple[str, ...]) -> Taken:
+        """A way out as what is flown now, as an emergency where an intruder is too near to it.
+
+        Where the reach set lacks its first movement (a small one may have no room for holding),
+        it is flown all the same, and told by the one that ends nearest.
+        """
         reach_set, head = self.prepared.reach_set, way.movements[0]
         begins = (reach_set.parent < 0) & (
             reach_set.movement == reach_set.movement_names.index(head)
         )
-        finishes = None
-        if way.under_way_s is not None and self.ways is not None:
+        finishes, ways = None, self.ways
+        assert ways is not None  # Or there would be no way out.
+        if way.under_way_s is not None:
             finishes = UnderWay(head, way.under_way_s)
-            if not begins.any():  # What ends at the limit of pitch cannot be flown in whole.
-                ends = reach_set.samples_m[:, -1] - self.ways.finish_m
-                off = np.where(reach_set.parent < 0, np.linalg.norm(ends, axis=1), np.inf)
-                begins = off == off.min()
+        elif not begins.any():
+            finishes = UnderWay(head, ways.lasts_s(head))
         if not begins.any():
-            return None
+            ends_m = ways.finish_m if way.under_way_s is not None else ways.end_m(head)
+            ends = reach_set.samples_m[:, -1] - ends_m
+            off = np.where(reach_set.parent < 0, np.linalg.norm(ends, axis=1), np.inf)
+            begins = off == off.min()
         alone = Candidates(
             np.flatnonzero(begins)[:1],
             self.prepared.path_cost_m[begins][:1],

@@ -74,6 +74,14 @@ def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
     return automaton.tube_m(np.arange(len(automaton.pairs.tube_m) + 1)), shortest_s
 
 
+def _lasting(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
+    """A loop as often as it takes to fly for so long; of one that drifts, no more than that."""
+    ends_s = np.cumsum(legs.duration_s[loop])
+    if 0.0 < least_s < ends_s[-1]:
+        return loop[: int(np.searchsorted(ends_s, least_s - 1e-9)) + 1]
+    return rounds(loop, legs, least_s)
+
+
 class WaysOut:
     """Looks for ways out at one decision; what is found out is kept until it is over.
 
@@ -149,15 +157,19 @@ class WaysOut:
         return bool(np.all(np.abs(nearest - [roll_rad, pitch_rad]) <= CLOSES_RAD))
 
     @property
+    def can_stop(self) -> bool:
+        """Whether the vehicle can stay where it is."""
+        return self.library.automaton.can_stop
+
+    @property
     def margin_m(self) -> float:
         """The whole margin."""
         return self._full_m
 
-    @property
-    def for_less(self) -> WaysOut:
-        """The same for ways out that are verified for half as long, where they drift."""
+    def for_less(self, share: float) -> WaysOut:
+        """The same for ways out that are verified for a share of the time, where they drift."""
         less = copy(self)
-        less._lasts_s = 0.5 * self._lasts_s
+        less._lasts_s = share * self._lasts_s
         less._after, less._left = {}, {}
         return less
 
@@ -321,6 +333,17 @@ class WaysOut:
         end: FloatArray = self._terms.grid_from_level @ path[-1, :3]
         return end
 
+    def lasts_s(self, movement: str) -> float:
+        """How long a movement takes."""
+        (at,) = self._numbers((movement,))
+        return float(self._legs.duration_s[at])
+
+    def end_m(self, movement: str) -> FloatArray:
+        """[3] where a movement that begins now ends, in the grid frame."""
+        (at,) = self._numbers((movement,))
+        end: FloatArray = self._terms.grid_from_level @ self._legs.path[self._start, at, -1, :3]
+        return end
+
     def _rest(self, under_way: UnderWay) -> tuple[FloatArray, float, tuple[float, float]]:
         """What is left of a movement: its path [SAMPLES, 4], how far that may lie from its chords,
         and roll and pitch at its end."""
@@ -389,7 +412,7 @@ class WaysOut:
         at, pose, start_s = where
         terms = self._lasting(terms, legs)
         loop = self._numbers(way.loop)
-        whole = np.concatenate([begins, rounds(loop, legs, terms.least_s)])
+        whole = np.concatenate([begins, _lasting(loop, legs, terms.least_s)])
         if not chain_keeps(whole, at, pose, start_s, legs, terms):
             return None
         first = 0 if after is None else 1
