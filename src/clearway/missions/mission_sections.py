@@ -96,6 +96,12 @@ class VehicleSection(Section):
                 )
         if self.kind == "plane" and given:
             raise ValueError(f'{given[0]}: only of kind = "multirotor"')
+        pitch_deg = self.attitude_deg[1]
+        if self.pitch_limit_deg == 0.0 and pitch_deg != 0.0 and self.plant is None:
+            raise ValueError(
+                f"attitude_deg: starts with a pitch of {pitch_deg:g} deg, which no movement ends "
+                "with pitch_limit_deg = 0: it would climb or sink for ever"
+            )
         for slow in self.slow_mps or ():
             if not slow < self.speed_mps:
                 raise ValueError(
