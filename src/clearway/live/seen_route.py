@@ -145,7 +145,7 @@ def _cheapest(
     ga, gb, gc = int(goal[0]), int(goal[1]), int(goal[2])
     beyond = ga < 0 or gb < 0 or ga >= nx or gb >= ny
     barred = not beyond and price[ga, gb, gc] == np.inf
-    known = _known(price, ga, gb, gc, ENDS_BESIDE * np.sqrt(3.0) if barred else 0.0)
+    bound = _cheapness(price, ga, gb, gc, ENDS_BESIDE * np.sqrt(3.0) if barred else 0.0)
     best[a, b, c], came[a, b, c] = 0.0, -1
     queue = [(0.0, (a * ny + b) * nz + c)]
     end = -1
@@ -188,7 +188,7 @@ def _cheapest(
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here
-                        ahead = _at_least(known, u, v, w, ga, gb, gc)
+                        ahead = _at_least(bound, u, v, w, ga, gb, gc)
                         heapq.heappush(queue, (cost + ahead, (u * ny + v) * nz + w))
     if end < 0:
         return np.zeros((0, 3))
@@ -203,7 +203,7 @@ def _cheapest(
     return way
 
 
-class Known(NamedTuple):
+class Cheapness(NamedTuple):
     """What bounds the price of any way to the goal from below."""
 
     low: tuple[float, float, float]
@@ -218,7 +218,7 @@ class Known(NamedTuple):
 
 
 @borrowing
-def _known(price: FloatArray, ga: int, gb: int, gc: int, short: float) -> Known:
+def _cheapness(price: FloatArray, ga: int, gb: int, gc: int, short: float) -> Cheapness:
     nx, ny, nz = price.shape
     least = UNSEEN
     low_a, low_b, low_c, high_a, high_b, high_c = nx, ny, nz, -1, -1, -1
@@ -232,21 +232,21 @@ def _known(price: FloatArray, ga: int, gb: int, gc: int, short: float) -> Known:
                     low_c, high_c = min(low_c, c), max(high_c, c)
     low, high = (low_a - 0.5, low_b - 0.5, low_c - 0.5), (high_a + 0.5, high_b + 0.5, high_c + 0.5)
     beyond = _apart(low, high, float(ga), float(gb), float(gc)) if high_a >= 0 else 0.0
-    return Known(low, high, least, max(beyond - short, 0.0), short)
+    return Cheapness(low, high, least, max(beyond - short, 0.0), short)
 
 
 @borrowing
-def _at_least(known: Known, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
+def _at_least(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
     """Price below which no way leads from a cell to the goal: whatever lies outside the box costs
     as much as what nobody has seen, and the rest as much as the cheapest in it.
 
     It changes from cell to cell by no more than the step costs.
     """
-    away = np.sqrt(float((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)) - known.short
-    outside = _apart(known.low, known.high, float(a), float(b), float(c)) + known.beyond
+    away = np.sqrt(float((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)) - bound.short
+    outside = _apart(bound.low, bound.high, float(a), float(b), float(c)) + bound.beyond
     if away <= outside:
         return float(UNSEEN * max(away, 0.0))
-    return float(UNSEEN * outside + known.least * (away - outside))
+    return float(UNSEEN * outside + bound.least * (away - outside))
 
 
 @borrowing
