@@ -73,10 +73,10 @@ def written(value: object) -> bytes:
 
 def read(data: bytes) -> Any:
     """What `written` made bytes of; raises whatever a type of someone else's may raise."""
-    return _Reader(io.BytesIO(data)).load()
+    return _KeptReader(io.BytesIO(data)).load()
 
 
-class _Reader(pickle.Unpickler):
+class _KeptReader(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) == ("numba.core.environment", "_rebuild_env"):
             return _environment
