@@ -18,6 +18,32 @@ ALL_ROUND = BeamPattern.from_angles(
 )
 
 
+def marked_m(free: FreeSpace) -> np.ndarray:
+    """[n, 3] middles of the voxels that count as free."""
+    marked = np.unpackbits(free.seen.free.view(np.uint8), axis=2, bitorder="little")
+    low = free.seen.low
+    return (low + (np.argwhere(marked) - low) % np.array(SHAPE) + 0.5) * VOXEL_M
+
+
+class SeesAll:
+    """A sensor of one's own that looks through everything."""
+
+    name, sigma_m = "all", 0.0
+
+    def passes(self, _scan: Scan, _state: State, position_m: np.ndarray, *_: object) -> np.ndarray:
+        return np.ones(len(position_m), dtype=bool)
+
+
+@pytest.mark.parametrize("height_m", [-4.0, -3.9, 0.0, 3.9, 4.0])
+def test_nor_by_a_sensor_of_ones_own(height_m: float) -> None:
+    free, here = FreeSpace(VOXEL_M, np.zeros(3), reach_m=RANGE_M), np.array([0.0, 0.0, height_m])
+    for time_s in range(50):
+        free.take(SeesAll(), Scan(np.zeros((0, 3)), time_s, sensor="all"), State(here))  # type: ignore[arg-type]
+    away_m = np.linalg.norm(marked_m(free) - here, axis=1)
+    assert len(away_m) > 100_000
+    assert away_m.max() <= RANGE_M
+
+
 @pytest.mark.parametrize("above_m", [-5.0, -0.5, 0.0, 0.5, 5.0])
 @pytest.mark.parametrize("height_m", [-3.9, 0.0, 3.9])
 def test_nothing_is_marked_where_no_beam_can_reach(above_m: float, height_m: float) -> None:
@@ -25,10 +51,7 @@ def test_nothing_is_marked_where_no_beam_can_reach(above_m: float, height_m: flo
     free = FreeSpace(VOXEL_M, np.zeros(3), reach_m=1.2 * RANGE_M)
     here = State(np.array([0.0, 0.0, height_m]))
     free.take(LidarSensor(lidar), Scan(np.zeros((0, 3)), sensor="top"), here)
-    marked = np.unpackbits(free.seen.free.view(np.uint8), axis=2, bitorder="little")
-    low = free.seen.low
-    voxels = low + (np.argwhere(marked) - low) % np.array(SHAPE)
     sensor_m = np.array([0.0, 0.0, height_m + above_m])
-    away_m = np.linalg.norm((voxels + 0.5) * VOXEL_M - sensor_m, axis=1)
+    away_m = np.linalg.norm(marked_m(free) - sensor_m, axis=1)
     assert len(away_m) > 100_000
     assert away_m.max() <= RANGE_M

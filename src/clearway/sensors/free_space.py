@@ -136,6 +136,7 @@ class FreeSpace:
         self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float
     ) -> None:
         voxels = np.floor(state.position_m / self._voxel_m).astype(np.int64) + self._nearby
+        voxels = voxels[np.all((voxels >= self._low) & (voxels < self._low + SHAPE), axis=1)]
         a, b, c = voxels.T & np.array([[COLUMNS - 1], [COLUMNS - 1], [ROWS - 1]])
         word, bit = c // WORD, ONE << (c % WORD).astype(np.uint64)
         unseen = np.flatnonzero(self._free[a, b, word] & bit == 0)[:MOST_ASKED]
