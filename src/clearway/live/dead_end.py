@@ -1,5 +1,5 @@
 """Where flying on brings the goal no nearer, a way round is flown instead; by who turns in no room,
-already where what was seen shows one."""
+and at once already where what was seen shows one."""
 
 from __future__ import annotations
 
@@ -116,7 +116,8 @@ def _through_seen(
     distance = float(np.linalg.norm(goal - state.position_m))
     waited = now_s - progress.nearest_s > patience_turns * turn_s
     if progress.stuck_m is None and not (escaped or waited):
-        if radius == 0.0:
+        # Who was measured takes its time to turn: each corner would cost it a stop.
+        if radius == 0.0 and planner.automaton.pairs is None:
             _take_in(knowledge, routes, seen, state)
             before = (*progress.detour, goal) if progress.detour else ()
             past = early_way(routes.cells(), state.position_m, goal, before, planner.grid.range_m)

@@ -2,9 +2,10 @@
 
 Trajectories lead no farther than sensors see, and cost what the straight way on from their ends
 does: so what bars it is flown up to, and only there another way looked for. For who turns in no
-room a way over cells is as good as flown from where the obstacle comes into view, if all of it was
-seen until the goal lies open. A way that hangs on what nobody has seen is not: straight on, more of
-both sides comes into view, and to go on to the wrong end of a wall costs more than to go on to it.
+room and at once a way over cells is as good as flown from where the obstacle comes into view, if
+all of it was seen until the goal lies open. A way that hangs on what nobody has seen is not:
+straight on, more of both sides comes into view, and to go on to the wrong end of a wall costs more
+than to go on to it.
 """
 
 from __future__ import annotations
