@@ -44,6 +44,7 @@ def test_the_keys_make_the_automaton():
         ({"kind": "multirotor", "slow_mps": [9.0]}, "slow_mps: must be below speed_mps"),
         ({"kind": "multirotor", "slow_mps": [0.5, 0.5]}, "slow_mps: speeds must differ"),
         ({"kind": "multirotor", "spot_turn_deg": 200.0}, "spot_turn_deg"),
+        ({"pitch_limit_deg": 0.0, "attitude_deg": [0.0, 2.0, 0.0]}, "a pitch of 2 deg, which no"),
     ],
 )
 def test_wrong_keys_are_named(values, said):

@@ -118,7 +118,7 @@ class Leaving:
             return None
         for way in self._with_share(ways, 1.0):
             taken = self._flown(way, hazards, ())
-            if taken is not None and taken.good:
+            if taken.good:
                 return taken
         return None
 
@@ -138,7 +138,7 @@ class Leaving:
         beside = self._beside_intruders(ways, taken, hazards)
         for way in self._ways_out(ways):
             flown = self._flown(way, hazards, taken.banned)
-            if flown is not None and flown.good:
+            if flown.good:
                 if beside is not None and self._is_farther_off(beside, ways, way):
                     return beside
                 return self._no_nearer(ways, flown) or flown

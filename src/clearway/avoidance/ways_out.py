@@ -74,7 +74,7 @@ def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
     return automaton.tube_m(np.arange(len(automaton.pairs.tube_m) + 1)), shortest_s
 
 
-def _lasting(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
+def _flown_for(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
     """A loop as often as it takes to fly for so long; of one that drifts, no more than that."""
     ends_s = np.cumsum(legs.duration_s[loop])
     if 0.0 < least_s < ends_s[-1]:
@@ -412,7 +412,7 @@ class WaysOut:
         at, pose, start_s = where
         terms = self._lasting(terms, legs)
         loop = self._numbers(way.loop)
-        whole = np.concatenate([begins, _lasting(loop, legs, terms.least_s)])
+        whole = np.concatenate([begins, _flown_for(loop, legs, terms.least_s)])
         if not chain_keeps(whole, at, pose, start_s, legs, terms):
             return None
         first = 0 if after is None else 1
