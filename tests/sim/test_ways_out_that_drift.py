@@ -3,6 +3,8 @@ verified, instead of what is not verified at all."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -112,3 +114,18 @@ def test_who_can_stop_stops_where_an_unsure_place_costs_the_way_out(
             lost += 1
             assert now.movements[0] == "Hold"
     assert lost > 0
+
+
+def test_what_asks_whether_the_way_in_hand_holds_is_warmed_up() -> None:
+    """In a process of its own: no flight before has compiled it."""
+    code = (
+        "from clearway.missions.mission_file import read_mission_file\n"
+        "from clearway.missions.setup import prepare\n"
+        "from clearway.avoidance.escape_chains import chain_keeps\n"
+        "system = prepare(read_mission_file('static-obstacles')).system()\n"
+        "before = len(chain_keeps.signatures)\n"
+        "system.warm_up()\n"
+        "print(before, len(chain_keeps.signatures))\n"
+    )
+    told = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert told.stdout.split() == ["0", "1"]

@@ -149,7 +149,11 @@ class WaysOut:
         pose_after(STANDING, path)
         corners = carried(STANDING, path, (0.0, 1.0), terms)
         keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
-        chain_room(np.zeros(1, dtype=np.int64), at, STANDING, 0.0, legs, terms, 1.0, 0.0)
+        first = np.zeros(1, dtype=np.int64)
+        chain_room(first, at, STANDING, 0.0, legs, terms, 1.0, 0.0)
+        chain_keeps(
+            np.concatenate([first, _flown_for(first, legs, 0.0)]), at, STANDING, 0.0, legs, terms
+        )
 
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
         """Whether an attitude is one of the library's, with which loops close."""
