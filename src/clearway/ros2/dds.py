@@ -6,6 +6,7 @@ can check that theirs are the same.
 
 from __future__ import annotations
 
+import atexit
 import os
 import threading
 from collections import Counter
@@ -45,6 +46,9 @@ def domain_id(told: str | None = None) -> int:
     return int(text)
 
 
+LONGEST_STOP_S = 3.0
+"""For so long an ending process waits for its domains to stop. Others hear of its end by that; but
+once in a while Cyclone waits for ever for a participant that is gone already."""
 _OPENED: dict[int, Any] = {}
 """Domains by number: one is set up once in a process."""
 
@@ -55,10 +59,18 @@ def _open_domain(domain: int) -> None:
     from cyclonedds.domain import Domain
 
     if domain not in _OPENED:
+        if not _OPENED:
+            atexit.register(_stop_domains)
         told = os.environ.get("CYCLONEDDS_URI", "")
         # Where it is there already, or what is told is wrong, the participant finds out.
         with suppress(DDSException, UnicodeError):
             _OPENED[domain] = Domain(domain, f"{LARGE_BUFFERS},{told}" if told else LARGE_BUFFERS)
+
+
+def _stop_domains() -> None:
+    stopping = threading.Thread(target=_OPENED.clear, daemon=True)
+    stopping.start()
+    stopping.join(LONGEST_STOP_S)
 
 
 class DdsBus:
