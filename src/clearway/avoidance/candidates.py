@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
+from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
@@ -63,6 +65,7 @@ class Commitment:
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
+COMMITTED = {Side.RIGHT: -1, Side.STRAIGHT: 0, Side.LEFT: 1}
 HERE = 1e-7
 """Share of the range: a goal that is no farther lies in no direction."""
 STANDS = 0.1
@@ -74,17 +77,6 @@ that was best a moment before no longer is: what turns on the spot would look to
 ever."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
-
-
-def sides_of(ends: Ends, goal: Goal, range_m: float) -> IntArray:
-    """[ends] -1 right, 0 straight, 1 left of the way to the goal, by the end of the path."""
-    target = goal.target_m
-    length = float(np.hypot(target[0], target[1]))
-    if length < HERE * range_m:
-        return np.zeros(len(ends.nodes), dtype=np.int64)
-    across = (target[0] * ends.left_m - target[1] * ends.ahead_m) / length
-    off = np.abs(across) >= DEAD_BAND * range_m
-    return np.where(off, np.sign(across), 0).astype(np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,33 +113,129 @@ def price_candidates(
     untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
     of given nodes. moving: intruders that it may cost something to cross ahead of, or to near.
     """
-    reach_set, step_m = prepared.reach_set, prepared.step_m
     ends = _complete_ends(prepared, goal, arrived)
-    nodes = ends.nodes
-    to_go_m = to_go(nodes)
-    reached, is_clear = arrived.reached[nodes], untouched[nodes]
-    if goal.final:
-        to_go_m = np.where(reached, 0.0, to_go_m)
-    grazing = np.where(reached, arrived.miss_m[nodes] / goal.reach_radius_m, 0.0) ** 4
+    nodes, step_m = ends.nodes, prepared.step_m
+    to_go_m = np.ascontiguousarray(to_go(nodes), dtype=np.float64)
+    reached = arrived.reached[nodes]
+    grazing = np.zeros(len(nodes))
+    if reached.any():
+        grazing = np.where(reached, arrived.miss_m[nodes] / goal.reach_radius_m, 0.0) ** 4
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
-    cost = ends.path_cost_m + to_go_m
-    cost += step_m * (prices.miss * grazing - prices.risk * np.log(rating))
-    cost += step_m * price_of(prices.coated) * ~is_clear
-    sides = sides_of(ends, goal, reach_set.grid.range_m)
-    _add_changes_of_mind(cost, prepared, ends, sides, prices, commitment)
+    cost, sides, is_clear, room_price, obeys_all = _priced(
+        ends,
+        to_go_m,
+        reached & goal.final,
+        grazing,
+        np.log(rating),
+        untouched,
+        _view_of(goal, prepared),
+        _weights(prices, commitment, prepared),
+    )
+    if commitment.stood > 1:
+        first_m = prepared.reach_set.length_m[prepared.first_node[nodes]]
+        cost += IMPATIENCE * (commitment.stood - 1) * step_m * (first_m < STANDS * step_m)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
-        cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
+        cost += prices.ahead * step_m * crossings_ahead(prepared.reach_set, moving)[nodes]
     if prices.closing > 0.0 and moving is not None and moving.manoeuvre_mps2.any():
-        cost += prices.closing * closing_m(reach_set, nodes, moving)
-    if not np.all(np.isfinite(cost)):
+        cost += prices.closing * closing_m(prepared.reach_set, nodes, moving)
+    if not np.isfinite(cost).all():
         raise ClearwayError(
             f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
             "finite number; stage cost, terminal cost and rating must be finite"
         )
-    ends_here = reached & goal.final
-    room_price = np.where(ends_here, 0.0, price_of(prices.no_room) * step_m)
-    obeys_all = np.zeros(len(nodes), dtype=np.int64)
     return Candidates(nodes, cost, sides, is_clear, room_price, obeys_all)
+
+
+class _View(NamedTuple):
+    """The goal, seen from the vehicle."""
+
+    ahead_m: float
+    left_m: float
+    away_m: float
+    """Level distance to it."""
+    here_m: float
+    """Nearer than this it lies in no direction."""
+    dead_band_m: float
+
+
+def _view_of(goal: Goal, prepared: PreparedReachSet) -> _View:
+    ahead_m, left_m = float(goal.target_m[0]), float(goal.target_m[1])
+    range_m = prepared.reach_set.grid.range_m
+    away_m = float(np.hypot(ahead_m, left_m))
+    return _View(ahead_m, left_m, away_m, HERE * range_m, DEAD_BAND * range_m)
+
+
+class _Weights(NamedTuple):
+    """What prices come to in metres, and what is committed to."""
+
+    step_m: float
+    miss: float
+    risk: float
+    coated_m: float
+    no_room_m: float
+    other_side_m: float
+    committed: int
+    """Side that is kept to; 0 for none."""
+    other_plan_m: float
+    planned: int
+    """Movement that the last plan has next; -1 for none."""
+
+
+def _weights(prices: Prices, commitment: Commitment, prepared: PreparedReachSet) -> _Weights:
+    step_m, first = prepared.step_m, commitment.first_movement
+    return _Weights(
+        step_m,
+        float(prices.miss),
+        float(prices.risk),
+        step_m * price_of(prices.coated),
+        price_of(prices.no_room) * step_m,
+        prices.other_side * step_m,
+        COMMITTED[commitment.side],
+        prices.other_plan * step_m,
+        prepared.reach_set.movement_names.index(first) if first else -1,
+    )
+
+
+@compiled
+def _priced(
+    ends: Ends,
+    to_go: FloatArray,
+    ends_here: BoolArray,
+    grazing: FloatArray,
+    log_rating: FloatArray,
+    untouched: BoolArray,
+    view: _View,
+    weights: _Weights,
+) -> tuple[FloatArray, IntArray, BoolArray, FloatArray, IntArray]:
+    """What candidates cost, their sides, whether they pass no coated cell, what it costs to have no
+    room to circle, and no rules broken."""
+    count = len(ends.nodes)
+    cost, room_price = np.empty(count), np.empty(count)
+    sides, is_clear = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_)
+    for n in range(count):
+        is_clear[n] = untouched[ends.nodes[n]]
+        sides[n] = _side_of(ends.ahead_m[n], ends.left_m[n], view)
+        cost[n] = ends.path_cost_m[n] + (0.0 if ends_here[n] else to_go[n])
+        cost[n] += weights.step_m * (weights.miss * grazing[n] - weights.risk * log_rating[n])
+        if not is_clear[n]:
+            cost[n] += weights.coated_m
+        if weights.committed != 0 and sides[n] == -weights.committed:
+            cost[n] += weights.other_side_m
+        if weights.planned >= 0 and ends.first_movement[n] != weights.planned:
+            cost[n] += weights.other_plan_m
+        room_price[n] = 0.0 if ends_here[n] else weights.no_room_m
+    return cost, sides, is_clear, room_price, np.zeros(count, dtype=np.int64)
+
+
+@borrowing
+def _side_of(ahead_m: float, left_m: float, view: _View) -> int:
+    """-1 right, 0 straight, 1 left of the way to the goal."""
+    if view.away_m < view.here_m:
+        return 0
+    across = (view.ahead_m * left_m - view.left_m * ahead_m) / view.away_m
+    if abs(across) < view.dead_band_m:
+        return 0
+    return int(np.sign(across))
 
 
 def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
@@ -159,27 +247,6 @@ def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> 
     if prepared.may_stay or not ends.leads_on.any():
         return ends
     return ends.some(ends.leads_on | arrived.reached[ends.nodes])
-
-
-def _add_changes_of_mind(
-    cost_m: FloatArray,
-    prepared: PreparedReachSet,
-    ends: Ends,
-    sides: IntArray,
-    prices: Prices,
-    commitment: Commitment,
-) -> None:
-    """Add in place what it costs to pass on another side, or to begin otherwise than planned."""
-    step_m = prepared.step_m
-    if commitment.side in (Side.LEFT, Side.RIGHT):
-        committed = 1 if commitment.side is Side.LEFT else -1
-        cost_m += prices.other_side * step_m * (sides == -committed)
-    if commitment.first_movement:
-        planned = prepared.reach_set.movement_names.index(commitment.first_movement)
-        cost_m += prices.other_plan * step_m * (ends.first_movement != planned)
-    if commitment.stood > 1:
-        first_m = prepared.reach_set.length_m[prepared.first_node[ends.nodes]]
-        cost_m += IMPATIENCE * (commitment.stood - 1) * step_m * (first_m < STANDS * step_m)
 
 
 def among(candidates: Candidates, keep: BoolArray) -> Candidates:

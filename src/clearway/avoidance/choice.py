@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from clearway.avoidance.candidates import Candidates, ruled
-from clearway.avoidance.chosen import Basis, Choice, ChoiceReport, Pick, Tried
+from clearway.avoidance.chosen import Basis, Choice, Grounds, TriedTier
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
@@ -27,12 +27,14 @@ from clearway.base.state import BoolArray, IntArray
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
 """Shares of the margin that the emergency rule steps down through."""
+VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
+"""What a candidate that verification looks at can stand on, the best first."""
 Measured = Callable[[Hazards, float], FloatArray]
 """`clearances` of all paths, by what they are held against and the cap."""
 
 
 def choose_by_rules(
-    ruling: Ruling, candidates: Candidates, pick_among: Callable[[Candidates, bool], Pick]
+    ruling: Ruling, candidates: Candidates, pick_among: Callable[[Candidates, bool], Choice]
 ) -> Choice:
     """The choice under rules, with a note of each active rule and of the one that decided.
 
@@ -45,7 +47,7 @@ def choose_by_rules(
     else:
         picked = without = pick_among(candidates, False)
     notes = ruling.notes(candidates.nodes, without.node, picked.node)
-    return replace(picked.told(), rules=notes)
+    return replace(picked, rules=notes)
 
 
 def pick(
@@ -59,7 +61,7 @@ def pick(
     verify: bool = True,
     none_passes: bool = False,
     measured: Measured | None = None,
-) -> Pick:
+) -> Choice:
     """The cheapest candidate that passes, else the emergency rule.
 
     none_passes: where that is known, none is tried.
@@ -76,59 +78,59 @@ def pick(
     rated = (assessment.node_rating[ends] >= threshold) & feasible
     if not verify:
         rated &= candidates.untouched[order]
-    report = ChoiceReport(prepared, assessment, candidates, hazards, int((~rated).sum()))
-    if not verify and not none_passes and rated.any():
-        return Pick(report, int(order[rated][0]), Basis.RATED_ONLY, margin_m)
-    tried: Tried = []
+    grounds = Grounds(prepared, assessment, hazards)
+    below = len(rated) - int(np.count_nonzero(rated))
+    if not verify and not none_passes and below < len(rated):
+        best = int(order[rated][0])
+        return Choice.of(grounds, candidates, best, Basis.RATED_ONLY, margin_m, below)
+    tried: list[TriedTier] = []
     if verify and not none_passes:
-        tiers = _tiers(candidates, order, rated, prepared.loiter)
-        for basis, tier, loiter in tiers:
+        for basis in VERIFIED:
+            tier = _tier(basis, candidates, order, rated)
+            loiter = NO_LOITER if basis is Basis.NO_LOITER else prepared.loiter
             if basis is Basis.NO_LOITER:
                 tried.clear()  # The last round looks at all candidates once more.
-            best = _first_clear(report, basis, tier, loiter, margin_m, tried)
-            if best is not None:
-                return Pick(report, best, basis, margin_m, tried)
+            found = _first_clear(grounds, candidates, basis, tier, loiter, margin_m, tried)
+            if found is not None:
+                return Choice.of(grounds, candidates, found, basis, margin_m, below, tried)
     measured = measured or partial(clearances, prepared.paths)
     best, kept_m = _emergency(measured, candidates, hazards, margin_m)
-    return Pick(report, best, Basis.EMERGENCY, kept_m, tried)
+    return Choice.of(grounds, candidates, best, Basis.EMERGENCY, kept_m, below, tried)
 
 
-def _tiers(
-    candidates: Candidates, order: IntArray, rated: BoolArray, loiter: LoiterCircles
-) -> tuple[tuple[Basis, IntArray, LoiterCircles], ...]:
-    """Which candidates verification looks at one after the other, and what must be free besides.
+def _tier(basis: Basis, candidates: Candidates, order: IntArray, rated: BoolArray) -> IntArray:
+    """Which candidates verification looks at for a basis, the best first.
 
     order: all candidates, the best first; rated: [candidates], in that order.
     """
+    if basis is Basis.NO_LOITER:
+        return order
     obeys = candidates.broken[order] == 0
-    return (
-        (Basis.RATED, order[rated & obeys], loiter),
-        (Basis.VERIFIED, order[~rated & obeys], loiter),
-        (Basis.AGAINST_RULES, order[~obeys], loiter),
-        (Basis.NO_LOITER, order, NO_LOITER),
-    )
+    which = {Basis.RATED: rated & obeys, Basis.VERIFIED: ~rated & obeys}
+    tier: IntArray = order[which.get(basis, ~obeys)]
+    return tier
 
 
 def _first_clear(
-    report: ChoiceReport,
+    grounds: Grounds,
+    candidates: Candidates,
     basis: Basis,
     tier: IntArray,
     loiter: LoiterCircles,
     margin_m: float,
-    tried: Tried,
+    tried: list[TriedTier],
 ) -> int | None:
     """The first candidate of a tier that keeps the margin, if one does; adds to what was tried."""
     if not len(tier):
         return None
-    candidates = report.candidates
     # Candidates that break rules are in the order of what they break, not of their cost.
     price = None
     if basis in (Basis.RATED, Basis.VERIFIED):
         price = RoomPrice(candidates.cost_m[tier], candidates.room_price_m[tier])
     verification = first_clear(
-        report.prepared.paths, candidates.nodes[tier], report.hazards, margin_m, loiter, price
+        grounds.prepared.paths, candidates.nodes[tier], grounds.hazards, margin_m, loiter, price
     )
-    tried.append((tier, verification))
+    tried.append(TriedTier.of(candidates, tier, verification))
     return int(tier[verification.chosen]) if verification.chosen >= 0 else None
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
+from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,13 +16,13 @@ from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import CAUSES, Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import RuleNote
-from clearway.avoidance.verify import KEPT, Verification, path_clearance
+from clearway.avoidance.verify import KEPT, Clearance, Verification, path_clearance
 from clearway.base.brief import brief
+from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 
 RULED_OUT_KEPT = 8
 """Cheaper candidates that a decision remembers one by one; the others are counted."""
-NO_CAUSES = np.zeros(0, dtype=np.int64)
 
 
 class Basis(StrEnum):
@@ -51,135 +54,158 @@ class RuledOut:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class TriedTier:
+    """What verification found of candidates before the chosen one, and which the first were."""
+
+    nodes: IntArray
+    """[n] nodes that end the first `RULED_OUT_KEPT` of them."""
+    cost_m: FloatArray
+    """[n]"""
+    verification: Verification
+
+    @classmethod
+    def of(cls, candidates: Candidates, tier: IntArray, verification: Verification) -> TriedTier:
+        """tier: candidates in the order in which verification looked at them."""
+        first = tier[: min(RULED_OUT_KEPT, len(verification.causes))]
+        return cls(candidates.nodes[first], candidates.cost_m[first], verification)
+
+    def ruled_out(self) -> Iterator[RuledOut]:
+        found = self.verification
+        for at, (node, cost_m) in enumerate(zip(self.nodes, self.cost_m, strict=True)):
+            yield RuledOut(
+                int(node),
+                float(cost_m),
+                CAUSES[found.causes[at]],
+                int(found.cause_index[at]),
+                float(found.shortfall_m[at]),
+            )
+
+
+class Grounds(NamedTuple):
+    """What a choice was made from, as far as it is told of it."""
+
+    prepared: PreparedReachSet
+    assessment: ReachAssessment
+    hazards: Hazards
+
+
+@dataclass(frozen=True, eq=False)
 class Choice:
-    """The trajectory chosen in one reach set."""
+    """The trajectory chosen in one reach set; what explains it is worked out when asked for."""
 
     node: int
     """Node that ends it."""
     basis: Basis
     cost_m: float
-    rating: float
-    """P_R of the trajectory (4.22)."""
-    clearance_m: float
-    """Smallest distance to the evidence, and never more than to what is known but out of reach;
-    inf without any."""
-    limited_by: Cause
-    limiting_index: int
     margin_m: float
     """Margin that it keeps: below the asked one in an emergency."""
     side: Side
-    feasibility: float
-    """P_D of its first movement (2.3)."""
-    continuations: float
-    """Share of the first movement's continuations rated above the threshold."""
     candidates: int
     below_threshold: int
     """Candidates that the cell rating ruled out."""
-    ruled_out: tuple[RuledOut, ...]
-    """The cheapest of those that verification ruled out."""
-    ruled_out_by: dict[str, int]
-    """Number that verification ruled out, by cause."""
     forced: bool
     """Whether the cheapest candidate, had it been free, lies on another side."""
+    grounds: Grounds = field(repr=False)
+    tried: Sequence[TriedTier] = field(default=(), repr=False)
+    """In the order in which verification looked at them."""
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
 
     __repr__ = brief
 
-
-Tried = list[tuple[IntArray, Verification]]
-"""Candidates in the order in which verification looked at them, and what it found."""
-
-
-@dataclass(frozen=True, slots=True)
-class ChoiceReport:
-    """All that a choice was made from, and how the chosen candidate is told."""
-
-    prepared: PreparedReachSet
-    assessment: ReachAssessment
-    candidates: Candidates
-    hazards: Hazards
-    below_threshold: int
-
-    def chosen(
-        self,
+    @classmethod
+    def of(
+        cls,
+        grounds: Grounds,
+        candidates: Candidates,
         best: int,
         basis: Basis,
         margin_m: float,
-        tried: Sequence[tuple[IntArray, Verification]],
+        below_threshold: int = 0,
+        tried: Sequence[TriedTier] = (),
     ) -> Choice:
         """The choice of candidate `best` with a margin, after verification has tried others."""
-        candidates, assessment = self.candidates, self.assessment
-        node = int(candidates.nodes[best])
-        path = self.prepared.reach_set.path(node)
-        first = path[0]
-        farthest_m = float(self.prepared.away_m[path].max())
-        clearance = path_clearance(self.prepared.paths, node, self.hazards, farthest_m)
-        # What was left out is at least so far from any place on the path.
-        unseen_m = self.hazards.left_out_m - farthest_m
-        if unseen_m > KEPT * margin_m:
-            unseen_m = max(unseen_m, margin_m)
         side = int(candidates.sides[best])
-        cheapest = int(np.argmin(candidates.cost_m))
-        causes = np.concatenate([NO_CAUSES, *(verification.causes for _, verification in tried)])
-        counts = np.bincount(causes, minlength=len(Cause)).tolist()
-        return Choice(
-            node=node,
-            basis=basis,
-            cost_m=float(candidates.cost_m[best]),
-            rating=float(assessment.node_rating[node]),
-            clearance_m=min(clearance.distance_m, unseen_m),
-            limited_by=clearance.cause,
-            limiting_index=clearance.index,
-            margin_m=margin_m,
-            side=SIDES[side],
-            feasibility=float(assessment.feasibility[first]),
-            continuations=float(assessment.continuations[first]),
-            candidates=len(candidates.nodes),
-            below_threshold=self.below_threshold,
-            ruled_out=self._ruled_out(tried),
-            ruled_out_by={
-                cause.name.lower(): counts[cause]
-                for cause in (Cause.POINT, Cause.MAP, Cause.INTRUDER)
-                if counts[cause]
-            },
-            forced=bool(candidates.sides[cheapest] != side),
+        return cls(
+            int(candidates.nodes[best]),
+            basis,
+            float(candidates.cost_m[best]),
+            margin_m,
+            SIDES[side],
+            len(candidates.nodes),
+            below_threshold,
+            bool(candidates.sides[candidates.cost_m.argmin()] != side),
+            grounds,
+            tried,
         )
 
-    def _ruled_out(self, tried: Sequence[tuple[IntArray, Verification]]) -> tuple[RuledOut, ...]:
-        kept: list[RuledOut] = []
-        for tier, verification in tried:
-            for at in range(min(len(verification.causes), RULED_OUT_KEPT - len(kept))):
-                candidate = int(tier[at])
-                kept.append(
-                    RuledOut(
-                        int(self.candidates.nodes[candidate]),
-                        float(self.candidates.cost_m[candidate]),
-                        CAUSES[verification.causes[at]],
-                        int(verification.cause_index[at]),
-                        float(verification.shortfall_m[at]),
-                    )
-                )
-        return tuple(kept)
+    @cached_property
+    def _path(self) -> list[int]:
+        return self.grounds.prepared.reach_set.path(self.node)
 
+    @cached_property
+    def _farthest_m(self) -> float:
+        return float(self.grounds.prepared.away_m[self._path].max())
 
-@dataclass(frozen=True, slots=True)
-class Pick:
-    """A candidate that was chosen, before it is told: of some that are compared, one is flown."""
+    @cached_property
+    def _nearest(self) -> Clearance:
+        paths, hazards = self.grounds.prepared.paths, self.grounds.hazards
+        return path_clearance(paths, self.node, hazards, self._farthest_m)
 
-    report: ChoiceReport
-    best: int
-    """Which candidate."""
-    basis: Basis
-    margin_m: float
-    """Margin that it keeps."""
-    tried: Sequence[tuple[IntArray, Verification]] = ()
-    """What verification found of others before."""
+    @cached_property
+    def clearance_m(self) -> float:
+        """Smallest distance to the evidence, and never more than to what is known but out of reach;
+        inf without any."""
+        # What was left out is at least so far from any place on the path.
+        unseen_m = self.grounds.hazards.left_out_m - self._farthest_m
+        if unseen_m > KEPT * self.margin_m:
+            unseen_m = max(unseen_m, self.margin_m)
+        return min(self._nearest.distance_m, unseen_m)
 
     @property
-    def node(self) -> int:
-        """Node that ends it."""
-        return int(self.report.candidates.nodes[self.best])
+    def limited_by(self) -> Cause:
+        return self._nearest.cause
 
-    def told(self) -> Choice:
-        return self.report.chosen(self.best, self.basis, self.margin_m, self.tried)
+    @property
+    def limiting_index(self) -> int:
+        """Which point, shape or intruder."""
+        return self._nearest.index
+
+    @property
+    def rating(self) -> float:
+        """P_R of the trajectory (4.22)."""
+        return float(self.grounds.assessment.node_rating[self.node])
+
+    @property
+    def feasibility(self) -> float:
+        """P_D of its first movement (2.3)."""
+        return float(self.grounds.assessment.feasibility[self._path[0]])
+
+    @property
+    def continuations(self) -> float:
+        """Share of the first movement's continuations rated above the threshold."""
+        return float(self.grounds.assessment.continuations[self._path[0]])
+
+    @cached_property
+    def ruled_out(self) -> tuple[RuledOut, ...]:
+        """The cheapest of those that verification ruled out."""
+        each = (ruled_out for tier in self.tried for ruled_out in tier.ruled_out())
+        return tuple(islice(each, RULED_OUT_KEPT))
+
+    @property
+    def is_first(self) -> bool:
+        """Whether verification ruled none out."""
+        return not any(len(tier.nodes) for tier in self.tried)
+
+    @cached_property
+    def ruled_out_by(self) -> dict[str, int]:
+        """Number that verification ruled out, by cause."""
+        if self.is_first:
+            return {}
+        causes = np.concatenate([tier.verification.causes for tier in self.tried])
+        counts = np.bincount(causes, minlength=len(Cause)).tolist()
+        return {
+            cause.name.lower(): counts[cause]
+            for cause in (Cause.POINT, Cause.MAP, Cause.INTRUDER)
+            if counts[cause]
+        }

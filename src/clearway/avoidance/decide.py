@@ -16,7 +16,7 @@ import numpy as np
 from clearway.avoidance.assess import Assessment, assess_situation
 from clearway.avoidance.candidates import Candidates, Commitment, price_candidates
 from clearway.avoidance.choice import choose_by_rules, pick
-from clearway.avoidance.chosen import Basis, Choice, Pick
+from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.costs import Goal, arrival, price_of
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import above_floor
@@ -69,8 +69,6 @@ class Decision:
     choice: Choice
     movements: tuple[str, ...]
     """The movement buffer to execute."""
-    path_m: FloatArray
-    """[points, 3] planned path, world frame, from the vehicle's position."""
     goal: Goal
     margin_m: float
     cells: CellAssessment
@@ -105,6 +103,15 @@ class Decision:
     def goes_narrow(self) -> bool:
         """Whether it leads, as the mission allows, where there is no way out."""
         return self.choice.basis is Basis.NARROW
+
+    @cached_property
+    def path_m(self) -> FloatArray:
+        """[points, 3] planned path, world frame, from the vehicle's position."""
+        reach_set = self.prepared.reach_set
+        along = reach_set.samples_m[reach_set.path(self.choice.node)].reshape(-1, 3)
+        path = np.zeros((len(along) + 1, 3))
+        path[1:] = along
+        return self.frame.world_points(path)
 
     @property
     def tube_m(self) -> FloatArray:
@@ -230,7 +237,7 @@ def decide(
 
     def pick_clear_of(
         hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
-    ) -> Pick:
+    ) -> Choice:
         return pick(
             prepared,
             known.reach,
@@ -246,7 +253,7 @@ def decide(
     def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
         clear_of = partial(pick_clear_of, hazards, share)
         if ruling is None:
-            return clear_of(candidates).told()
+            return clear_of(candidates)
         return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
 
     names = near.intruders.names
@@ -294,7 +301,6 @@ def decide(
         movements=(finishes.movement,)
         if finishes
         else prepared.reach_set.movements_to(choice.node),
-        path_m=near.frame.world_points(_path(prepared, choice.node)),
         goal=goal,
         margin_m=margin,
         cells=known.cells,
@@ -432,15 +438,6 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
         return prepared
     paths = sloping(prepared.paths, slope)
     return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
-
-
-def _path(prepared: PreparedReachSet, node: int) -> FloatArray:
-    """[points, 3] samples of a path in the grid frame, from the origin."""
-    reach_set = prepared.reach_set
-    along = reach_set.samples_m[reach_set.path(node)].reshape(-1, 3)
-    path = np.zeros((len(along) + 1, 3))
-    path[1:] = along
-    return path
 
 
 def _decide_within(

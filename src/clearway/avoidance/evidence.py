@@ -118,12 +118,13 @@ def gather_evidence(
 ) -> Evidence:
     """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
     grid, hazards, margin = terms.grid, near.hazards, near.margin_m
-    free = Evidence.free(grid)
-    detected, visibility, seen = free.detected, free.visibility, free.seen
+    map_base = intruder = np.zeros(grid.cells)
     if situation.detections:
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
         detected, visibility, seen = sensed.detected, sensed.visibility, sensed.seen
-    map_base, intruder = free.map_base, free.intruder
+    else:
+        free = Evidence.free(grid)
+        detected, visibility, seen = free.detected, free.visibility, free.seen
     coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
     if len(hazards.shapes.radius_m):
         map_base = base_probability(hazards.shapes, grid, terms.settings.accuracy)

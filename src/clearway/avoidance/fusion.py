@@ -80,10 +80,31 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
     unless the map fills it or unknown space counts as blocked.
     """
     del obstacle
-    visibility = evidence.visibility
-    seen_free = np.maximum(0.0, visibility - evidence.detected)
-    hidden_free = (1.0 - visibility) * (1.0 - evidence.map_base) * (1.0 - unknown)
-    return (1.0 - evidence.intruder) * (seen_free + hidden_free)
+    return _total(
+        evidence.detected,
+        evidence.visibility,
+        evidence.map_base,
+        evidence.intruder,
+        unknown,
+    )
+
+
+@compiled
+def _total(
+    detected: FloatArray,
+    visibility: FloatArray,
+    map_base: FloatArray,
+    intruder: FloatArray,
+    unknown: FloatArray,
+) -> FloatArray:
+    rating = np.empty(len(detected))
+    for cell in range(len(detected)):
+        seen_free = visibility[cell] - detected[cell]
+        if seen_free < 0.0:  # What is not a number stays so.
+            seen_free = 0.0
+        hidden_free = (1.0 - visibility[cell]) * (1.0 - map_base[cell]) * (1.0 - unknown[cell])
+        rating[cell] = (1.0 - intruder[cell]) * (seen_free + hidden_free)
+    return rating
 
 
 def calibrated(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
@@ -162,14 +183,39 @@ def assess_cells(
     unknown: how far hidden space counts as blocked, u in [0, 1]; unknown_unseen: the same for
     columns without any beam.
     """
-    map_probability = evidence.map_base * (1.0 - evidence.visibility)  # (5.54)
-    obstacle = 1.0 - (1.0 - evidence.intruder) * (1.0 - map_probability) * (
-        1.0 - evidence.detected
-    )  # (4.17)
-    unknown_cells = np.where(evidence.seen, unknown, unknown_unseen)
+    map_probability, obstacle, unknown_cells = _obstacle(
+        evidence.detected,
+        evidence.visibility,
+        evidence.map_base,
+        evidence.intruder,
+        evidence.seen,
+        float(unknown),
+        float(unknown_unseen),
+    )
     return CellAssessment(
         evidence, map_probability, obstacle, rating(evidence, obstacle, unknown_cells)
     )
+
+
+@compiled
+def _obstacle(
+    detected: FloatArray,
+    visibility: FloatArray,
+    map_base: FloatArray,
+    intruder: FloatArray,
+    seen: BoolArray,
+    unknown: float,
+    unknown_unseen: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """P_OM (5.54), P_O (4.17), and how far what is hidden counts as blocked, of every cell."""
+    cells = len(detected)
+    map_probability, obstacle, unknown_cells = np.empty(cells), np.empty(cells), np.empty(cells)
+    for cell in range(cells):
+        map_probability[cell] = map_base[cell] * (1.0 - visibility[cell])
+        free = (1.0 - intruder[cell]) * (1.0 - map_probability[cell]) * (1.0 - detected[cell])
+        obstacle[cell] = 1.0 - free
+        unknown_cells[cell] = unknown if seen[cell] else unknown_unseen
+    return map_probability, obstacle, unknown_cells
 
 
 @dataclass(frozen=True, slots=True, eq=False)

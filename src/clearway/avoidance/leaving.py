@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.avoidance.candidates import Candidates, among
-from clearway.avoidance.chosen import Basis, Choice, ChoiceReport
+from clearway.avoidance.chosen import Basis, Choice, Grounds
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Cause, Hazards
@@ -349,8 +349,8 @@ class Leaving:
             np.zeros(1),
             np.zeros(1, dtype=np.int64),
         )
-        report = ChoiceReport(self.prepared, self.assessment, alone, hazards, 0)
-        choice = report.chosen(0, Basis.WAY_OUT, way.margin_m, ())
+        grounds = Grounds(self.prepared, self.assessment, hazards)
+        choice = Choice.of(grounds, alone, 0, Basis.WAY_OUT, way.margin_m)
         if choice.limited_by is Cause.INTRUDER and choice.clearance_m < way.margin_m:
             choice = replace(choice, basis=Basis.EMERGENCY)
         return Taken(choice, hazards, way.after_one, banned, finishes=finishes)

@@ -120,7 +120,7 @@ class PreparedReachSet:
 
         unsure_mps: how far off the wind may be; the margin grows by it with the time flown.
         """
-        if not wind_mps.any():
+        if not any(wind_mps.tolist()):
             return self
         carried = drifted(self.reach_set, wind_mps)
         paths = paths_of(carried, self.tube_m)

@@ -50,8 +50,9 @@ class GridFrame:
 
     def grid_from_body(self, pose: State) -> tuple[FloatArray, FloatArray] | None:
         """Rotation [3, 3] and translation [3] from the body at a pose; None where they are one."""
-        is_here = np.array_equal(pose.position_m, self.origin_m)
-        if is_here and np.array_equal(pose.attitude_rad, self.attitude_rad):
+        # Lists of three are compared several times as fast as arrays.
+        is_here = pose.position_m.tolist() == self.origin_m.tolist()
+        if is_here and pose.attitude_rad.tolist() == self.attitude_rad.tolist():
             return None
         rotation = self.world_from_grid.T @ pose.world_from_body
         return rotation, self.world_from_grid.T @ (pose.position_m - self.origin_m)

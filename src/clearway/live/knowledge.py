@@ -270,7 +270,7 @@ class Knowledge:
             unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s),
             floor_m=self.floor_m,
             wind_mps=self.wind.wind_mps,
-            wind_sigma_mps=self.wind.sigma_mps if self.wind.wind_mps.any() else 0.0,
+            wind_sigma_mps=self.wind.sigma_mps if any(self.wind.wind_mps.tolist()) else 0.0,
         )
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:

@@ -192,6 +192,6 @@ class Plan:
         choice = decision.choice
         if choice.forced:
             return choice.side
-        if choice.side is not self.side and not choice.ruled_out:
+        if choice.side is not self.side and choice.is_first:
             return Side.STRAIGHT
         return self.side

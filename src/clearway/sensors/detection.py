@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Protocol
 
@@ -133,7 +134,7 @@ class Detection:
     @property
     def seen(self) -> BoolArray:
         """[cells] true where some beam looks into the cell's column."""
-        return np.repeat((self.beams > 0)[None], self.grid.layers, axis=0).ravel()
+        return _looked_into(self.beams, self.grid.layers)
 
 
 NO_GROUND = Ground(np.array([0.0, 0.0, 1.0]), -np.inf)
@@ -264,9 +265,19 @@ def _filters(
     )
 
 
+@lru_cache(maxsize=64)
 def _layers_in_range(grid: AvoidanceGrid, lidar: Lidar) -> int:
     """Layers that begin within the sensor's range."""
     return int(np.searchsorted(grid.range_edges_m[:-1], lidar.pattern.max_range_m * (1.0 - 1e-10)))
+
+
+@compiled
+def _looked_into(beams: IntArray, layers: int) -> BoolArray:
+    seen = np.empty(layers * len(beams), dtype=np.bool_)
+    for column in range(len(beams)):
+        for layer in range(layers):
+            seen[layer * len(beams) + column] = beams[column] > 0
+    return seen
 
 
 def _ratio(

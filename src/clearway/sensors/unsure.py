@@ -15,7 +15,7 @@ STEEPEST_RAD = 0.25 * np.pi
 
 def slope_of(angle_rad: float) -> float:
     """Metres off per metre of distance, of an attitude off by an angle."""
-    return float(np.tan(min(angle_rad, STEEPEST_RAD)))
+    return float(np.tan(min(angle_rad, STEEPEST_RAD))) if angle_rad else 0.0
 
 
 def radii_unsure(
