@@ -112,6 +112,13 @@ class Situation:
         if problems:
             raise InputError("situation", problems)
 
+    @classmethod
+    def trusted(cls, **values: object) -> Situation:
+        """One of values that need no checks, all of them by name; `frame` may be among them."""
+        situation = object.__new__(cls)
+        situation.__dict__.update(values)
+        return situation
+
     @property
     def _is_plain(self) -> bool:
         """Whether all is as nearly always, which is quick to find out; else problems are sought."""

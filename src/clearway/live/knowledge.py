@@ -18,6 +18,7 @@ from clearway.avoidance.ways_out import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.clock import Clock
 from clearway.live.dynamic_objects import unreported
@@ -236,25 +237,38 @@ class Knowledge:
         for name in self.sensing.silent(now):
             self.counts[f"scan: none fresh of {name}"] += 1
         scans = self.sensing.usable_scans(now)
-        detections = self.sensing.detections(scans, state, self.own_states.at)
-        situation = self.around(state, now, detections)
+        frame = GridFrame.of(state)
+        detections = self.sensing.detections(scans, frame, self.own_states.at)
+        situation = self.around(state, now, detections, frame)
         return situation, max((now - scan.time_s for scan in scans.values()), default=np.nan)
 
-    def around(self, state: State, now: float, detections: Sequence[Detection] = ()) -> Situation:
-        """All that is known; of the cells that sensors see, what `detections` say."""
+    def around(
+        self,
+        state: State,
+        now: float,
+        detections: Sequence[Detection] = (),
+        frame: GridFrame | None = None,
+    ) -> Situation:
+        """All that is known; of the cells that sensors see, what `detections` say.
+
+        frame: of the grid at the state, where it is at hand.
+        """
         here = self.here(state, now)
-        return Situation(
-            **here._asdict(),
-            detections=detections,
-            remembered=self.sensing.remembered_near(
+        known = here._asdict() | {
+            "detections": detections,
+            "remembered": self.sensing.remembered_near(
                 state.position_m,
                 widest_margin_m(self.planner, here) + carried_m(self.planner, here),
             ),
-            obstacle_map=self.obstacle_map,
-            intruders=self._traffic(state, now),
-            range_sigma_m=self.sensing.sigma_m,
-            seen=None if self.sensing.free_space is None else self.sensing.free_space.seen,
-        )
+            "obstacle_map": self.obstacle_map,
+            "intruders": self._traffic(state, now),
+            "range_sigma_m": self.sensing.sigma_m,
+            "seen": None if self.sensing.free_space is None else self.sensing.free_space.seen,
+        }
+        # What came was checked when it came; only sensors of someone else's may tell anything.
+        if all(type(each) is Detection for each in detections):
+            return Situation.trusted(frame=frame or GridFrame.of(state), **known)
+        return Situation(**known)
 
     def here(self, state: State, now: float) -> Here:
         """Where we are and want to go, and how sure that is; nothing of what is around."""

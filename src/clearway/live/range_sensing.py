@@ -219,19 +219,18 @@ class RangeSensing:
         return name in self._scans and now_s - self._scans[name].time_s <= self._fresh_s
 
     def detections(
-        self, scans: Mapping[str, Scan], state: State, own_state_at: Callable[[float], State]
+        self, scans: Mapping[str, Scan], frame: GridFrame, own_state_at: Callable[[float], State]
     ) -> list[Detection]:
-        """One per sensor, in the grid frame of an own state; without a scan all is unseen."""
+        """One per sensor, in a grid's frame; without a scan all is unseen."""
         return [
-            self._detection(scans[name], state, own_state_at(scans[name].time_s))
+            self._detection(scans[name], frame, own_state_at(scans[name].time_s))
             if name in scans
             else unseen(self._planner.grid, sensor)
             for name, sensor in self.sensors.items()
         ]
 
-    def _detection(self, scan: Scan, state: State, pose: State) -> Detection:
+    def _detection(self, scan: Scan, frame: GridFrame, pose: State) -> Detection:
         """pose: the own state when the scan was taken."""
-        frame = GridFrame.of(state)
         detection = self.sensors[scan.sensor].detect(
             self._planner.grid,
             scan,
