@@ -15,6 +15,8 @@ from clearway.base.state import IntArray
 from clearway.obstacles.cell_volume import part_of
 
 NODES_PER_CELL = 100
+ACROSS = 2
+"""Cells of a group along each axis: what is far from the group is far from all of them."""
 
 
 class CellNodes(NamedTuple):
@@ -34,6 +36,14 @@ class CellNodes(NamedTuple):
     """[nodes] no point of a node's part is farther from it."""
     share: FloatArray
     """[nodes] of the cell's volume; a cell's nodes sum to 1."""
+    by_group: IntArray
+    """[cells] neighbours one after the other."""
+    group_first: IntArray
+    """[groups + 1] where the cells of a group begin in `by_group`."""
+    group_center_m: FloatArray
+    """[groups, 3] grid frame."""
+    group_radius_m: FloatArray
+    """[groups] no point of any of its cells is farther from its centre."""
 
 
 @lru_cache(maxsize=16)
@@ -54,7 +64,29 @@ def cell_nodes(grid: AvoidanceGrid, per_cell: int = NODES_PER_CELL) -> CellNodes
     parts = np.array(counts, dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(parts.prod(axis=1))]).astype(np.int64)
     nodes = _cut_cells(ranges, azimuths, elevations, parts, first)
-    return CellNodes(np.array(center), np.array(radius), first, *nodes)
+    groups = _groups(grid, np.array(center), np.array(radius))
+    return CellNodes(np.array(center), np.array(radius), first, *nodes, *groups)
+
+
+def _groups(
+    grid: AvoidanceGrid, center_m: FloatArray, radius_m: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Cells in groups of `ACROSS` along every axis: their order, where each group begins, and a
+    ball that holds it."""
+    cells = np.arange(grid.cells).reshape(grid.shape)
+    blocks = [
+        cells[i : i + ACROSS, j : j + ACROSS, k : k + ACROSS].ravel()
+        for i in range(0, grid.layers, ACROSS)
+        for j in range(0, grid.columns, ACROSS)
+        for k in range(0, grid.rows, ACROSS)
+    ]
+    centers = [center_m[block].mean(axis=0) for block in blocks]
+    radii = [
+        float((np.linalg.norm(center_m[block] - center, axis=1) + radius_m[block]).max())
+        for block, center in zip(blocks, centers, strict=True)
+    ]
+    first = np.cumsum([0, *(len(block) for block in blocks)]).astype(np.int64)
+    return np.concatenate(blocks), first, np.array(centers), np.array(radii)
 
 
 def _parts_along(per_cell: int, *extents_m: float) -> list[int]:

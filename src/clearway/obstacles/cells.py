@@ -25,6 +25,10 @@ FINE_NODES, FINE_NODES_IN_ALL = 2_000, 350_000
 """Parts of a cell in fine mode, and of the grid; as many as in fast mode at least."""
 
 
+SURELY = 1.0 + 1e-9
+"""Factor by which something must be farther, for all the rounding."""
+
+
 def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fast") -> FloatArray:
     """[cells] share of each cell's volume that the union of obstacles fills (5.53).
 
@@ -50,17 +54,36 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
 
 
 @borrowing
+def _near_group(shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: IntArray) -> int:
+    """How many shapes may come within a margin of a group of cells; their numbers go into `near`, a
+    buffer that lives as long as the caller's loop."""
+    center, reach = nodes.group_center_m[group], nodes.group_radius_m[group]
+    x, y, z = center[0], center[1], center[2]
+    count = 0
+    for s in range(len(shapes.radius_m)):
+        dx = x - shapes.center_m[s, 0]
+        dy = y - shapes.center_m[s, 1]
+        dz = z - shapes.center_m[s, 2]
+        limit = SURELY * (reach + margin + shapes.bound_m[s])
+        if dx * dx + dy * dy + dz * dz < limit * limit:
+            near[count] = s
+            count += 1
+    return count
+
+
+@borrowing
 def _candidates(
-    shapes: Shapes, nodes: CellNodes, cell: int, margin: float, found: IntArray
+    shapes: Shapes, nodes: CellNodes, cell: int, margin: float, near: IntArray, found: IntArray
 ) -> tuple[int, bool]:
     """How many shapes may come within a margin of a cell (5.51), and whether one covers it whole.
 
-    Their numbers go into `found`, a buffer that lives as long as the caller's loop.
+    near: those that may come near its group. Their numbers go into `found`, a buffer that lives as
+    long as the caller's loop.
     """
     x, y, z = nodes.center_m[cell, 0], nodes.center_m[cell, 1], nodes.center_m[cell, 2]
     reach = nodes.radius_m[cell]
     count = 0
-    for s in range(len(shapes.radius_m)):
+    for s in near:
         dx = x - shapes.center_m[s, 0]
         dy = y - shapes.center_m[s, 1]
         dz = z - shapes.center_m[s, 2]
@@ -79,24 +102,40 @@ def _candidates(
 @compiled
 def _blurred_shares(shapes: Shapes, nodes: CellNodes) -> FloatArray:
     shares = np.zeros(len(nodes.radius_m))
-    found = np.empty(len(shapes.radius_m), dtype=np.int64)
+    near, found = np.empty((2, len(shapes.radius_m)), dtype=np.int64)
     most = np.max(np.diff(nodes.first))
     filled, main = np.empty(most), np.empty((most, 6))
-    for cell in range(len(shares)):
-        count, covered = _candidates(shapes, nodes, cell, 0.0, found)
-        if covered:
-            shares[cell] = 1.0
-        if covered or count == 0:
+    for group in range(len(nodes.group_radius_m)):
+        nearby = near[: _near_group(shapes, nodes, group, 0.0, near)]
+        if len(nearby) == 0:
             continue
-        filled[:] = 0.0
-        main[:] = 0.0
-        for m in range(count):
-            _fill_nodes(shapes, nodes, cell, found[m], count > 1, filled, main)
-        first = nodes.first[cell]
-        for n in range(first, nodes.first[cell + 1]):
-            shares[cell] += nodes.share[n] * filled[n - first]
-        shares[cell] = min(shares[cell], 1.0)
+        for cell in nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]:
+            count, covered = _candidates(shapes, nodes, cell, 0.0, nearby, found)
+            if covered:
+                shares[cell] = 1.0
+            elif count > 0:
+                shares[cell] = _share_of(shapes, nodes, cell, found[:count], filled, main)
     return shares
+
+
+@borrowing
+def _share_of(
+    shapes: Shapes,
+    nodes: CellNodes,
+    cell: int,
+    found: IntArray,
+    filled: FloatArray,
+    main: FloatArray,
+) -> float:
+    """The share of a cell that some shapes fill together."""
+    filled[:] = 0.0
+    main[:] = 0.0
+    for s in found:
+        _fill_nodes(shapes, nodes, cell, s, len(found) > 1, filled, main)
+    first, share = nodes.first[cell], 0.0
+    for n in range(first, nodes.first[cell + 1]):
+        share += nodes.share[n] * filled[n - first]
+    return min(share, 1.0)
 
 
 @borrowing
@@ -159,14 +198,18 @@ def _common_length(
 @compiled
 def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)
-    found = np.empty(len(shapes.radius_m), dtype=np.int64)
-    for cell in range(len(coated)):
-        count, covered = _candidates(shapes, nodes, cell, margin, found)
-        coated[cell] = covered
-        n = nodes.first[cell]
-        while n < nodes.first[cell + 1] and count > 0 and not coated[cell]:
-            coated[cell] = _near_node(shapes, nodes, n, margin, found[:count])
-            n += 1
+    near, found = np.empty((2, len(shapes.radius_m)), dtype=np.int64)
+    for group in range(len(nodes.group_radius_m)):
+        nearby = near[: _near_group(shapes, nodes, group, margin, near)]
+        if len(nearby) == 0:
+            continue
+        for cell in nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]:
+            count, covered = _candidates(shapes, nodes, cell, margin, nearby, found)
+            coated[cell] = covered
+            n = nodes.first[cell]
+            while n < nodes.first[cell + 1] and count > 0 and not coated[cell]:
+                coated[cell] = _near_node(shapes, nodes, n, margin, found[:count])
+                n += 1
     return coated
 
 
