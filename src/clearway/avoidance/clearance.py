@@ -363,6 +363,9 @@ def _circle_from_shapes(
     for s in range(len(shapes.radius_m)):
         if _is_beyond(center, radius, shapes, s, best):
             continue
+        near = best + spare + ROUNDING * (abs(best) + radius)
+        if _off_circle(center, up, radius, shapes, s) >= near:
+            continue
         if _shape_distance(center, center, 0.0, shapes, s) - radius >= best:
             continue
         if not filled:
@@ -377,6 +380,17 @@ def _circle_from_shapes(
             # Farther off than the circle is long up to there: no nearer in between.
             corner += max(1, int((distance - best) / (2.0 * SURELY * spare)))
     return best, 2 if index >= 0 else 0, index
+
+
+@borrowing
+def _off_circle(center: FloatArray, up: FloatArray, radius: float, shapes: Shapes, s: int) -> float:
+    """How far the ball around shape `s` is from a level circle: no farther than the shape is."""
+    wx = shapes.center_m[s, 0] - center[0]
+    wy = shapes.center_m[s, 1] - center[1]
+    wz = shapes.center_m[s, 2] - center[2]
+    height = wx * up[0] + wy * up[1] + wz * up[2]
+    level = np.sqrt(max(0.0, wx * wx + wy * wy + wz * wz - height * height))
+    return float(np.hypot(level - radius, height) - SURELY * shapes.bound_m[s])
 
 
 @borrowing
