@@ -63,6 +63,8 @@ class TriedTier:
     """[n]"""
     verification: Verification
 
+    __repr__ = brief
+
     @classmethod
     def of(cls, candidates: Candidates, tier: IntArray, verification: Verification) -> TriedTier:
         """tier: candidates in the order in which verification looked at them."""
@@ -87,6 +89,9 @@ class Grounds(NamedTuple):
     prepared: PreparedReachSet
     assessment: ReachAssessment
     hazards: Hazards
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 @dataclass(frozen=True, eq=False)
