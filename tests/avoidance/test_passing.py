@@ -102,8 +102,9 @@ def test_a_way_that_ends_first_is_met_as_if_flown_straight_on() -> None:
         assert time_s[0] == pytest.approx(0.5 * late, rel=1e-6)
         assert np.abs(aside_m).max() < 1e-6
     # Verification sees what is met on the way; what comes after its end only this does.
-    assert met.lack_m[first] == pytest.approx(0.5, abs=1e-6)
-    assert met.lack_m[straight] < -0.4 * late
+    assert met.lack(-0.5 + 1e-6)[first]
+    assert not met.lack(-0.5 - 1e-6)[first]
+    assert not met.lack(0.4 * late)[straight]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -118,8 +119,12 @@ def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every
         Meetings(reach_set, MovingHazards(*(part[k : k + 1] for part in many)), ("x",))
         for k in range(5)
     ]
-    np.testing.assert_array_equal(met.lack_m, np.max([one.lack_m for one in alone], axis=0))
-    assert len(np.unique(met.lack_m)) > 10
+    shares = []
+    for margin_m in np.linspace(-1.0, 8.0, 10):
+        lack = met.lack(margin_m)
+        np.testing.assert_array_equal(lack, np.any([one.lack(margin_m) for one in alone], axis=0))
+        shares.append(lack.mean())
+    assert 0.0 < shares[3] < 1.0
     nodes = rng.choice(reach_set.nodes, 10).tolist()
     sides = met.at(nodes[0])[0]
     sides /= np.linalg.norm(sides, axis=1, keepdims=True)
@@ -134,3 +139,26 @@ def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every
         for k, one in enumerate(alone):
             np.testing.assert_array_equal(asides_m[k], one.at(node)[0][0])
             assert times_s[k] == one.at(node)[1][0]
+
+
+@pytest.mark.parametrize("reach_m", [5.0, 30.0, 300.0])
+def test_who_is_passed_over_as_too_far_would_have_kept_the_margin(reach_m: float) -> None:
+    """Held against the closest approach of the two straight ways, by the formula."""
+    rng, reach_set = np.random.default_rng(int(reach_m)), LIBRARY.nearest(0.0)
+    many = MovingHazards(
+        rng.uniform(-reach_m, reach_m, (40, 3)), rng.normal(size=(40, 3)) * reach_m / 20.0,
+        rng.uniform(0.1, 3.0, 40), rng.uniform(-0.2, 0.5, 40), np.zeros(40), np.ones(40),
+    )  # fmt: skip
+    end_s, samples = reach_set.end_time_s, reach_set.samples_m
+    begun_s = np.where(reach_set.parent >= 0, end_s[reach_set.parent], 0.0)
+    speed = (samples[:, -1] - samples[:, -2]) / ((end_s - begun_s) / samples.shape[1])[:, None]
+    place = many.position_m + end_s[:, None, None] * many.velocity_mps - samples[:, -1][:, None]
+    moves = many.velocity_mps - speed[:, None]
+    after_s = -np.einsum("nki,nki->nk", place, moves) / np.einsum("nki,nki->nk", moves, moves)
+    after_s = np.clip(after_s, 0.0, np.maximum(end_s.max() - end_s, 0.0)[:, None])
+    gap_m = np.linalg.norm(place + after_s[:, :, None] * moves, axis=2)
+    most_m = many.radius_m + many.growth_mps * (end_s[:, None] + after_s) - gap_m
+    for margin_m in (0.6, 5.0, 40.0):
+        lack = Meetings(reach_set, many, ("x",) * 40).lack(margin_m)
+        sure = np.abs(most_m.max(axis=1) + margin_m) > 1e-6
+        np.testing.assert_array_equal(lack[sure], most_m.max(axis=1)[sure] > -margin_m)
