@@ -41,6 +41,9 @@ from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
 from clearway.cli.warm_up import warm_up
 
+NEW_OBJECTS = 20_000
+"""So many more objects than before are looked through for what nothing leads to any more."""
+
 app = typer.Typer(
     name="clearway",
     help="Detect and avoid for unmanned aircraft: see, rate, decide, fly.",
@@ -101,6 +104,8 @@ def _options(
 def main() -> None:
     """Entry point of the `clearway` command."""
     began_as(sys.argv[1:])
+    # What was loaded is there to stay; Python would look through it for what to free at every turn.
+    gc.set_threshold(NEW_OBJECTS, *gc.get_threshold()[1:])
     # Nothing is left to be freed when all ends, which would take as long as a hundred decisions.
     atexit.register(gc.freeze)
     run(_only(next(iter(sys.argv[1:]), "")))
