@@ -15,14 +15,21 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
+from clearway.base.state import State
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import simulate_scan
+from clearway.obstacles.world import World
+from clearway.sensors import Lidar, simulate_scan
 
 MISSION = "static-obstacles"
+ON_FIRST_LEG = (
+    (0.0, 0.0, 0.0), (3.0, 1.0, 30.0), (6.0, 2.5, 20.0), (9.0, 2.9, 0.0), (12.0, 2.7, -15.0),
+    (16.0, 1.0, -25.0),
+)  # fmt: skip
+"""Places [m] and headings [deg] as the static mission is flown."""
 SHAPES = 1_000
 MANY_BEAMS = (80, 36)
 """Azimuths and elevations through every column of cells: 100,800 beams in all."""
@@ -75,6 +82,47 @@ def in_flight(
     return measure
 
 
+def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row]:
+    """Decisions at places along the first leg, each again and again with the same readings."""
+
+    def measure(quick: bool) -> Row:
+        setup = static_mission(escape=escape)
+        (lidar,) = setup.lidars
+        places = [
+            State(np.array([x, y, 0.0]), np.radians([0.0, 0.0, yaw_deg]))
+            for x, y, yaw_deg in ON_FIRST_LEG
+        ]
+        each = [
+            timed(_standing(setup, lidar, setup.world, place), quick, 0.5, warm_up=20).each_s
+            for place in places
+        ]
+        return Times(np.concatenate(each)).row(
+            f"a decision of the static mission, {lidar.pattern.beams:,} beams, at {len(places)} "
+            f"places of its first leg again and again, escape {escape}",
+            target_s=target_s,
+        )
+
+    return measure
+
+
+def _standing(setup: FlightSetup, lidar: Lidar, world: World, state: State) -> Callable[[], None]:
+    """A decision of who stands somewhere, a second after the one before, by the same readings."""
+    scan = simulate_scan(lidar, world, state, np.random.default_rng(0))
+    # It stands still for the benchmark's sake: no detour for want of progress.
+    patient = DataLimits(patience_turns=1e9)
+    system = AvoidanceSystem(setup.planner, setup.mission, lidars=(lidar,), limits=patient)
+    system.followed = False  # Nor is what holds it any wind.
+    clock = count()
+
+    def run() -> None:
+        now = float(next(clock))
+        system.update(replace(state, time_s=now))
+        system.update(replace(scan, time_s=now))
+        system.decide(now)
+
+    return run
+
+
 def street() -> ObstacleMap:
     """Closed all round but for the sky: nearly every beam of a scanner returns."""
     return ObstacleMap(
@@ -110,21 +158,9 @@ def many_returns(
         setup = static_mission(beams_per_cell=MANY_BEAMS, escape=escape)
         (lidar,) = setup.lidars
         far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
-        scan = simulate_scan(far, make(), setup.mission.start, np.random.default_rng(0))
-        # It stands still for the benchmark's sake: no detour for want of progress.
-        patient = DataLimits(patience_turns=1e9)
-        system = AvoidanceSystem(setup.planner, setup.mission, (far,), limits=patient)
-        system.followed = False  # Nor is what holds it any wind.
-        clock = count()
-
-        def run() -> None:
-            now = float(next(clock))
-            system.update(replace(setup.mission.start, time_s=now))
-            system.update(replace(scan, time_s=now))
-            system.decide(now)
-
+        run = _standing(setup, far, make(), setup.mission.start)
         return timed(run, quick).row(
-            f"a decision {where}, {len(scan.points_m):,} returns, escape {escape}"
+            f"a decision {where}, {far.pattern.beams:,} returns, escape {escape}"
         )
 
     return measure
@@ -195,6 +231,7 @@ BENCHMARKS = (
     Benchmark(
         "decision, 7,000 beams, escape off", in_flight(None, 1e-3, 3e-3, "off"), headline=True
     ),
+    Benchmark("decision, repeated, escape off", repeated("off", 350e-6), headline=True),
     Benchmark(
         "decision, 100,000 returns",
         many_returns(street, "in a street to 100 m, 10 m of it rated"),

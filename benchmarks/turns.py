@@ -175,6 +175,44 @@ def _decided(escape: str) -> Callable[[], list[float]]:
     return flight
 
 
+def _repeated(escape: str) -> Callable[[], list[float]]:
+    """Decisions at places along the first leg of the static mission, each again and again with the
+    same readings: an own state and a sweep."""
+    simulate_scan = _named("clearway.sensors.simulate_scan")
+    AvoidanceSystem = _named("clearway.system.AvoidanceSystem")
+    DataLimits = _named("clearway.system.DataLimits")
+
+    setup = _setup(escape)
+    (lidar,), start = setup.lidars, setup.mission.start
+    moments = []
+    for x, y, yaw_deg in ON_FIRST_LEG:
+        state = replace(
+            start,
+            position_m=np.array([x, y, 0.0]),
+            attitude_rad=np.array([0.0, 0.0, np.radians(yaw_deg)]),
+        )
+        scan = simulate_scan(lidar, setup.world, state, np.random.default_rng(0))
+        limits = DataLimits(patience_turns=1e9)
+        system = AvoidanceSystem(setup.planner, setup.mission, (lidar,), limits=limits)
+        if escape:
+            system.followed = False
+        moments.append((system, state, scan))
+    clock = count()
+
+    def run() -> list[float]:
+        each = []
+        for system, state, scan in moments:
+            for _ in range(REPEATS):
+                now, began = float(next(clock)), time.thread_time()
+                system.update(replace(state, time_s=now))
+                system.update(replace(scan, time_s=now))
+                system.decide(now)
+                each.append(time.thread_time() - began)
+        return each
+
+    return run
+
+
 def _returns(walls: Walls) -> Callable[[str], Any]:
     def make(escape: str) -> Callable[[], list[float]]:
         ObstacleMap = _named("clearway.obstacle_map.ObstacleMap")
@@ -267,6 +305,11 @@ def _timed(run: Callable[[], Any]) -> list[float]:
     return each
 
 
+ON_FIRST_LEG = (
+    (0.0, 0.0, 0.0), (3.0, 1.0, 30.0), (6.0, 2.5, 20.0), (9.0, 2.9, 0.0), (12.0, 2.7, -15.0),
+    (16.0, 1.0, -25.0),
+)  # fmt: skip
+"""Places [m] and headings [deg] as the static mission is flown."""
 STREET = [
     ((0.0, 14.0, 0.0), (200.0, 4.0, 80.0)),
     ((0.0, -14.0, 0.0), (200.0, 4.0, 80.0)),
@@ -283,6 +326,7 @@ CHAMBER = [
 ]
 ROWS: dict[str, Callable[[str], Callable[[], list[float]]]] = {
     "a decision of the static mission": _decided,
+    "a decision of the static mission, repeated": _repeated,
     "the static mission flown": _flown,
     "100,800 beams in a street": _returns(STREET),
     "100,800 returns within 10 m": _returns(CHAMBER),
