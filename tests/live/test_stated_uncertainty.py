@@ -9,6 +9,8 @@ from clearway.avoidance.decide import decide
 from clearway.avoidance.situation import Situation
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
+from clearway.missions.mission_file import read_mission_file
+from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import PointMemory, Scan, simulate_scan, update_memory
@@ -97,3 +99,27 @@ def test_a_margin_that_grows_in_free_space_is_no_reason_to_decide():
     live.decide(0.0)
     live.update(State([0.3, 0.0, 0.0], time_s=0.3, position_std_m=0.5))
     assert live.due(0.3) is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "sigmas", "told"),
+    [
+        ("plane", {}, ""),
+        ("plane", {"position_sigma_m": 0.1}, "own states are off by 0.1 m,"),
+        (
+            "plane",
+            {"position_sigma_m": 0.2, "attitude_sigma_deg": 0.5},
+            "own states are off by 0.2 m and 0.5 deg,",
+        ),
+        ("multirotor", {"position_sigma_m": 0.1}, ""),
+    ],
+)
+def test_before_take_off_it_is_said_what_they_cost_who_cannot_stop(
+    kind: str, sigmas: dict[str, float], told: str
+) -> None:
+    file = read_mission_file("static-obstacles").changed("vehicle", kind=kind)
+    setup = prepare(file.changed("simulation", **sigmas))
+    assert setup.escape.flown == "strict"
+    assert told in setup.escape.why
+    assert ("own states" in setup.escape.why) is bool(told)
+    assert setup.system().escape == setup.escape

@@ -78,9 +78,36 @@ class EscapePlan:
 
 
 def escape_plan(
-    planner: Planner, sensors: Sequence[AnySensor], obstacle_map: ObstacleMap | None = None
+    planner: Planner,
+    sensors: Sequence[AnySensor],
+    obstacle_map: ObstacleMap | None = None,
+    start: State | None = None,
 ) -> EscapePlan:
-    """What the sensors, the vehicle, the margin and the map allow of what was asked for."""
+    """What the sensors, the vehicle, the margin and the map allow of what was asked for.
+
+    start: tells how far off own states are declared to be.
+    """
+    plan = _escape_plan_of(planner, sensors, obstacle_map)
+    if start is None or plan.flown != Escape.STRICT:
+        return plan
+    return replace(plan, why=plan.why + _over_unsure(planner, start))
+
+
+def _over_unsure(planner: Planner, start: State) -> str:
+    """What own states that are off cost who cannot stop; who can, holds meanwhile.
+
+    It is told, not tried: what the noise of a flight costs depends on what stands about.
+    """
+    if planner.automaton.can_stop or not (start.position_std_m or start.attitude_std_rad):
+        return ""
+    off = [f"{start.position_std_m:.3g} m"] if start.position_std_m else []
+    off += [f"{np.degrees(start.attitude_std_rad):.3g} deg"] if start.attitude_std_rad else []
+    return f"; own states are off by {' and '.join(off)}, so that single decisions may find none"
+
+
+def _escape_plan_of(
+    planner: Planner, sensors: Sequence[AnySensor], obstacle_map: ObstacleMap | None
+) -> EscapePlan:
     key = _content(planner, sensors)
     complete_m = None if obstacle_map is None else obstacle_map.complete_m
     if planner.settings.escape == Escape.MAPPED and complete_m is not None:
@@ -166,7 +193,7 @@ def _known(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
 def _by_map(planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray) -> EscapePlan:
     """Where a map is declared complete."""
     strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
-    seen = escape_plan(strict, sensors)
+    seen = _escape_plan_of(strict, sensors, None)
     if seen.flown == Escape.OFF:
         return replace(seen, asked=Escape.MAPPED)
     if np.all(np.isinf(complete_m)):

@@ -89,7 +89,7 @@ class AvoidanceSystem:
         follow_movers: bool = False,
         volumes: VolumeSet | None = None,
     ) -> None:
-        self.escape = escape_plan(planner, lidars, obstacle_map)
+        self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which ways out this flight keeps in hand, and why."""
         self._asked_for, self._lidars = planner, tuple(lidars)
         self.planner = planner = self.escape.flown_by(planner)

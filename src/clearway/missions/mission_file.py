@@ -132,7 +132,12 @@ class MissionFile(Section):
 
     def to_mission(self) -> Mission:
         """The way to fly; raises InputError if it is none."""
-        start = State(np.array(self.vehicle.position_m), np.radians(self.vehicle.attitude_deg))
+        start = State(
+            np.array(self.vehicle.position_m),
+            np.radians(self.vehicle.attitude_deg),
+            position_std_m=self.simulation.position_sigma_m,
+            attitude_std_rad=np.radians(self.simulation.attitude_sigma_deg),
+        )
         return Mission(
             self.mission.name,
             start,

@@ -107,7 +107,7 @@ class FlightSetup:
     @property
     def escape(self) -> EscapePlan:
         """Which ways out clearway keeps in hand on this flight, and why."""
-        return escape_plan(self.planner, self.sensors, self.obstacle_map)
+        return escape_plan(self.planner, self.sensors, self.obstacle_map, self.mission.start)
 
     @property
     def kept_out(self) -> World | None:
