@@ -233,9 +233,9 @@ def _side_of(ahead_m: float, left_m: float, view: _View) -> int:
     if view.away_m < view.here_m:
         return 0
     across = (view.ahead_m * left_m - view.left_m * ahead_m) / view.away_m
-    if abs(across) < view.dead_band_m:
+    if not abs(across) >= view.dead_band_m:  # What is not a number lies on no side.
         return 0
-    return int(np.sign(across))
+    return 1 if across > 0.0 else -1
 
 
 def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
