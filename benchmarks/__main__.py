@@ -15,23 +15,28 @@ from benchmarks.table import (
     Row,
     as_markdown,
     machine,
+    middle_of,
     print_table,
+    replace_first_page_form,
     replace_short_form,
 )
 
 BUSY = 0.7
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured.md"
+REPOSITORY = Path(__file__).resolve().parent.parent
+PAGE, FIRST_PAGE = REPOSITORY / "docs" / "measured.md", REPOSITORY / "README.md"
 
 
 def main() -> None:
     options = _options()
     chosen = _chosen(options.only)
+    if options.first_page:
+        chosen = [each for each in chosen if each.first_page]
     load = os.getloadavg()[0]
     if load > BUSY:
         print(
             f"others keep this machine busy (load {load:.1f}): times will be long", file=sys.stderr
         )
-    rows, failed = _measured(chosen, options.quick)
+    rows, failed = _measured(chosen, options.quick, options.runs)
     results = Results(rows, machine(load))
     print_table(results)
     if options.markdown is not None:
@@ -40,22 +45,30 @@ def main() -> None:
         raise SystemExit(f"failed, and left out of the table: {', '.join(failed)}")
     if options.readme:
         replace_short_form(PAGE, results)
+    if options.first_page:
+        replace_first_page_form(FIRST_PAGE, results)
 
 
 def _measured(
-    chosen: list[Benchmark], quick: bool
+    chosen: list[Benchmark], quick: bool, runs: int
 ) -> tuple[list[tuple[Benchmark, Row]], list[str]]:
-    """A row each, and the names of those that failed: one does not take the others with it."""
-    rows: list[tuple[Benchmark, Row]] = []
-    failed = []
-    for number, benchmark in enumerate(chosen, start=1):
-        print(f"{number} of {len(chosen)}: {benchmark.name}", file=sys.stderr)
-        try:
-            rows.append((benchmark, benchmark.measure(quick)))
-        except Exception:
-            traceback.print_exc()
-            failed.append(benchmark.name)
-    return rows, failed
+    """A row each, of several runs the one in the middle, and the names of those that failed: one
+    does not take the others with it. All are done once before any is done again."""
+    rows: dict[str, list[Row]] = {benchmark.name: [] for benchmark in chosen}
+    failed: list[str] = []
+    for run in range(runs):
+        for number, benchmark in enumerate(chosen, start=1):
+            again = f", run {run + 1} of {runs}" if runs > 1 else ""
+            print(f"{number} of {len(chosen)}{again}: {benchmark.name}", file=sys.stderr)
+            if benchmark.name in failed:
+                continue
+            try:
+                rows[benchmark.name].append(benchmark.measure(quick))
+            except Exception:
+                traceback.print_exc()
+                failed.append(benchmark.name)
+    done = [benchmark for benchmark in chosen if benchmark.name not in failed]
+    return [(benchmark, middle_of(rows[benchmark.name])) for benchmark in done], failed
 
 
 def _options() -> argparse.Namespace:
@@ -74,9 +87,19 @@ def _options() -> argparse.Namespace:
         action="store_true",
         help="put the headlines of what was measured into docs/measured.md",
     )
+    parser.add_argument(
+        "--runs", type=int, default=1, metavar="N", help="show the median of so many runs"
+    )
+    parser.add_argument(
+        "--first-page",
+        action="store_true",
+        help="measure what README shows, and put it there; the published one is of five --runs",
+    )
     options = parser.parse_args()
-    if options.readme and options.quick:
-        parser.error("--readme takes a full run, without --quick")
+    if (options.readme or options.first_page) and options.quick:
+        parser.error("--readme and --first-page take a full run, without --quick")
+    if options.runs < 1:
+        parser.error(f"--runs: {options.runs}; at least 1 is needed")
     return options
 
 

@@ -226,27 +226,36 @@ def help_command(quick: bool) -> Row:
 
 
 BENCHMARKS = (
-    Benchmark("decision, 7,000 beams", in_flight(None, 1.5e-3, 3e-3), headline=True),
+    Benchmark(
+        "decision, 7,000 beams", in_flight(None, 1.5e-3, 3e-3), headline=True, first_page=True
+    ),
     Benchmark("decision, 100,800 beams", in_flight(MANY_BEAMS, None, None), headline=True),
     Benchmark(
-        "decision, 7,000 beams, escape off", in_flight(None, 1e-3, 3e-3, "off"), headline=True
+        "decision, 7,000 beams, escape off",
+        in_flight(None, 1e-3, 3e-3, "off"),
+        headline=True,
+        first_page=True,
     ),
-    Benchmark("decision, repeated, escape off", repeated("off", 350e-6), headline=True),
+    Benchmark(
+        "decision, repeated, escape off", repeated("off", 350e-6), headline=True, first_page=True
+    ),
     Benchmark(
         "decision, 100,000 returns",
         many_returns(street, "in a street to 100 m, 10 m of it rated"),
         headline=True,
+        first_page=True,
     ),
     Benchmark(
         "decision, 100,000 returns, escape off",
         many_returns(street, "in a street to 100 m, 10 m of it rated", "off"),
+        first_page=True,
     ),
     Benchmark(
         "decision, 100,000 returns in reach, escape off",
         many_returns(chamber, "between walls within 10 m", "off"),
     ),
-    Benchmark("decision, 1,000 shapes", many_shapes),
+    Benchmark("decision, 1,000 shapes", many_shapes, first_page=True),
     Benchmark("mission, simulated", mission_flown, headline=True),
-    Benchmark("mission, command", fly_command, headline=True),
+    Benchmark("mission, command", fly_command, headline=True, first_page=True),
     Benchmark("help, command", help_command),
 )

@@ -6,7 +6,7 @@ import os
 import platform
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -15,6 +15,7 @@ from clearway.base.verdict import DemandVerdict
 
 COLUMNS = ("name", "what", "median", "p99 or spread", "target", "against a reference")
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
+FIRST_PAGE_BEGIN, FIRST_PAGE_END = "<!-- speed:begin -->", "<!-- speed:end -->"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,8 @@ class Row:
     spread: str = ""
     target: Target | None = None
     reference: str = ""
+    measured: float | None = None
+    """What the result says, as a number: of several runs the one in the middle counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +60,8 @@ class Benchmark:
     measure: Callable[[bool], Row]
     headline: bool = False
     """Whether the page shows it."""
+    first_page: bool = False
+    """Whether README shows it, the median of several runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,11 +134,43 @@ def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
-def replace_short_form(readme: Path, results: Results) -> None:
+def middle_of(rows: Sequence[Row]) -> Row:
+    """Of the rows of several runs the one in the middle, with the least and the greatest; of an
+    even number the greater of the two. The only one as it is."""
+    if len(rows) == 1 or any(row.measured is None for row in rows):
+        return rows[-1]
+    ranked = sorted(rows, key=lambda row: row.measured or 0.0)
+    return replace(
+        ranked[len(rows) // 2],
+        spread=f"{ranked[0].result} to {ranked[-1].result} in {len(rows)} runs",
+    )
+
+
+def first_page_form(results: Results) -> str:
+    """What README shows."""
+    rows = [
+        (row.what, row.result, row.spread)
+        for benchmark, row in results.rows
+        if benchmark.first_page
+    ]
+    table = _markdown(("how fast", "median", "least and greatest"), rows)
+    return f"{table}\nMeasured on {results.machine}.\n"
+
+
+def replace_short_form(page: Path, results: Results) -> None:
     """Put the short form between the marks of a page."""
-    text = readme.read_text(encoding="utf-8")
-    before, mark, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not mark or not end:
-        raise SystemExit(f"{readme}: no {BEGIN} ... {END}")
-    readme.write_text(f"{before}{BEGIN}\n{short_form(results)}{END}{after}", encoding="utf-8")
+    _replace_between(page, BEGIN, END, short_form(results))
+
+
+def replace_first_page_form(readme: Path, results: Results) -> None:
+    """Put what README shows between its marks there."""
+    _replace_between(readme, FIRST_PAGE_BEGIN, FIRST_PAGE_END, first_page_form(results))
+
+
+def _replace_between(page: Path, begin: str, end: str, text: str) -> None:
+    whole = page.read_text(encoding="utf-8")
+    before, mark, rest = whole.partition(begin)
+    _, close, after = rest.partition(end)
+    if not mark or not close:
+        raise SystemExit(f"{page}: no {begin} ... {end}")
+    page.write_text(f"{before}{begin}\n{text}{end}{after}", encoding="utf-8")

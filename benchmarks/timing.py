@@ -58,7 +58,7 @@ class Times:
                 limits.append((self.p99_s, target_p99_s, "p99 "))
             text = ", ".join(f"{which}<= {in_words(limit)}" for _, limit, which in limits)
             target = Target(text, all(found <= limit for found, limit, _ in limits))
-        return Row(what, in_words(self.median_s), self.spread, target, against)
+        return Row(what, in_words(self.median_s), self.spread, target, against, self.median_s)
 
 
 def timed(

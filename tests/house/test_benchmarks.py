@@ -39,10 +39,31 @@ def test_the_table_states_the_machine_and_holds_results_against_references(tmp_p
 
 def test_the_readme_takes_a_full_run() -> None:
     before = (REPOSITORY / "docs" / "measured.md").read_bytes()
-    done = bench("--quick", "--readme")
-    assert done.returncode == 2
-    assert "full run" in done.stderr
+    for page in ("--readme", "--first-page"):
+        done = bench("--quick", page)
+        assert done.returncode == 2
+        assert "full run" in done.stderr
     assert (REPOSITORY / "docs" / "measured.md").read_bytes() == before
+
+
+def test_of_several_runs_the_one_in_the_middle_is_shown_with_its_neighbours(tmp_path: Path) -> None:
+    readme = tmp_path / "README.md"
+    readme.write_text("above\n<!-- speed:begin -->\nold\n<!-- speed:end -->\nbelow\n")
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from benchmarks.table import Benchmark, Results, Row, middle_of, replace_first_page_form\n"
+        "rows = [Row('a decision', f'{n} ms', measured=n) for n in (10.0, 9.0, 30.0, 8.0, 11.0)]\n"
+        "shown = Benchmark('a', lambda quick: rows[0], first_page=True)\n"
+        "hidden = Benchmark('b', lambda quick: rows[0], headline=True)\n"
+        "found = [(shown, middle_of(rows)), (hidden, Row('not shown', '1 ms'))]\n"
+        "replace_first_page_form(Path(sys.argv[1]), Results(found, 'one machine'))\n"
+    )
+    subprocess.run([sys.executable, "-c", code, str(readme)], cwd=REPOSITORY, check=True)
+    text = readme.read_text()
+    assert "| a decision | 10.0 ms | 8.0 ms to 30.0 ms in 5 runs |" in text
+    assert "Measured on one machine." in text
+    assert "old" not in text
+    assert "not shown" not in text
 
 
 def test_an_unknown_name_says_what_there_is() -> None:
