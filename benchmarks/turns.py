@@ -178,74 +178,56 @@ def _decided(escape: str) -> Callable[[], list[float]]:
 def _repeated(escape: str) -> Callable[[], list[float]]:
     """Decisions at places along the first leg of the static mission, each again and again with the
     same readings: an own state and a sweep."""
-    simulate_scan = _named("clearway.sensors.simulate_scan")
-    AvoidanceSystem = _named("clearway.system.AvoidanceSystem")
-    DataLimits = _named("clearway.system.DataLimits")
-
     setup = _setup(escape)
     (lidar,), start = setup.lidars, setup.mission.start
     moments = []
     for x, y, yaw_deg in ON_FIRST_LEG:
-        state = replace(
-            start,
-            position_m=np.array([x, y, 0.0]),
-            attitude_rad=np.array([0.0, 0.0, np.radians(yaw_deg)]),
-        )
-        scan = simulate_scan(lidar, setup.world, state, np.random.default_rng(0))
-        limits = DataLimits(patience_turns=1e9)
-        system = AvoidanceSystem(setup.planner, setup.mission, (lidar,), limits=limits)
-        if escape:
-            system.followed = False
-        moments.append((system, state, scan))
-    clock = count()
-
-    def run() -> list[float]:
-        each = []
-        for system, state, scan in moments:
-            for _ in range(REPEATS):
-                now, began = float(next(clock)), time.thread_time()
-                system.update(replace(state, time_s=now))
-                system.update(replace(scan, time_s=now))
-                system.decide(now)
-                each.append(time.thread_time() - began)
-        return each
-
-    return run
+        turned = np.radians([0.0, 0.0, yaw_deg])
+        state = replace(start, position_m=np.array([x, y, 0.0]), attitude_rad=turned)
+        moments.append(_standing(setup, lidar, setup.world, state, escape))
+    return lambda: [each for run in moments for each in run()]
 
 
 def _returns(walls: Walls) -> Callable[[str], Any]:
     def make(escape: str) -> Callable[[], list[float]]:
         ObstacleMap = _named("clearway.obstacle_map.ObstacleMap")
         Obstacle = _named("clearway.obstacles.Obstacle")
-        simulate_scan = _named("clearway.sensors.simulate_scan")
-        AvoidanceSystem = _named("clearway.system.AvoidanceSystem")
-        DataLimits = _named("clearway.system.DataLimits")
 
         setup = _setup(escape, (80, 36))
         (lidar,) = setup.lidars
         far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
         world = ObstacleMap([Obstacle.cuboid(list(place), size) for place, size in walls])
-        start = setup.mission.start
-        scan = simulate_scan(far, world, start, np.random.default_rng(0))
-        patient = DataLimits(patience_turns=1e9)
-        system = AvoidanceSystem(setup.planner, setup.mission, (far,), limits=patient)
-        if escape:
-            system.followed = False
-        clock = count()
-
-        def run() -> list[float]:
-            each = []
-            for _ in range(REPEATS):
-                now, began = float(next(clock)), time.thread_time()
-                system.update(replace(start, time_s=now))
-                system.update(replace(scan, time_s=now))
-                system.decide(now)
-                each.append(time.thread_time() - began)
-            return each
-
-        return run
+        return _standing(setup, far, world, setup.mission.start, escape)
 
     return make
+
+
+def _standing(
+    setup: Any, lidar: Any, world: Any, state: Any, escape: str
+) -> Callable[[], list[float]]:
+    """Decisions of who stands somewhere, each a second after the one before."""
+    simulate_scan = _named("clearway.sensors.simulate_scan")
+    AvoidanceSystem = _named("clearway.system.AvoidanceSystem")
+    DataLimits = _named("clearway.system.DataLimits")
+
+    scan = simulate_scan(lidar, world, state, np.random.default_rng(0))
+    patient = DataLimits(patience_turns=1e9)
+    system = AvoidanceSystem(setup.planner, setup.mission, (lidar,), limits=patient)
+    if escape:
+        system.followed = False
+    clock = count()
+
+    def run() -> list[float]:
+        each = []
+        for _ in range(REPEATS):
+            now, began = float(next(clock)), time.thread_time()
+            system.update(replace(state, time_s=now))
+            system.update(replace(scan, time_s=now))
+            system.decide(now)
+            each.append(time.thread_time() - began)
+        return each
+
+    return run
 
 
 def _shapes(escape: str) -> Callable[[], list[float]]:

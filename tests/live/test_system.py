@@ -1,10 +1,11 @@
 """Live use: readings in any order, bad data counted, decisions when due, no compiling in flight."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
+from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
@@ -399,3 +400,15 @@ def test_what_was_measured_before_a_decision_and_comes_after_it_makes_the_next_o
     live.update(Scan(np.array([[7.0, 0.0, 0.0]]), 0.4, "lidar"))
     assert live.due(0.6) is None
     assert live.due(1.5) is not None
+
+
+def test_what_a_system_knows_says_all_that_a_checked_situation_does():
+    live = AvoidanceSystem(planner(), mission((30.0, 0.0, 0.0)), lidars=(LIDAR,))
+    live.update(State(np.zeros(3)))
+    live.update(simulate_scan(LIDAR, ball_world(0)[0], State(np.zeros(3))))
+    known = vars(live.situation(0.0)[0])
+    names = {field.name for field in fields(Situation)}
+    assert names <= known.keys()
+    checked = Situation(**{name: known[name] for name in names})
+    np.testing.assert_array_equal(checked.frame.world_from_grid, known["frame"].world_from_grid)
+    np.testing.assert_array_equal(checked.frame.origin_m, known["frame"].origin_m)

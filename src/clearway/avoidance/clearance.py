@@ -14,14 +14,13 @@ import numpy as np
 from clearway.avoidance.hazards import MovingHazards, PointBins, bin_range
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
+from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
 
 CIRCLE_SAMPLES = 96
 """Points on a circle that shapes are held against; half their spacing is taken off."""
 TERNARY_STEPS = 24
 """Cuts of a chord by a third each: enough for 1e-4 of its length."""
-SURELY = 1.0 + 1e-9
-"""Factor by which something must be farther, for all the rounding."""
 ROUNDING = 1e-12
 """More than sums of a few lengths lose, as a share of them."""
 

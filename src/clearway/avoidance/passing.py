@@ -16,7 +16,6 @@ from functools import cache
 
 import numpy as np
 
-from clearway.avoidance.clearance import SURELY
 from clearway.avoidance.closest import closest, closest_s, off_sides
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
@@ -24,6 +23,7 @@ from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
+from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray, IndexArray
 from clearway.reach.tree import ReachSet
 

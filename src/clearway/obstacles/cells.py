@@ -10,6 +10,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.cell_nodes import NODES_PER_CELL, CellNodes, cell_nodes
 from clearway.obstacles.cell_share import blurred_share
@@ -23,10 +24,6 @@ large cells too, in some milliseconds. Reference: within 1e-5, in a second."""
 
 FINE_NODES, FINE_NODES_IN_ALL = 2_000, 350_000
 """Parts of a cell in fine mode, and of the grid; as many as in fast mode at least."""
-
-
-SURELY = 1.0 + 1e-9
-"""Factor by which something must be farther, for all the rounding."""
 
 
 def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fast") -> FloatArray:

@@ -12,11 +12,9 @@ import numpy.typing as npt
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
+from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
-
-SURELY = 1.0 + 1e-9
-"""Factor by which something must be farther, for all the rounding."""
 
 
 def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayLike) -> BoolArray:

@@ -163,7 +163,7 @@ def detect(
     beams = count_beams(grid, lidar.pattern, filters.rotation)
     found = bin_returns(scan.points_m, filters, cell_tables(grid))
     hindrance, visibility = _hindrance(
-        found.hindering, found.blocked, beams, _layers_in_range(grid, lidar)
+        found.hindering, found.blocked, beams, _layers_within(grid, lidar.pattern.max_range_m)
     )
     probability = hits_to_probability(
         grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2
@@ -200,7 +200,7 @@ def detection_of_cells(
     grid frame and the balls [n] that they stand for. Cells beyond `max_range_m` are not seen.
     """
     blocked = np.ascontiguousarray(np.clip(probability, 0.0, 1.0), dtype=np.float64)
-    layers = int(np.searchsorted(grid.range_edges_m[:-1], max_range_m * (1.0 - 1e-10)))
+    layers = _layers_within(grid, float(max_range_m))
     return Detection(
         grid,
         sensor,
@@ -265,10 +265,10 @@ def _filters(
     )
 
 
-@lru_cache(maxsize=64)
-def _layers_in_range(grid: AvoidanceGrid, lidar: Lidar) -> int:
-    """Layers that begin within the sensor's range."""
-    return int(np.searchsorted(grid.range_edges_m[:-1], lidar.pattern.max_range_m * (1.0 - 1e-10)))
+@lru_cache(maxsize=16)
+def _layers_within(grid: AvoidanceGrid, range_m: float) -> int:
+    """Layers that begin within a sensor's range."""
+    return int(np.searchsorted(grid.range_edges_m[:-1], range_m * (1.0 - 1e-10)))
 
 
 @compiled
