@@ -13,6 +13,7 @@ GRIDS = {
     "standard": AvoidanceGrid.uniform(),
     "all round": AvoidanceGrid.uniform(12.0, 5, 180.0, 8, 90.0, 6),
     "narrow": AvoidanceGrid.uniform((2.0, 9.0), 4, (10.0, 40.0), 3, (-50.0, -5.0), 4),
+    "wide cells": AvoidanceGrid.uniform((2.0, 9.0), 4, (-150.0, 150.0), 1, (-50.0, 5.0), 4),
 }
 
 

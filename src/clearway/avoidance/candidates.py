@@ -118,7 +118,7 @@ def price_candidates(
     to_go_m = np.ascontiguousarray(to_go(nodes), dtype=np.float64)
     reached = arrived.reached[nodes]
     grazing = np.zeros(len(nodes))
-    if reached.any():
+    if np.count_nonzero(reached):
         grazing = np.where(reached, arrived.miss_m[nodes] / goal.reach_radius_m, 0.0) ** 4
     rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
     cost, sides, is_clear, room_price, obeys_all = _priced(
@@ -136,9 +136,9 @@ def price_candidates(
         cost += IMPATIENCE * (commitment.stood - 1) * step_m * (first_m < STANDS * step_m)
     if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(prepared.reach_set, moving)[nodes]
-    if prices.closing > 0.0 and moving is not None and moving.manoeuvre_mps2.any():
+    if prices.closing > 0.0 and moving is not None and any(moving.manoeuvre_mps2.tolist()):
         cost += prices.closing * closing_m(prepared.reach_set, nodes, moving)
-    if not np.isfinite(cost).all():
+    if not _are_finite(cost):
         raise ClearwayError(
             f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
             "finite number; stage cost, terminal cost and rating must be finite"
@@ -227,6 +227,14 @@ def _priced(
     return cost, sides, is_clear, room_price, np.zeros(count, dtype=np.int64)
 
 
+@compiled
+def _are_finite(cost: FloatArray) -> bool:
+    finite = True
+    for each in cost:
+        finite &= np.isfinite(each)
+    return bool(finite)
+
+
 @borrowing
 def _side_of(ahead_m: float, left_m: float, view: _View) -> int:
     """-1 right, 0 straight, 1 left of the way to the goal."""
@@ -240,7 +248,7 @@ def _side_of(ahead_m: float, left_m: float, view: _View) -> int:
 
 def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
     """Of complete trajectories that can be flown: at the last goal, none leads past it."""
-    if not goal.final or not arrived.reached.any():
+    if not goal.final or not np.count_nonzero(arrived.reached):
         return prepared.ends if prepared.may_stay else prepared.leading_on
     complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
     ends = ends_of(prepared, complete)

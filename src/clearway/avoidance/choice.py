@@ -106,8 +106,12 @@ def _tier(basis: Basis, candidates: Candidates, order: IntArray, rated: BoolArra
     if basis is Basis.NO_LOITER:
         return order
     obeys = candidates.broken[order] == 0
-    which = {Basis.RATED: rated & obeys, Basis.VERIFIED: ~rated & obeys}
-    tier: IntArray = order[which.get(basis, ~obeys)]
+    if basis is Basis.RATED:
+        tier: IntArray = order[rated & obeys]
+    elif basis is Basis.VERIFIED:
+        tier = order[~rated & obeys]
+    else:
+        tier = order[~obeys]
     return tier
 
 

@@ -261,10 +261,12 @@ def _arrival(
             bx, by, bz = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
             ux, uy, uz = bx - ax, by - ay, bz - az
             length2 = ux * ux + uy * uy + uz * uz
+            ahead = (tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz
             share = 0.0
-            if length2 > 0.0:
-                share = ((tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz) / length2
-                share = min(1.0, max(0.0, share))
+            if ahead >= length2 and length2 > 0.0:
+                share = 1.0
+            elif ahead > 0.0:
+                share = ahead / length2
             dx, dy, dz = tx - ax - share * ux, ty - ay - share * uy, tz - az - share * uz
             nearest2 = min(nearest2, dx * dx + dy * dy + dz * dz)
             ax, ay, az = bx, by, bz
@@ -286,20 +288,22 @@ def _turn_then_straight(
     what a radian turned on the spot costs, inf if that can't be. What can't turn at all costs the
     straight way.
     """
-    away = np.hypot(x, y)
     if radius <= 0.0 or (np.isinf(radius) and np.isinf(spot)):
-        return float(away)
+        return float(np.hypot(x, y))
     best = np.inf
     if not np.isinf(spot):
-        best = spot * abs(np.arctan2(y, x)) + away
+        best = spot * abs(np.arctan2(y, x)) + np.hypot(x, y)
     if np.isinf(radius):
         return float(best)
-    for side in (1.0, -1.0):
+    nearer = 1.0 if y > 0.0 else -1.0
+    for side in (nearer, -nearer):
         across = side * y - radius
         from_center = np.hypot(x, across)
         if from_center < radius - 0.8 * reach_radius:
             continue
         straight = np.sqrt(max(0.0, from_center * from_center - radius * radius))
+        if straight >= best:
+            continue  # Whatever the arc before it.
         angle = np.arctan2(across, x) + np.arctan2(radius, straight)
         angle = angle % (2.0 * np.pi)
         if angle > 2.0 * np.pi - 1e-9:
@@ -354,6 +358,7 @@ def _to_go(
     result = np.empty(len(nodes))
     radius, pitching, spot = turning
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
+    sin_steepest, tan_steepest = np.sin(steepest), np.tan(steepest)
     leg = np.sqrt(np.sum((following - target) ** 2))
     if ahead_only and not stays_level:
         along = np.hypot(following[0] - target[0], following[1] - target[1])
@@ -371,11 +376,11 @@ def _to_go(
             turn = radius * np.cos(states[n, 4])
             level = _turn_then_straight(ahead, left, turn, reach_radius, spot)
             away = np.hypot(dx, dy)
-            steep = abs(dz) > (away if ahead_only else level) * np.tan(steepest)
+            steep = abs(dz) > (away if ahead_only else level) * tan_steepest
             if ahead_only:
                 length = _climbed(ahead, left, level - away, dz, steepest, climbing) - back
             elif steep:
-                length = abs(dz) / np.sin(steepest)
+                length = abs(dz) / sin_steepest
             else:
                 length = np.sqrt(level * level + dz * dz)
             wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))

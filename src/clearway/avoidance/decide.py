@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -211,9 +211,10 @@ def decide(
     if escapes is not None and settings.escape != Escape.KNOWN:
         # It finds room where it is needed, and in all that can be flown.
         prepared = prepared.without_loiter
-    wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
-    unsure_mps = settings.sigmas * situation.wind_sigma_mps
-    prepared = prepared.in_wind(wind_in_grid, unsure_mps)
+    if any(situation.wind_mps.tolist()):
+        wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
+        unsure_mps = settings.sigmas * situation.wind_sigma_mps
+        prepared = prepared.in_wind(wind_in_grid, unsure_mps)
     prepared = with_slope(prepared, margin_slope(settings, situation))
     if situation.floor_m > -np.inf:
         above = above_floor(prepared, situation.frame, situation.floor_m)
@@ -231,9 +232,13 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    @cache
+    found_m: dict[tuple[int, float], tuple[Hazards, FloatArray]] = {}
+
     def measured(hazards: Hazards, margin_m: float) -> FloatArray:
-        return clearances(prepared.paths, hazards, margin_m)
+        asked = id(hazards), margin_m  # Kept beside it, so that its number is nobody else's.
+        if asked not in found_m:
+            found_m[asked] = hazards, clearances(prepared.paths, hazards, margin_m)
+        return found_m[asked][1]
 
     def pick_clear_of(
         hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
@@ -361,7 +366,7 @@ def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Tak
     All that an intruder that has turned may do next soon leaves no way at all: then a lesser share
     of it is kept clear of, and its straight way at the least.
     """
-    if not hazards.moving.manoeuvre_mps2.any():
+    if not any(hazards.moving.manoeuvre_mps2.tolist()):
         return choose_with(hazards)
     tried: list[Taken] = []
     for share in MANOEUVRE_SHARES:

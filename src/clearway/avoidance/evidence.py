@@ -32,7 +32,7 @@ from clearway.sensors import combine_detections, thin_points
 from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, combine_intruders
 from clearway.traffic.models.many import Intruders
 
-NO_SHAPES = no_shapes()
+NO_SHAPES, NOTHING_MOVING = no_shapes(), nothing_moving()
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
 MOST_MEASURED = 20_000
@@ -98,18 +98,13 @@ def in_reach(
     intruders = reports.seen_at(situation.state, frame.world_from_grid)
     points, points_left_out_m = _points(situation, settings, within_m)
     shapes = _shapes_near(situation, terms.grid, within_m)
-    hazards = Hazards(
-        points,
-        shapes,
-        _moving(
-            reports,
-            intruders,
-            reports.ages_s(situation.state.time_s),
-            settings,
-            max(range_m / terms.speed_mps, horizon_s),
-        ),
-        min(points_left_out_m, _left_out_m(situation, shapes, within_m)),
-    )
+    moving = NOTHING_MOVING
+    if intruders.told:
+        ages_s = reports.ages_s(situation.state.time_s)
+        within_s = max(range_m / terms.speed_mps, horizon_s)
+        moving = _moving(reports, intruders, ages_s, settings, within_s)
+    left_out_m = min(points_left_out_m, _left_out_m(situation, shapes, within_m))
+    hazards = Hazards(points, shapes, moving, left_out_m)
     return InReach(frame, margin, hazards, intruders)
 
 
@@ -220,8 +215,6 @@ def _moving(
     What a report's age adds is there from the start; an acceleration bound counts as growth to what
     it allows at the horizon.
     """
-    if not intruders:
-        return nothing_moving()
     start = np.array([i.radius_m for i in reports.told])
     start += reports.deviations_m(ages_s, settings.sigmas)
     turning = 0.5 * horizon_s * np.array([i.acceleration_bound_mps2 or 0.0 for i in reports.told])

@@ -7,7 +7,8 @@ map, intruders. What follows here is the same for whatever they are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -218,27 +219,65 @@ def _obstacle(
     return map_probability, obstacle, unknown_cells
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ReachAssessment:
-    """Reachability of nodes, trajectories and cells, and what the next decision will have."""
+    """Reachability of nodes, trajectories and cells, and what the next decision will have; what no
+    decision goes by is worked out when asked for."""
 
     node_rating: FloatArray
     """[nodes] product of cell ratings from the start to the end of the node: (4.22), def. 20."""
-    reachability: FloatArray
-    """[cells] best rating of any trajectory up to and including the cell; 0 if none.
-
-    (4.23), def. 21.
-    """
-    passed: BoolArray
-    """[cells] true where some trajectory passes: 0 there means blocked, elsewhere no trajectory."""
-    trajectories: IntArray
-    """[cells] complete trajectories that arrive in the cell rated at or above the threshold."""
     feasibility: FloatArray
     """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
-    continuations: FloatArray
-    """[nodes] share of continuations rated at or above the threshold."""
+    reach_set: ReachSet = field(repr=False)
+    cell_rating: FloatArray = field(repr=False)
+    """[cells] what it was rated by."""
+    threshold: float
 
     __repr__ = brief
+
+    @property
+    def reachability(self) -> FloatArray:
+        """[cells] best rating of any trajectory up to and including the cell; 0 if none.
+
+        (4.23), def. 21.
+        """
+        return self._cells[0]
+
+    @property
+    def passed(self) -> BoolArray:
+        """[cells] whether any trajectory passes: where one does, a reachability of 0 is blocked."""
+        return self._cells[1]
+
+    @property
+    def trajectories(self) -> IntArray:
+        """[cells] complete trajectories that arrive in the cell rated at or above the threshold."""
+        return self._cells[2]
+
+    @cached_property
+    def continuations(self) -> FloatArray:
+        """[nodes] share of continuations rated at or above the threshold."""
+        ways = self.reach_set
+        return _continuations(
+            ways.parent,
+            ways.cell_start,
+            ways.cell_index,
+            ways.exit_kind,
+            self.cell_rating,
+            self.threshold,
+        )
+
+    @cached_property
+    def _cells(self) -> tuple[FloatArray, BoolArray, IntArray]:
+        ways = self.reach_set
+        return _reach_cells(
+            ways.parent,
+            ways.cell_start,
+            ways.cell_index,
+            ways.exit_kind,
+            self.node_rating,
+            self.cell_rating,
+            self.threshold,
+        )
 
 
 def rate_reach_set(
@@ -248,16 +287,14 @@ def rate_reach_set(
 
     cell_rating: [cells] of the reach set's grid.
     """
-    return ReachAssessment(
-        *_rate(
-            reach_set.parent,
-            reach_set.cell_start,
-            reach_set.cell_index,
-            reach_set.exit_kind,
-            cell_rating,
-            threshold,
-        )
+    node_rating, feasibility = _rate(
+        reach_set.parent,
+        reach_set.cell_start,
+        reach_set.cell_index,
+        reach_set.exit_kind,
+        cell_rating,
     )
+    return ReachAssessment(node_rating, feasibility, reach_set, cell_rating, float(threshold))
 
 
 def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
@@ -288,17 +325,52 @@ def _rate(
     cell_index: IndexArray,
     exit_kind: IndexArray,
     cell_rating: FloatArray,
-    threshold: float,
-) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, FloatArray, FloatArray]:
-    nodes, cells = len(parent), len(cell_rating)
-    leaves = _leaves_below(parent, exit_kind)
-    rating = np.empty(nodes)
-    own = np.empty(nodes)
-    best = np.zeros(cells)
-    passed = np.zeros(cells, dtype=np.bool_)
-    arriving = np.zeros(cells, dtype=np.int64)
+) -> tuple[FloatArray, FloatArray]:
+    """[nodes] rating up to the end of each, and the best of the ways on from there."""
+    nodes = len(parent)
+    rating, feasibility = np.empty(nodes), np.zeros(nodes)
+    own = _own_ratings(parent, cell_start, cell_index, cell_rating)
     for n in range(nodes):
-        before = rating[parent[n]] if parent[n] >= 0 else 1.0
+        rating[n] = (rating[parent[n]] if parent[n] >= 0 else 1.0) * own[n]
+    for n in range(nodes - 1, -1, -1):
+        if exit_kind[n] != 0:
+            feasibility[n] = max(feasibility[n], 1.0)
+        if parent[n] >= 0:
+            feasibility[parent[n]] = max(feasibility[parent[n]], feasibility[n] * own[n])
+    return rating, feasibility
+
+
+@compiled
+def _own_ratings(
+    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, cell_rating: FloatArray
+) -> FloatArray:
+    """[nodes] product of the ratings of the cells that each movement passes."""
+    own = np.empty(len(parent))
+    for n in range(len(parent)):
+        product = 1.0
+        for at in range(cell_start[n], cell_start[n + 1]):
+            product *= cell_rating[cell_index[at]]
+        own[n] = product
+    return own
+
+
+@compiled
+def _reach_cells(
+    parent: IndexArray,
+    cell_start: IndexArray,
+    cell_index: IndexArray,
+    exit_kind: IndexArray,
+    node_rating: FloatArray,
+    cell_rating: FloatArray,
+    threshold: float,
+) -> tuple[FloatArray, BoolArray, IntArray]:
+    """[cells] best rating, whether any trajectory passes, and how many complete ones arrive."""
+    leaves = _leaves_below(parent, exit_kind)
+    best = np.zeros(len(cell_rating))
+    passed = np.zeros(len(cell_rating), dtype=np.bool_)
+    arriving = np.zeros(len(cell_rating), dtype=np.int64)
+    for n in range(len(parent)):
+        before = node_rating[parent[n]] if parent[n] >= 0 else 1.0
         product = 1.0
         for at in range(cell_start[n], cell_start[n + 1]):
             cell = cell_index[at]
@@ -307,10 +379,7 @@ def _rate(
             best[cell] = max(best[cell], before * product)
             if before * product >= threshold:
                 arriving[cell] += leaves[n]
-        own[n] = product
-        rating[n] = before * product
-    feasibility, share = _continuations(parent, exit_kind, leaves, own, threshold)
-    return rating, best, passed, arriving, feasibility, share
+    return best, passed, arriving
 
 
 @compiled
@@ -328,24 +397,25 @@ def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
 @compiled
 def _continuations(
     parent: IndexArray,
+    cell_start: IndexArray,
+    cell_index: IndexArray,
     exit_kind: IndexArray,
-    leaves: IntArray,
-    own: FloatArray,
+    cell_rating: FloatArray,
     threshold: float,
-) -> tuple[FloatArray, FloatArray]:
-    """[nodes] best rating of the ways on from a node, and the share of them above the threshold."""
-    feasibility = np.zeros(len(parent))
+) -> FloatArray:
+    """[nodes] share of the ways on from a node that are rated above the threshold."""
+    leaves = _leaves_below(parent, exit_kind)
+    own = _own_ratings(parent, cell_start, cell_index, cell_rating)
     share = np.zeros(len(parent))
     for leaf in range(len(parent)):
         if exit_kind[leaf] == 0:
             continue
         n, product = leaf, 1.0
         while n >= 0:
-            feasibility[n] = max(feasibility[n], product)
             if product >= threshold:
                 share[n] += 1.0
             product *= own[n]
             n = parent[n]
     for n in range(len(parent)):
         share[n] /= max(leaves[n], 1)
-    return feasibility, share
+    return share

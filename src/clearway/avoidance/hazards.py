@@ -151,11 +151,15 @@ def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
 def _bound(position: FloatArray, radius: FloatArray, low: FloatArray, high: FloatArray) -> float:
     """Fill in the lowest and highest corner of all; the largest radius."""
     largest = 0.0
+    low_x, low_y, low_z = low[0], low[1], low[2]
+    high_x, high_y, high_z = high[0], high[1], high[2]
     for n in range(len(radius)):
-        for axis in range(3):
-            low[axis] = min(low[axis], position[n, axis])
-            high[axis] = max(high[axis], position[n, axis])
+        x, y, z = position[n, 0], position[n, 1], position[n, 2]
+        low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
+        high_x, high_y, high_z = max(high_x, x), max(high_y, y), max(high_z, z)
         largest = max(largest, radius[n])
+    low[0], low[1], low[2] = low_x, low_y, low_z
+    high[0], high[1], high[2] = high_x, high_y, high_z
     return largest
 
 

@@ -17,7 +17,7 @@ from clearway.avoidance.way_out import Escape, Narrow
 from clearway.avoidance.ways_out import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
+from clearway.base.frames import FloatArray, length_of
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.clock import Clock
@@ -196,7 +196,7 @@ class Knowledge:
         if self.followed:
             off_m = self.wind.unexplained_m(latest, state, flown_m)
         else:
-            moved_m = float(np.linalg.norm(state.position_m - latest.position_m))
+            moved_m = length_of(state.position_m - latest.position_m)
             off_m = moved_m - self.planner.speed_mps * (state.time_s - latest.time_s)
         unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
         unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)

@@ -49,7 +49,7 @@ class Flown:
     def carry(self, state: State, time_s: float) -> State:
         """A state carried to a later time along all that was flown since (4.16), and by wind."""
         carried = self.carry_in_calm(state, time_s)
-        if carried is state or not self.wind_mps.any():
+        if carried is state or not any(self.wind_mps.tolist()):
             return carried
         by_wind_m = self.wind_mps * (time_s - state.time_s)
         return replace(carried, position_m=carried.position_m + by_wind_m)

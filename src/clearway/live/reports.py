@@ -71,6 +71,8 @@ class LatestReports:
         return None
 
     def intruders(self, _own: State, now_s: float, /) -> tuple[list[Intruder], Counter[str]]:
+        if not self._latest:
+            return [], Counter()
         stale = [
             name for name, report in self._latest.items() if now_s - report.time_s > self._stale_s
         ]

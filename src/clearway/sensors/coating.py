@@ -50,17 +50,39 @@ def _radii(radius_m: npt.ArrayLike, count: int) -> FloatArray:
 
 @compiled
 def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArray:
+    columns = len(edges.azimuth_rad) - 1
+    cells = (len(edges.range_m) - 1) * columns * (len(edges.elevation_rad) - 1)
+    coated = np.zeros(cells, dtype=np.bool_)
+    cosines = np.cos(edges.azimuth_rad), np.cos(edges.elevation_rad)
+    sines = np.sin(edges.azimuth_rad), np.sin(edges.elevation_rad)
+    seen_along = np.empty(columns + 1), np.empty(columns + 1)
+    _coat(points, radii, edges, cosines, sines, seen_along, coated)
+    return coated
+
+
+@borrowing
+def _coat(
+    points: FloatArray,
+    radii: FloatArray,
+    edges: GridEdges,
+    cosines: tuple[FloatArray, FloatArray],
+    sines: tuple[FloatArray, FloatArray],
+    seen_along: tuple[FloatArray, FloatArray],
+    coated: BoolArray,
+) -> None:
+    """Mark the cells. cosines, sines: of azimuth and elevation edges. seen_along: [edges] to be
+    filled in, how far a point lies along and to the left of each vertical half-plane."""
     azimuth, elevation, ranges = edges.azimuth_rad, edges.elevation_rad, edges.range_m
     columns, rows, layers = len(azimuth) - 1, len(elevation) - 1, len(ranges) - 1
-    cos_azimuth, sin_azimuth = np.cos(azimuth), np.sin(azimuth)
-    cos_elevation, sin_elevation = np.cos(elevation), np.sin(elevation)
+    (cos_azimuth, cos_elevation), (sin_azimuth, sin_elevation) = cosines, sines
+    along_edge, left_of_edge = seen_along
     nearest, farthest = ranges[0], ranges[layers]
     tolerance = RANGE_TOLERANCE * farthest
     # Of a grid no wider than half a circle, most balls lie beyond the planes at its sides.
     sided = azimuth[columns] - azimuth[0] <= np.pi
-    right_x, right_y = -sin_azimuth[0], cos_azimuth[0]
-    left_x, left_y = sin_azimuth[columns], -cos_azimuth[columns]
-    coated = np.zeros(layers * columns * rows, dtype=np.bool_)
+    narrow = True
+    for j in range(columns):
+        narrow &= azimuth[j + 1] - azimuth[j] < np.pi
     for n in range(len(points)):
         x, y, z, radius = points[n, 0], points[n, 1], points[n, 2], radii[n] + tolerance
         horizontal = np.sqrt(x * x + y * y)
@@ -68,20 +90,35 @@ def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArra
         distance = np.sqrt(squared)
         if distance - radius > farthest or distance + radius < nearest:
             continue
-        if sided and min(right_x * x + right_y * y, left_x * x + left_y * y) < -SURELY * radius:
+        for j in range(columns + 1):
+            along_edge[j] = x * cos_azimuth[j] + y * sin_azimuth[j]
+            left_of_edge[j] = y * cos_azimuth[j] - x * sin_azimuth[j]
+        if sided and min(left_of_edge[0], -left_of_edge[columns]) < -SURELY * radius:
             continue
-        own_azimuth = np.arctan2(y, x)
+        # Off a column whose half-planes it lies less far along than this, it is too far away.
+        beyond, least_along = x * x + y * y - radius * radius, -np.inf
+        if narrow and beyond > 0.0:
+            least_along = np.sqrt(beyond) / SURELY
+        unsure = (SURELY - 1.0) * horizontal
         for j in range(columns):
-            # Horizontal part of the point along the column's nearest vertical half-plane.
-            along = horizontal
-            if own_azimuth < azimuth[j] or own_azimuth > azimuth[j + 1]:
-                along = max(
-                    x * cos_azimuth[j] + y * sin_azimuth[j],
-                    x * cos_azimuth[j + 1] + y * sin_azimuth[j + 1],
-                )
+            along, left, right = (
+                max(along_edge[j], along_edge[j + 1]),
+                left_of_edge[j],
+                -left_of_edge[j + 1],
+            )
+            off = left < -unsure or right < -unsure
+            if off and along < least_along:
+                continue
+            if not narrow or (not off and (left <= unsure or right <= unsure)):
+                own_azimuth = np.arctan2(y, x)
+                off = own_azimuth < azimuth[j] or own_azimuth > azimuth[j + 1]
+            if off:
+                # Horizontal part of the point along the column's nearest vertical half-plane.
                 reached = max(along, 0.0)
                 if x * x + y * y - reached * reached > radius * radius:
                     continue
+            else:
+                along = horizontal
             best = np.sqrt(along * along + z * z)
             for k in range(rows):
                 projected = _projection(
@@ -103,7 +140,6 @@ def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArra
                         break
                     if ranges[i + 1] >= low:
                         coated[(i * columns + j) * rows + k] = True
-    return coated
 
 
 @borrowing

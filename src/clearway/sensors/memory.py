@@ -37,7 +37,9 @@ from clearway.sensors.remembered import (
     balls_of,
     boxes_of_returns,
     doubted,
+    found_again,
     no_boxes,
+    numbered_boxes,
     picked,
     seen_again,
     together,
@@ -285,18 +287,24 @@ def _limits(memory: PointMemory, time_s: float, noise_m: float) -> Limits:
 def _after(
     memory: PointMemory, swept: Swept, seen_from: Sensor | None, too_small: int
 ) -> PointMemory:
-    return replace(
-        memory,
-        boxes=swept.room.boxes,
-        balls=swept.balls,
-        fine_m=swept.room.fine_m,
-        alone_a_sweep=_averaged(memory.alone_a_sweep, swept.alone),
-        refuted_a_sweep=_averaged(memory.refuted_a_sweep, swept.refuted),
-        borne_out_a_sweep=_averaged(memory.borne_out_a_sweep, swept.borne_out),
-        seen_from=seen_from,
-        dropped=swept.room.dropped,
-        merged=swept.room.merged,
-        too_small=too_small,
+    room = swept.room
+    return PointMemory(
+        memory.voxel_m,
+        memory.horizon_s,
+        memory.reach_m,
+        memory.capacity,
+        memory.passes_to_clear,
+        memory.smallest_m,
+        room.boxes,
+        swept.balls,
+        room.fine_m,
+        _averaged(memory.alone_a_sweep, swept.alone),
+        _averaged(memory.refuted_a_sweep, swept.refuted),
+        _averaged(memory.borne_out_a_sweep, swept.borne_out),
+        seen_from,
+        room.dropped,
+        room.merged,
+        too_small,
     )
 
 
@@ -319,10 +327,10 @@ def _swept(
         points, sensor, limits.reach_m, ground, directions, nearest, limits.smallest_m
     )
     pitch = Pitch(limits.voxel_m, limits.fine_m)
-    new = boxes_of_returns(
+    new, table = numbered_boxes(
         seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
     )
-    again = seen_again(boxes, new, limits.voxel_m)
+    again = found_again(boxes, len(new.doubt), table, limits.voxel_m)
     doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
     return seen.too_small, _remembered(boxes, balls, doubt, new, again, sensor.origin, limits)
 

@@ -60,6 +60,15 @@ class Pitch(NamedTuple):
     distance it doubles."""
 
 
+class Table(NamedTuple):
+    """Where the box of a voxel is."""
+
+    keys: IntArray
+    """Of a power of two slots; -1 marks empty ones."""
+    numbers: IntArray
+    shift: int
+
+
 def no_boxes() -> Boxes:
     nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
     return Boxes(
@@ -209,6 +218,19 @@ def boxes_of_returns(
 
     radii: [m] half the beam spacing. sizes: [m] how thick the thing is at least, 0 where unknown.
     """
+    return numbered_boxes(points, radii, sizes, origin, pitch, time_s)[0]
+
+
+@compiled
+def numbered_boxes(
+    points: FloatArray,
+    radii: FloatArray,
+    sizes: FloatArray,
+    origin: FloatArray,
+    pitch: Pitch,
+    time_s: float,
+) -> tuple[Boxes, Table]:
+    """`boxes_of_returns`, and which voxel is whose."""
     boxes = empty_boxes(len(points))
     keys = np.empty(len(points), dtype=np.int64)
     _keys_of(points, origin, pitch, keys)
@@ -224,16 +246,7 @@ def boxes_of_returns(
     seen.doubt[:] = 0.0
     seen.sweeps[:] = 1
     seen.kind[:] = ALONE
-    return seen
-
-
-class Table(NamedTuple):
-    """Where the box of a voxel is."""
-
-    keys: IntArray
-    """Of a power of two slots; -1 marks empty ones."""
-    numbers: IntArray
-    shift: int
+    return seen, table
 
 
 @compiled
@@ -336,9 +349,15 @@ def number_in(table: Table, key: int) -> int:
 @compiled
 def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
     """[old] number of the box seen now in the same voxel; -1 without any."""
+    return found_again(old, len(seen.doubt), table_of(seen, voxel), voxel)
+
+
+@compiled
+def found_again(old: Boxes, count: int, table: Table, voxel: float) -> IntArray:
+    """`seen_again` of so many boxes, whose voxels are in a table."""
     again = np.full(len(old.doubt), -1, dtype=np.int64)
-    if len(seen.doubt) > 0:
-        _look_up(old, table_of(seen, voxel), voxel, again)
+    if count > 0:
+        _look_up(old, table, voxel, again)
     return again
 
 
