@@ -25,11 +25,13 @@ from clearway.obstacles.world import World
 from clearway.sensors import Lidar, simulate_scan
 
 MISSION = "static-obstacles"
-ON_FIRST_LEG = (
-    (0.0, 0.0, 0.0), (3.0, 1.0, 30.0), (6.0, 2.5, 20.0), (9.0, 2.9, 0.0), (12.0, 2.7, -15.0),
-    (16.0, 1.0, -25.0),
+AS_FLOWN = (
+    (0.0, 0.0, 0.0, 0.0, 0.0), (5.5, 2.3, 0.3, 0.0, 30.0), (11.3, 2.9, 0.5, 0.0, -15.0),
+    (16.8, 0.6, 0.5, 0.0, -15.0), (21.5, 3.3, 0.7, -15.0, 75.0), (22.7, 9.1, 1.2, -15.0, 75.0),
+    (21.6, 14.7, 0.3, 0.0, 120.0), (18.7, 19.8, 0.0, 0.0, 150.0), (13.4, 22.4, 0.0, 0.0, 165.0),
+    (7.5, 22.4, -0.2, 0.0, 195.0), (1.9, 20.7, -0.4, -15.0, 195.0), (-0.7, 16.5, 2.0, -30.0, 270.0),
 )  # fmt: skip
-"""Places [m] and headings [deg] as the static mission is flown."""
+"""Places [m], pitch and heading [deg] at every sixth decision of the static mission."""
 SHAPES = 1_000
 MANY_BEAMS = (80, 36)
 """Azimuths and elevations through every column of cells: 100,800 beams in all."""
@@ -83,14 +85,14 @@ def in_flight(
 
 
 def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row]:
-    """Decisions at places along the first leg, each again and again with the same readings."""
+    """Decisions at places along the way, each again and again with the same readings."""
 
     def measure(quick: bool) -> Row:
         setup = static_mission(escape=escape)
         (lidar,) = setup.lidars
         places = [
-            State(np.array([x, y, 0.0]), np.radians([0.0, 0.0, yaw_deg]))
-            for x, y, yaw_deg in ON_FIRST_LEG
+            State(np.array([x, y, z]), np.radians([0.0, pitch_deg, yaw_deg]))
+            for x, y, z, pitch_deg, yaw_deg in AS_FLOWN
         ]
         each = [
             timed(_standing(setup, lidar, setup.world, place), quick, 0.5, warm_up=20).each_s
@@ -98,7 +100,7 @@ def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row
         ]
         return Times(np.concatenate(each)).row(
             f"a decision of the static mission, {lidar.pattern.beams:,} beams, at {len(places)} "
-            f"places of its first leg again and again, escape {escape}",
+            f"places of its way again and again, escape {escape}",
             target_s=target_s,
         )
 
@@ -219,6 +221,41 @@ def fly_command(quick: bool) -> Row:
     )
 
 
+FIRST = """
+import time
+from clearway.missions.mission_file import read_mission_file
+from clearway.missions.setup import prepare
+from clearway.sensors import simulate_scan
+
+setup = prepare(read_mission_file("static-obstacles").changed("safety", escape={escape!r}))
+(lidar,), start = setup.lidars, setup.mission.start
+scan = simulate_scan(lidar, setup.world, start, 0)
+system = setup.system()
+began = time.perf_counter()
+system.update(start)
+system.update(scan)
+system.decide(start.time_s)
+print(time.perf_counter() - began)
+"""
+
+
+def first(escape: str) -> Callable[[bool], Row]:
+    """The first decision of a process, by a system that was made and not warmed up."""
+
+    def measure(quick: bool) -> Row:
+        command = [sys.executable, "-c", FIRST.format(escape=escape)]
+        taken = [
+            float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+            for _ in range(3 if quick else 9)
+        ]
+        return Times(np.array(taken)).row(
+            f"the first decision of a process, nothing warmed up, escape {escape}",
+            target_s=20e-3,
+        )
+
+    return measure
+
+
 def help_command(quick: bool) -> Row:
     return timed(command("--help"), quick, seconds=4.0, warm_up=1).row(
         "clearway --help, the whole process", target_s=0.5
@@ -236,6 +273,7 @@ BENCHMARKS = (
         headline=True,
         first_page=True,
     ),
+    Benchmark("decision, repeated", repeated("strict", 1.5e-3), headline=True),
     Benchmark(
         "decision, repeated, escape off", repeated("off", 350e-6), headline=True, first_page=True
     ),
@@ -257,5 +295,7 @@ BENCHMARKS = (
     Benchmark("decision, 1,000 shapes", many_shapes, first_page=True),
     Benchmark("mission, simulated", mission_flown, headline=True),
     Benchmark("mission, command", fly_command, headline=True, first_page=True),
+    Benchmark("decision, first", first("strict")),
+    Benchmark("decision, first, escape off", first("off")),
     Benchmark("help, command", help_command),
 )

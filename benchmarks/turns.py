@@ -176,14 +176,14 @@ def _decided(escape: str) -> Callable[[], list[float]]:
 
 
 def _repeated(escape: str) -> Callable[[], list[float]]:
-    """Decisions at places along the first leg of the static mission, each again and again with the
-    same readings: an own state and a sweep."""
+    """Decisions at places along the way of the static mission, each again and again with the same
+    readings: an own state and a sweep."""
     setup = _setup(escape)
     (lidar,), start = setup.lidars, setup.mission.start
     moments = []
-    for x, y, yaw_deg in ON_FIRST_LEG:
-        turned = np.radians([0.0, 0.0, yaw_deg])
-        state = replace(start, position_m=np.array([x, y, 0.0]), attitude_rad=turned)
+    for x, y, z, pitch_deg, yaw_deg in AS_FLOWN:
+        turned = np.radians([0.0, pitch_deg, yaw_deg])
+        state = replace(start, position_m=np.array([x, y, z]), attitude_rad=turned)
         moments.append(_standing(setup, lidar, setup.world, state, escape))
     return lambda: [each for run in moments for each in run()]
 
@@ -287,11 +287,13 @@ def _timed(run: Callable[[], Any]) -> list[float]:
     return each
 
 
-ON_FIRST_LEG = (
-    (0.0, 0.0, 0.0), (3.0, 1.0, 30.0), (6.0, 2.5, 20.0), (9.0, 2.9, 0.0), (12.0, 2.7, -15.0),
-    (16.0, 1.0, -25.0),
+AS_FLOWN = (
+    (0.0, 0.0, 0.0, 0.0, 0.0), (5.5, 2.3, 0.3, 0.0, 30.0), (11.3, 2.9, 0.5, 0.0, -15.0),
+    (16.8, 0.6, 0.5, 0.0, -15.0), (21.5, 3.3, 0.7, -15.0, 75.0), (22.7, 9.1, 1.2, -15.0, 75.0),
+    (21.6, 14.7, 0.3, 0.0, 120.0), (18.7, 19.8, 0.0, 0.0, 150.0), (13.4, 22.4, 0.0, 0.0, 165.0),
+    (7.5, 22.4, -0.2, 0.0, 195.0), (1.9, 20.7, -0.4, -15.0, 195.0), (-0.7, 16.5, 2.0, -30.0, 270.0),
 )  # fmt: skip
-"""Places [m] and headings [deg] as the static mission is flown."""
+"""Places [m], pitch and heading [deg] at every sixth decision of the static mission."""
 STREET = [
     ((0.0, 14.0, 0.0), (200.0, 4.0, 80.0)),
     ((0.0, -14.0, 0.0), (200.0, 4.0, 80.0)),

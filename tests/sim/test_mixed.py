@@ -161,6 +161,32 @@ def test_nothing_is_compiled_or_loaded_in_flight() -> None:
     assert done.stdout.split() == []
 
 
+LOADED_AT_FIRST = """
+from clearway.base.kernels.news import NEWS
+from clearway.missions.mission_file import read_mission_file
+from clearway.missions.setup import prepare
+from clearway.sensors import simulate_scan
+
+setup = prepare(read_mission_file("static-obstacles").changed("safety", escape={escape!r}))
+(lidar,), start = setup.lidars, setup.mission.start
+scan = simulate_scan(lidar, setup.world, start, 0)
+system = setup.system()
+before = NEWS.loaded + NEWS.compiled
+system.update(start)
+system.update(scan)
+assert system.decide(start.time_s).movements
+print(NEWS.loaded + NEWS.compiled - before)
+"""
+
+
+@pytest.mark.parametrize("escape", ["off", "strict"])
+def test_the_first_decision_of_who_was_not_warmed_up_loads_nothing(escape: str) -> None:
+    command = [sys.executable, "-c", LOADED_AT_FIRST.format(escape=escape)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) == 0
+
+
 def intruder(**more: object) -> dict[str, object]:
     section = {"name": "a", "appears_s": 0.0, "position_m": [5, 0, 0], "velocity_mps": [0, 1, 0]}
     return section | more

@@ -7,7 +7,8 @@ are counted by reason in `counts`, never silently lost.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from clearway.avoidance.decide import Decision, decide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
@@ -31,9 +33,9 @@ from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import warm_up_moments, warm_up_more, with_something_near
+from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import AnySensor, Scan
+from clearway.sensors import AnySensor, Lidar, Scan
 from clearway.sensors.detection import Rule
 from clearway.traffic import TrackerSettings
 from clearway.traffic.volumes import Alerts, VolumeSet
@@ -120,6 +122,8 @@ class AvoidanceSystem:
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
         self._told: Counter[str] = Counter()
         self._held_against: State | None = None  # The own state last held against the plan's tube.
+        if is_new(self._kind):
+            self._make_ready()
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
@@ -244,21 +248,43 @@ class AvoidanceSystem:
         state = self._known.own_states.at(now)
         return endangered(self._plan, self.planner, self._known.around(state, now), now)
 
-    def warm_up(self) -> None:
-        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
-        planner, start = self.planner, self.mission.start
-        sensors = self._known.sensing.sensors
-        trial = AvoidanceSystem(
+    @property
+    def _kind(self) -> Hashable:
+        """What its decisions run, as far as that differs."""
+        sensors = tuple(type(sensor) for sensor in self._lidars)
+        return sensors, self.escape.flown, self.planner.settings.rating, bool(self.obstacle_map)
+
+    def _on_trial(self) -> AvoidanceSystem:
+        """Another that decides as this one does, with something near."""
+        return AvoidanceSystem(
             self._asked_for,
             self.mission,
             self._lidars,
-            with_something_near(self.obstacle_map, planner, start),
+            with_something_near(self.obstacle_map, self.planner, self.mission.start),
             self.limits,
             follow_movers=self._follow_dynamic_objects,
             tracker=self._tracker,
             address=self._address,
             volumes=self._volumes,
         )
+
+    def _make_ready(self) -> None:
+        """Decide once on made-up data, so that even without `warm_up` the first decision of the
+        flight finds what it runs loaded."""
+        sensors = [lidar.name for lidar in self._lidars if isinstance(lidar, Lidar)]
+        moments = warm_up_moments(self.planner, self.mission.start, sensors)
+        time_s, readings = next(iter(moments))
+        trial = self._on_trial()
+        for reading in readings:
+            trial.update(reading)
+        with suppress(ClearwayError):  # Of a user's own code: flight will tell.
+            trial.decide(time_s)
+
+    def warm_up(self) -> None:
+        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
+        planner, start = self.planner, self.mission.start
+        sensors = self._known.sensing.sensors
+        trial = self._on_trial()
         for time_s, readings in warm_up_moments(planner, start, sensors):
             for reading in readings:
                 trial.update(reading)

@@ -30,6 +30,14 @@ TILT_RAD = 0.01
 """More by every step: from between start pitches, trajectories are predicted anew."""
 
 _warmed_up: WeakKeyDictionary[Planner, set[Hashable]] = WeakKeyDictionary()
+_made: set[Hashable] = set()
+
+
+def is_new(kind: Hashable) -> bool:
+    """Whether no system of a kind was made in this process yet, and notes that one now is."""
+    found = kind in _made
+    _made.add(kind)
+    return not found
 
 
 def is_first_of(planner: Planner, pilot: object, kind: Hashable) -> bool:
