@@ -117,10 +117,12 @@ def _chosen(patterns: list[str]) -> list[Benchmark]:
         scans,
         sensors,
         traffic,
+        worst,
     )
 
     rooms = (
         decisions,
+        worst,
         sensors,
         reach,
         maps,

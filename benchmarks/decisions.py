@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import count
@@ -23,6 +23,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.sensors import Lidar, simulate_scan
+from clearway.traffic import Intruder
 
 MISSION = "static-obstacles"
 AS_FLOWN = (
@@ -95,7 +96,7 @@ def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row
             for x, y, z, pitch_deg, yaw_deg in AS_FLOWN
         ]
         each = [
-            timed(_standing(setup, lidar, setup.world, place), quick, 0.5, warm_up=20).each_s
+            timed(standing(setup, lidar, setup.world, place), quick, 0.5, warm_up=20).each_s
             for place in places
         ]
         return Times(np.concatenate(each)).row(
@@ -107,12 +108,21 @@ def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row
     return measure
 
 
-def _standing(setup: FlightSetup, lidar: Lidar, world: World, state: State) -> Callable[[], None]:
+def standing(
+    setup: FlightSetup,
+    lidar: Lidar,
+    world: World,
+    state: State,
+    obstacle_map: ObstacleMap | None = None,
+    intruders: Sequence[Intruder] = (),
+) -> Callable[[], None]:
     """A decision of who stands somewhere, a second after the one before, by the same readings."""
     scan = simulate_scan(lidar, world, state, np.random.default_rng(0))
     # It stands still for the benchmark's sake: no detour for want of progress.
     patient = DataLimits(patience_turns=1e9)
-    system = AvoidanceSystem(setup.planner, setup.mission, lidars=(lidar,), limits=patient)
+    system = AvoidanceSystem(
+        setup.planner, setup.mission, lidars=(lidar,), obstacle_map=obstacle_map, limits=patient
+    )
     system.followed = False  # Nor is what holds it any wind.
     clock = count()
 
@@ -120,6 +130,8 @@ def _standing(setup: FlightSetup, lidar: Lidar, world: World, state: State) -> C
         now = float(next(clock))
         system.update(replace(state, time_s=now))
         system.update(replace(scan, time_s=now))
+        for each in intruders:
+            system.update(replace(each, time_s=now))
         system.decide(now)
 
     return run
@@ -160,7 +172,7 @@ def many_returns(
         setup = static_mission(beams_per_cell=MANY_BEAMS, escape=escape)
         (lidar,) = setup.lidars
         far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
-        run = _standing(setup, far, make(), setup.mission.start)
+        run = standing(setup, far, make(), setup.mission.start)
         return timed(run, quick).row(
             f"a decision {where}, {far.pattern.beams:,} returns, escape {escape}"
         )
@@ -168,12 +180,11 @@ def many_returns(
     return measure
 
 
-def many_shapes(quick: bool) -> Row:
-    """A thousand shapes of a map in view, told before take-off."""
-    setup = static_mission(escape="off")
+def mixed_shapes(count: int) -> list[Obstacle]:
+    """Balls, rods and boxes in any pose beside the way, all in view."""
     rng = np.random.default_rng(0)
     shapes: list[Obstacle] = []
-    while len(shapes) < SHAPES:
+    while len(shapes) < count:
         place = rng.uniform([2.0, -7.0, -4.0], [11.0, 7.0, 4.0])
         if abs(place[1]) > 1.5:
             turn, size = rng.uniform(-np.pi, np.pi, 3), rng.uniform(0.1, 0.5, 3)
@@ -183,6 +194,13 @@ def many_shapes(quick: bool) -> Row:
                 Obstacle.cuboid(place, (size[0], size[1], size[2]), orientation_rad=turn),
             )
             shapes.append(kinds[len(shapes) % 3])
+    return shapes
+
+
+def many_shapes(quick: bool) -> Row:
+    """A thousand shapes of a map in view, told before take-off."""
+    setup = static_mission(escape="off")
+    shapes = mixed_shapes(SHAPES)
     system = AvoidanceSystem(setup.planner, setup.mission, obstacle_map=ObstacleMap(shapes))
     system.update(setup.mission.start)
     return timed(lambda: system.decide(0.0), quick).row(

@@ -17,6 +17,7 @@ from clearway.avoidance.escape_chains import (
     step_on,
 )
 from clearway.avoidance.escape_legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
+from clearway.avoidance.hazards import has_point_within
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -30,6 +31,8 @@ NEARLY = 0.9
 LONGEST = 32
 """Movements of a loop that there is room for from the beginning."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
+HERE = np.zeros((1, 4))
+"""No loop, but the place where it would begin."""
 Known = npt.NDArray[np.int8]
 """Of each, whether it is UNKNOWN, KEEPS what is asked, or FAILS."""
 
@@ -99,6 +102,36 @@ def _places_were_seen(
         x = x0 + cosine * ahead - sine * left + wind[0] * when
         y = y0 + sine * ahead + cosine * left + wind[1] * when
         if not is_free(free, window, x, y, z0 + places[n, 2] + wind[2] * when, radius):
+            return False
+    return True
+
+
+@borrowing
+def _are_clear(
+    places: FloatArray,
+    first: int,
+    last: int,
+    pose: FloatArray,
+    start_s: float,
+    terms: EscapeTerms,
+) -> bool:
+    """Whether no return lies much nearer than the margin to places first to last of a loop that
+    begins at a pose [4] and a time: most loops that lead into a wall are told by one of them."""
+    bins, wind, g = terms.bins, terms.wind_mps, terms.grid_from_level
+    within = NEARLY * terms.margin_m
+    cosine, sine = np.cos(pose[3]), np.sin(pose[3])
+    for n in range(first, last):
+        ahead, left, when = places[n, 0], places[n, 1], start_s + places[n, 3]
+        x = pose[0] + cosine * ahead - sine * left + wind[0] * when
+        y = pose[1] + sine * ahead + cosine * left + wind[1] * when
+        z = pose[2] + places[n, 2] + wind[2] * when
+        if has_point_within(
+            bins,
+            g[0, 0] * x + g[0, 1] * y + g[0, 2] * z,
+            g[1, 0] * x + g[1, 1] * y + g[1, 2] * z,
+            g[2, 0] * x + g[2, 1] * y + g[2, 2] * z,
+            within,
+        ):
             return False
     return True
 
@@ -175,7 +208,8 @@ def first_escape(
     wind, chain = _wind_of(terms), chain_for(LONGEST, legs)
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
-    met = np.zeros(escapes, dtype=np.int8)  # Whether the places of its loop were seen at all.
+    # Whether the places of its loop were seen at all, or what was not is free and they are clear.
+    met = np.zeros(escapes, dtype=np.int8)
     cleared = np.zeros(escapes, dtype=np.int8)  # Whether its loop keeps the margin.
     best, best_room, kept = -1, -np.inf, np.nan
     for unseen in aloof_m:
@@ -266,6 +300,11 @@ def _first_left(
             beyond = seen[ways.parent[begin]] == FAILS
             if beyond or (terms.must_see and not _is_clear(begun.placed[begin], unseen, terms)):
                 seen[begin] = FAILS
+            elif not terms.must_see and clear[begin] == UNKNOWN:
+                pose, when = begun.poses[begin], begun.times_s[begin]
+                beyond = clear[ways.parent[begin]] == FAILS
+                if beyond or not _are_clear(HERE, 0, 1, pose, when, terms):
+                    clear[begin] = FAILS
         if seen[begin] != FAILS and clear[begin] != FAILS:
             e = _first_loop_left(e, ways, places, begun, wind, met, cleared, unseen, terms)
             if e == escapes:
@@ -299,10 +338,17 @@ def _first_loop_left(
     x, y, z, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
     while e < len(begins) and begins[e] == begin:
         if met[e] != FAILS and cleared[e] != FAILS:
-            if not terms.must_see:
-                return e
             loop = ways.loop[e]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+            if not terms.must_see:
+                if met[e] == UNKNOWN:
+                    pose, when = begun.poses[begin], begun.times_s[begin]
+                    is_clear = _are_clear(places, first, last, pose, when, terms)
+                    met[e] = KEEPS if is_clear else FAILS
+                if met[e] == KEEPS:
+                    return e
+                e += 1
+                continue
             if met[e] == UNKNOWN:
                 met[e] = KEEPS  # What fails without a radius fails at any distance.
                 for n in range(first, last):

@@ -213,3 +213,24 @@ def bin_range(bins: PointBins, axis: int, middle: float, reach: float) -> tuple[
     first = int(max(0.0, min(near, float(bins.counts[axis]))))
     last = int(max(-1.0, min(far, float(bins.counts[axis] - 1))))
     return first, last + 1
+
+
+@borrowing
+def has_point_within(bins: PointBins, x: float, y: float, z: float, reach: float) -> bool:
+    """Whether the ball of any point comes nearer to a place than a reach."""
+    if len(bins.radius_m) == 0:
+        return False
+    around = reach + bins.largest_m
+    first_a, last_a = bin_range(bins, 0, x, around)
+    first_b, last_b = bin_range(bins, 1, y, around)
+    first_c, last_c = bin_range(bins, 2, z, around)
+    along_y, along_z = bins.counts[1], bins.counts[2]
+    for a in range(first_a, last_a):
+        for b in range(first_b, last_b):
+            row = (a * along_y + b) * along_z
+            for n in range(bins.start[row + first_c], bins.start[row + last_c]):
+                dx, dy = bins.position_m[n, 0] - x, bins.position_m[n, 1] - y
+                dz, within = bins.position_m[n, 2] - z, reach + bins.radius_m[n]
+                if dx * dx + dy * dy + dz * dz < within * within and within > 0.0:
+                    return True
+    return False

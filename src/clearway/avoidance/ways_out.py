@@ -139,6 +139,7 @@ class WaysOut:
         self._aloof: dict[int, bool] = {}
         self._loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
+        self._now: dict[tuple[bool, float], WayOut | None] = {}
         self._left: dict[int, bool] = {}
 
     def warm_up(self) -> None:
@@ -174,7 +175,7 @@ class WaysOut:
         """The same for ways out that are verified for a share of the time, where they drift."""
         less = copy(self)
         less._lasts_s = share * self._lasts_s
-        less._after, less._left = {}, {}
+        less._after, less._left, less._now = {}, {}, {}
         return less
 
     @property
@@ -185,7 +186,7 @@ class WaysOut:
             return None
         exact = copy(self)
         exact._terms = terms._replace(tube_m=np.zeros(0), unsure_mps=0.0)
-        exact._after, exact._left, exact._aloof = {}, {}, {}
+        exact._after, exact._left, exact._now, exact._aloof = {}, {}, {}, {}
         return exact
 
     @cached_property
@@ -289,8 +290,11 @@ class WaysOut:
         """A way out that begins now and keeps a share of the margin."""
         if not self._closes:
             return None
-        terms = self._with(strict, share * self._full_m)
-        return self._first(self._start, STANDING, 0.0, terms, self._legs)
+        key = (strict and self.strict, share)
+        if key not in self._now:
+            terms = self._with(strict, share * self._full_m)
+            self._now[key] = self._first(self._start, STANDING, 0.0, terms, self._legs)
+        return self._now[key]
 
     def holds(
         self, way: WayOut, *, after: int | None = None, strict: bool = True, share: float = 1.0

@@ -1,0 +1,131 @@
+"""Decisions where it takes longest: walled in, in a tube, and with everything at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.decisions import SHAPES, mixed_shapes, standing, static_mission, street
+from benchmarks.table import Benchmark, Row
+from benchmarks.timing import timed
+from clearway.base.state import State
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.traffic import Intruder
+
+TUBE_M, PLANKS = 2.5, 24
+"""Radius of the tube, and flat walls that it is made of."""
+NEAR_SHAPES, INTRUDERS = 20, 10
+FAR_M = 100.0
+"""Range of the scanner."""
+
+
+def tube() -> ObstacleMap:
+    """Round and straight, closed at its far end."""
+    planks = []
+    for angle in 2.0 * np.pi * np.arange(PLANKS) / PLANKS:
+        middle = np.array([25.0, TUBE_M * np.cos(angle), TUBE_M * np.sin(angle)])
+        width_m = 2.1 * TUBE_M * np.tan(np.pi / PLANKS)
+        turned = np.array([angle, 0.0, 0.0])
+        planks.append(Obstacle.cuboid(middle, (70.0, 0.1, width_m), orientation_rad=turned))
+    return ObstacleMap([*planks, Obstacle.cuboid([60.0, 0.0, 0.0], (0.2, 6.0, 6.0))])
+
+
+def walls() -> ObstacleMap:
+    """On all sides and nearer than the margin: nothing keeps it."""
+    near_m, thick_m, size_m = 0.5, 0.1, 3.0
+    sides = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            middle, size = np.zeros(3), np.full(3, size_m)
+            middle[axis], size[axis] = sign * near_m, thick_m
+            sides.append(Obstacle.cuboid(middle, (size[0], size[1], size[2])))
+    return ObstacleMap(sides)
+
+
+def passing_by() -> list[Intruder]:
+    """Ten on paths through the grid, told before the decision."""
+    rng = np.random.default_rng(1)
+    found = []
+    for number in range(INTRUDERS):
+        through, velocity = rng.uniform([1, -3, -2], [9, 3, 2]), rng.normal(size=3)
+        spread, name = rng.uniform(0.05, 0.4, 2), f"i{number}"
+        found.append(Intruder(through - 6.0 * velocity, velocity, spread, 1.0, name))
+    return found
+
+
+def mapped() -> ObstacleMap:
+    """A thousand shapes told before take-off, twenty of them in view."""
+    rng = np.random.default_rng(2)
+    away = rng.uniform([30.0, -400.0, -20.0], [400.0, 400.0, 20.0], (SHAPES - NEAR_SHAPES, 3))
+    far = [Obstacle.ball(place, 0.5) for place in away]
+    return ObstacleMap([*mixed_shapes(NEAR_SHAPES), *far])
+
+
+def decided(
+    make: Callable[[], ObstacleMap],
+    what: str,
+    escape: str,
+    *,
+    beams_per_cell: tuple[int, int] | None = None,
+    obstacle_map: Callable[[], ObstacleMap] | None = None,
+    intruders: Callable[[], Sequence[Intruder]] = tuple,
+    target_s: float | None = None,
+) -> Callable[[bool], Row]:
+    """Decisions of who stands in a world, by what its scanner sees, map and traffic tell."""
+
+    def measure(quick: bool) -> Row:
+        setup = static_mission(beams_per_cell=beams_per_cell, escape=escape)
+        (lidar,) = setup.lidars
+        far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=FAR_M))
+        run = standing(
+            setup,
+            far,
+            make(),
+            State(np.zeros(3)),
+            obstacle_map() if obstacle_map else None,
+            intruders(),
+        )
+        return timed(run, quick).row(f"{what}, escape {escape}", target_s=target_s)
+
+    return measure
+
+
+BOTH = ("strict", "off")
+BENCHMARKS = tuple(
+    Benchmark(
+        f"worst, {name}{'' if escape == 'strict' else ', escape off'}", measure, headline=True
+    )
+    for escape in BOTH
+    for name, measure in (
+        (
+            "walled in",
+            decided(walls, "a decision between walls that leave no margin anywhere", escape),
+        ),
+        (
+            "tube",
+            decided(
+                tube,
+                "a decision in a tube of 5 m, 50,400 returns, remembered as they are merged",
+                escape,
+                beams_per_cell=(40, 36),
+                target_s=4e-3 if escape == "off" else None,
+            ),
+        ),
+        (
+            "everything at once",
+            decided(
+                street,
+                f"a decision with 100,800 returns of a street, {INTRUDERS} intruders and {SHAPES:,}"
+                f" map shapes, {NEAR_SHAPES} of them near",
+                escape,
+                beams_per_cell=(80, 36),
+                obstacle_map=mapped,
+                intruders=passing_by,
+                target_s=5e-3 if escape == "off" else None,
+            ),
+        ),
+    )
+)
