@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -20,17 +19,14 @@ from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.verify import RoomPrice, clearances, first_clear
+from clearway.avoidance.verify import Looked, RoomPrice, first_clear
 from clearway.base.checks import positive
-from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
 """Shares of the margin that the emergency rule steps down through."""
 VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
 """What a candidate that verification looks at can stand on, the best first."""
-Measured = Callable[[Hazards, float], FloatArray]
-"""`clearances` of all paths, by what they are held against and the cap."""
 
 
 def choose_by_rules(
@@ -60,12 +56,12 @@ def pick(
     threshold: float,
     verify: bool = True,
     none_passes: bool = False,
-    measured: Measured | None = None,
+    looked: Looked | None = None,
 ) -> Choice:
     """The cheapest candidate that passes, else the emergency rule.
 
     none_passes: where that is known, none is tried.
-    measured: what tells clearances, for who asks again and again; else they are worked out.
+    looked: what was found of movements before, for who asks again and again.
     Without verification a candidate must keep out of coated cells besides. Candidates that break
     rules come last, those that break the less important ones first. Raises ClearwayError for a
     margin that is not a positive number: every trajectory would keep it.
@@ -83,6 +79,7 @@ def pick(
     if not verify and not none_passes and below < len(rated):
         best = int(order[rated][0])
         return Choice.of(grounds, candidates, best, Basis.RATED_ONLY, margin_m, below)
+    looked = looked or Looked(prepared.paths)
     tried: list[TriedTier] = []
     if verify and not none_passes:
         for basis in VERIFIED:
@@ -90,11 +87,10 @@ def pick(
             loiter = NO_LOITER if basis is Basis.NO_LOITER else prepared.loiter
             if basis is Basis.NO_LOITER:
                 tried.clear()  # The last round looks at all candidates once more.
-            found = _first_clear(grounds, candidates, basis, tier, loiter, margin_m, tried)
+            found = _first_clear(grounds, candidates, basis, tier, loiter, margin_m, tried, looked)
             if found is not None:
                 return Choice.of(grounds, candidates, found, basis, margin_m, below, tried)
-    measured = measured or partial(clearances, prepared.paths)
-    best, kept_m = _emergency(measured, candidates, hazards, margin_m)
+    best, kept_m = _emergency(looked, candidates, hazards, margin_m)
     return Choice.of(grounds, candidates, best, Basis.EMERGENCY, kept_m, below, tried)
 
 
@@ -123,6 +119,7 @@ def _first_clear(
     loiter: LoiterCircles,
     margin_m: float,
     tried: list[TriedTier],
+    looked: Looked,
 ) -> int | None:
     """The first candidate of a tier that keeps the margin, if one does; adds to what was tried."""
     if not len(tier):
@@ -131,21 +128,28 @@ def _first_clear(
     price = None
     if basis in (Basis.RATED, Basis.VERIFIED):
         price = RoomPrice(candidates.cost_m[tier], candidates.room_price_m[tier])
+    hazards = grounds.hazards
     verification = first_clear(
-        grounds.prepared.paths, candidates.nodes[tier], grounds.hazards, margin_m, loiter, price
+        grounds.prepared.paths,
+        candidates.nodes[tier],
+        hazards,
+        margin_m,
+        loiter,
+        price,
+        looked.at(hazards, margin_m),
     )
     tried.append(TriedTier.of(candidates, tier, verification))
     return int(tier[verification.chosen]) if verification.chosen >= 0 else None
 
 
 def _emergency(
-    measured: Measured, candidates: Candidates, hazards: Hazards, margin_m: float
+    looked: Looked, candidates: Candidates, hazards: Hazards, margin_m: float
 ) -> tuple[int, float]:
     """Candidate with the best clearance, and the stepped-down margin that it keeps.
 
     Where all are alike (the start itself is too near), the one that lacks least on its way.
     """
-    found = measured(hazards, margin_m)[candidates.nodes]
+    found = looked.clearances(hazards, margin_m)[candidates.nodes]
     coarse = np.round(found[:, 0] / (0.01 * margin_m))
     best = int(np.lexsort((candidates.cost_m, found[:, 1], -coarse))[0])
     kept = found[best, 0] / margin_m

@@ -36,7 +36,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
-from clearway.avoidance.verify import clearances, sloping
+from clearway.avoidance.verify import Looked, sloping
 from clearway.avoidance.way_out import Escape, Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut, carried_m
 from clearway.base.brief import one_line, runs
@@ -232,13 +232,7 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    found_m: dict[tuple[int, float], tuple[Hazards, FloatArray]] = {}
-
-    def measured(hazards: Hazards, margin_m: float) -> FloatArray:
-        asked = id(hazards), margin_m  # Kept beside it, so that its number is nobody else's.
-        if asked not in found_m:
-            found_m[asked] = hazards, clearances(prepared.paths, hazards, margin_m)
-        return found_m[asked][1]
+    looked = Looked(prepared.paths)
 
     def pick_clear_of(
         hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
@@ -252,7 +246,7 @@ def decide(
             threshold=settings.threshold,
             verify=settings.verify,
             none_passes=none_passes,
-            measured=measured,
+            looked=looked,
         )
 
     def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:

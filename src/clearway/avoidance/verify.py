@@ -83,6 +83,32 @@ class Verification:
     """[tried] clearance found there."""
 
 
+class Looked:
+    """What was found of movements of some paths up to now, by what they were held against: who asks
+    again, or of other candidates, need not look at the same movement twice."""
+
+    def __init__(self, paths: Paths) -> None:
+        self._paths = paths
+        self._known: dict[tuple[int, float], tuple[Hazards, FloatArray]] = {}
+        self._clearances: dict[tuple[int, float], FloatArray] = {}
+
+    def at(self, hazards: Hazards, margin_m: float) -> FloatArray:
+        """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan where nobody
+        has looked. Whoever looks fills in."""
+        asked = id(hazards), margin_m  # Kept beside it, so that its number is nobody else's.
+        if asked not in self._known:
+            self._known[asked] = hazards, np.full((len(self._paths.parent), 3), np.nan)
+        return self._known[asked][1]
+
+    def clearances(self, hazards: Hazards, cap_m: float) -> FloatArray:
+        """[nodes, 2] `clearances` of all paths."""
+        asked = id(hazards), cap_m
+        if asked not in self._clearances:
+            known = self.at(hazards, cap_m)
+            self._clearances[asked] = clearances(self._paths, hazards, cap_m, known)
+        return self._clearances[asked]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RoomPrice:
     """What it costs candidates to have no room to circle early on their way."""
@@ -104,14 +130,18 @@ def first_clear(
     margin_m: float,
     loiter: LoiterCircles = NO_LOITER,
     room_price: RoomPrice | None = None,
+    known: FloatArray | None = None,
 ) -> Verification:
     """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
 
     With a loiter, a trajectory out through the side must also leave room to circle at its end. With
     a price, one that has no room to circle early is taken only where all that have it cost as much
-    more: what is entered without room to turn round may be a dead end.
+    more: what is entered without room to turn round may be a dead end. known: by `Looked.at`, of
+    the same hazards and margin.
     """
     price = room_price or RoomPrice.none(len(candidates))
+    if known is None:
+        known = np.full((len(paths.parent), 3), np.nan)
     return Verification(
         *_first_clear(
             paths,
@@ -123,6 +153,7 @@ def first_clear(
             loiter,
             price.cost_m,
             price.price_m,
+            known,
         )
     )
 
@@ -165,10 +196,17 @@ def _farthest_m(paths: Paths, node: int) -> float:
     return farthest
 
 
-def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
+def clearances(
+    paths: Paths, hazards: Hazards, cap_m: float, known: FloatArray | None = None
+) -> FloatArray:
     """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
-    summed over its movements: the measure of how bad a path is where none is good."""
-    return _clearances(paths, hazards.bins, hazards.shapes, hazards.moving, cap_m)
+    summed over its movements: the measure of how bad a path is where none is good.
+
+    known: by `Looked.at`, of the same hazards and cap.
+    """
+    if known is None:
+        known = np.full((len(paths.parent), 3), np.nan)
+    return _clearances(paths, hazards.bins, hazards.shapes, hazards.moving, cap_m, known)
 
 
 @compiled
@@ -252,9 +290,10 @@ def _first_clear(
     loiter: LoiterCircles,
     cost: FloatArray,
     price: FloatArray,
+    known: FloatArray,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
     nodes, tried = len(paths.parent), len(candidates)
-    clearance, circling = np.full((nodes, 3), np.nan), np.full((nodes, 3), np.nan)
+    circling = np.full((nodes, 3), np.nan)
     room = _room(paths)
     blocked_at = np.full(tried, -1, dtype=np.int64)
     causes = np.zeros(tried, dtype=np.int64)
@@ -267,7 +306,7 @@ def _first_clear(
             break
         end = candidates[c]
         path = _way_to(paths, end, steps)
-        at, cause, index, found = _keeps(paths, path, bins, shapes, moving, margin, clearance, room)
+        at, cause, index, found = _keeps(paths, path, bins, shapes, moving, margin, known, room)
         if at < 0 and loiter.radius_m > 0.0:
             if loiter.needed[end]:
                 found, cause, index = room_to_circle(loiter, end, bins, shapes, margin)
@@ -301,10 +340,15 @@ def _path_clearance(
 
 @compiled
 def _clearances(
-    paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
+    paths: Paths,
+    bins: PointBins,
+    shapes: Shapes,
+    moving: MovingHazards,
+    cap: float,
+    known: FloatArray,
 ) -> FloatArray:
     result, room = np.empty((len(paths.parent), 2)), _room(paths)
-    _note_clearances(paths, bins, shapes, moving, cap, room, result)
+    _note_clearances(paths, bins, shapes, moving, cap, known, room, result)
     return result
 
 
@@ -315,11 +359,15 @@ def _note_clearances(
     shapes: Shapes,
     moving: MovingHazards,
     cap: float,
+    known: FloatArray,
     room: MovementRoom,
     result: FloatArray,
 ) -> None:
     for n in range(len(paths.parent)):
-        distance = min(_node_clearance(paths, n, bins, shapes, moving, cap, room)[0], cap)
+        if np.isnan(known[n, 0]):
+            found = _node_clearance(paths, n, bins, shapes, moving, cap, room)
+            known[n, 0], known[n, 1], known[n, 2] = found
+        distance = min(known[n, 0], cap)
         before, lacking = cap, 0.0
         if paths.parent[n] >= 0:
             before, lacking = result[paths.parent[n], 0], result[paths.parent[n], 1]

@@ -8,9 +8,7 @@ from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-import numpy as np
-
-from clearway.base.frames import FloatArray
+from clearway.base.frames import FloatArray, length_of
 from clearway.traffic.intruder import Intruder
 
 REMEMBERED_S = 30.0
@@ -79,6 +77,6 @@ class Manoeuvres:
 
 def _acceleration(before: _Told, now: _Told) -> float:
     """What a change of velocity proves, at the least."""
-    changed = float(np.linalg.norm(now.velocity_mps - before.velocity_mps))
+    changed = length_of(now.velocity_mps - before.velocity_mps)
     unsure = SIGMAS * math.hypot(before.std_mps, now.std_mps)
     return max(0.0, changed - unsure) / (now.time_s - before.time_s)
