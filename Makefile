@@ -8,7 +8,7 @@ PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/pyt
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types imports unit nightly docs addresses pictures fuzz bench bench-peers wheel format clean
+.PHONY: demo test lint types imports unit nightly docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -56,6 +56,10 @@ fuzz: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
+
+# What has become slower, by ratios to references beside it; warns, and fails nothing.
+ratios: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.ratios
 
 bench-peers: $(VENV)/.dev $(PEERS)/.ready
 	$(BIN)/python -m benchmarks.peers --python $(PEERS)/bin/python

@@ -7,6 +7,7 @@ import fnmatch
 import os
 import sys
 import traceback
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.table import (
@@ -63,7 +64,8 @@ def _measured(
             if benchmark.name in failed:
                 continue
             try:
-                rows[benchmark.name].append(benchmark.measure(quick))
+                row = benchmark.measure(quick)
+                rows[benchmark.name].append(replace(row, load=os.getloadavg()[0]))
             except Exception:
                 traceback.print_exc()
                 failed.append(benchmark.name)
@@ -116,12 +118,14 @@ def _chosen(patterns: list[str]) -> list[Benchmark]:
         replay,
         scans,
         sensors,
+        sizes,
         traffic,
         worst,
     )
 
     rooms = (
         decisions,
+        sizes,
         worst,
         sensors,
         reach,

@@ -29,10 +29,14 @@ def paper_intruders() -> list[Intruder]:
 
 
 def random_intruders() -> list[Intruder]:
+    return at_random(COUNT)
+
+
+def at_random(count: int) -> list[Intruder]:
     """On all kinds of paths through the grid."""
     rng = np.random.default_rng(1)
     found = []
-    for _ in range(COUNT):
+    for _ in range(count):
         through = rng.uniform([1, -3, -2], [9, 3, 2])
         velocity = rng.normal(size=3)
         spread = rng.uniform(0.05, 0.4, 2)

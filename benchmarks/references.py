@@ -1,7 +1,9 @@
-"""Other ways to the same results, in plain NumPy: what the compiled loops are held against."""
+"""Other ways to the same results, in plain NumPy and by the shortest loop that numba compiles: what
+the compiled loops are held against."""
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from clearway.avoidance.hazards import PointHazards
@@ -30,6 +32,38 @@ def bincount_detection(
     hindrance = hits.reshape(grid.layers, -1) / np.maximum(beams, 1)
     visibility = np.clip(1.0 - (np.cumsum(hindrance, axis=0) - hindrance), 0.0, 1.0)
     return hits, visibility.ravel()
+
+
+def minimal_hits(grid: AvoidanceGrid, points_m: FloatArray) -> IntArray:
+    """Hits [cells] by a loop of even edges and nothing else: no limits, no tolerance, no shares."""
+    low = np.array([edges[0] for edges in grid.edges])
+    high = np.array([edges[-1] for edges in grid.edges])
+    return _minimal_hits(points_m, low, high, np.array(grid.shape))
+
+
+@numba.njit(error_model="numpy")
+def _minimal_hits(
+    points_m: FloatArray, low: FloatArray, high: FloatArray, shape: IntArray
+) -> IntArray:
+    hits = np.zeros(shape[0] * shape[1] * shape[2], dtype=np.int64)
+    per = shape / (high - low)
+    for n in range(len(points_m)):
+        x, y, z = points_m[n, 0], points_m[n, 1], points_m[n, 2]
+        away = np.sqrt(x * x + y * y + z * z)
+        i = int(np.floor((away - low[0]) * per[0]))
+        j = int(np.floor((np.arctan2(y, x) - low[1]) * per[1]))
+        k = int(np.floor((np.arcsin(z / away) - low[2]) * per[2]))
+        if 0 <= i < shape[0] and 0 <= j < shape[1] and 0 <= k < shape[2]:
+            hits[(i * shape[1] + j) * shape[2] + k] += 1
+    return hits
+
+
+def plain_python(steps: int) -> float:
+    """Arithmetic, calls and a dictionary in plain Python: what a decision's glue is made of."""
+    counts: dict[int, float] = {}
+    for step in range(steps):
+        counts[step % 7] = max(counts.get(step % 7, 0.0), float(step) * 0.5)
+    return sum(counts.values())
 
 
 def unique_voxels(points_m: FloatArray, voxel_m: float) -> IntArray:

@@ -13,7 +13,10 @@ from pathlib import Path
 
 from clearway.base.verdict import DemandVerdict
 
-COLUMNS = ("name", "what", "median", "p99 or spread", "target", "against a reference")
+COLUMNS = (
+    "name", "what", "median", "p99 or spread", "CPU", "load", "target", "against a reference",
+)  # fmt: skip
+HEADLINES = ("what", "median", "p99 or spread", "target")
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
 FIRST_PAGE_BEGIN, FIRST_PAGE_END = "<!-- speed:begin -->", "<!-- speed:end -->"
 
@@ -50,6 +53,17 @@ class Row:
     reference: str = ""
     measured: float | None = None
     """What the result says, as a number: of several runs the one in the middle counts."""
+    cpu: str = ""
+    """What the processor took on average, where that was measured."""
+    load: float | None = None
+    """Of the machine, when it was measured."""
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """All but the name."""
+        load = "" if self.load is None else f"{self.load:.1f}"
+        target = str(self.target or "")
+        return (self.what, self.result, self.spread, self.cpu, load, target, self.reference)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,16 +120,14 @@ def print_table(results: Results) -> None:
     for benchmark, row in results.rows:
         colour = "" if row.target is None else "bold red" if row.target.missed else "green"
         target = Text(str(row.target or ""), style=colour)
-        table.add_row(benchmark.name, row.what, row.result, row.spread, target, row.reference)
+        *measured, _, reference = row.cells
+        table.add_row(benchmark.name, *measured, target, reference)
     console.print(table)
 
 
 def as_markdown(results: Results) -> str:
     """The whole table."""
-    rows = [
-        (benchmark.name, row.what, row.result, row.spread, str(row.target or ""), row.reference)
-        for benchmark, row in results.rows
-    ]
+    rows = [(benchmark.name, *row.cells) for benchmark, row in results.rows]
     return f"{_markdown(COLUMNS, rows)}\nMeasured on {results.machine}.\n"
 
 
@@ -126,7 +138,7 @@ def short_form(results: Results) -> str:
         for benchmark, row in results.rows
         if benchmark.headline
     ]
-    return f"{_markdown(COLUMNS[1:5], rows)}\nMeasured on {results.machine}.\n"
+    return f"{_markdown(HEADLINES, rows)}\nMeasured on {results.machine}.\n"
 
 
 def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -31,7 +31,7 @@ def test_the_table_states_the_machine_and_holds_results_against_references(tmp_p
     assert "numba" in done.stdout
     table = (tmp_path / "table.md").read_text()
     head, rule, *rows = [line for line in table.splitlines() if line.startswith("|")]
-    assert head.count("|") == rule.count("|") == 7
+    assert head.count("|") == rule.count("|") == 9
     assert len(rows) == 4
     assert all("x as fast as NumPy" in row for row in rows)
     assert "Measured on" in table
@@ -64,6 +64,32 @@ def test_of_several_runs_the_one_in_the_middle_is_shown_with_its_neighbours(tmp_
     assert "Measured on one machine." in text
     assert "old" not in text
     assert "not shown" not in text
+
+
+def test_what_has_become_slower_is_told_and_fails_nothing(tmp_path: Path) -> None:
+    (tmp_path / "kept.toml").write_text('"slow" = 2.0\n"as it was" = 20.0\n')
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from benchmarks import ratios\n"
+        "short, long = (lambda: sum(range(50))), (lambda: sum(range(1_000)))\n"
+        "ratios.pairs = lambda: {'slow': (long, short), 'as it was': (long, short)}\n"
+        "ratios.KEPT, ratios.ROUND_S = Path(sys.argv.pop(1)), 0.002\n"
+        "ratios.main()\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "kept.toml")]
+    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
+    warnings = [line for line in done.stdout.splitlines() if line.startswith("warning")]
+    assert len(warnings) == 1
+    assert warnings[0].startswith("warning: slow: ")
+
+
+def test_ratios_are_kept_of_all_that_is_measured() -> None:
+    code = (
+        "import tomllib\n"
+        "from benchmarks.ratios import KEPT, pairs\n"
+        "assert set(tomllib.loads(KEPT.read_text())) == set(pairs())\n"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, check=True)
 
 
 def test_an_unknown_name_says_what_there_is() -> None:

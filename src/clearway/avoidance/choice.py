@@ -19,7 +19,7 @@ from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.verify import Looked, RoomPrice, first_clear
+from clearway.avoidance.verify import KnownClearances, RoomPrice, first_clear
 from clearway.base.checks import positive
 from clearway.base.state import BoolArray, IntArray
 
@@ -56,7 +56,7 @@ def pick(
     threshold: float,
     verify: bool = True,
     none_passes: bool = False,
-    looked: Looked | None = None,
+    looked: KnownClearances | None = None,
 ) -> Choice:
     """The cheapest candidate that passes, else the emergency rule.
 
@@ -79,7 +79,7 @@ def pick(
     if not verify and not none_passes and below < len(rated):
         best = int(order[rated][0])
         return Choice.of(grounds, candidates, best, Basis.RATED_ONLY, margin_m, below)
-    looked = looked or Looked(prepared.paths)
+    looked = looked or KnownClearances(prepared.paths)
     tried: list[TriedTier] = []
     if verify and not none_passes:
         for basis in VERIFIED:
@@ -119,7 +119,7 @@ def _first_clear(
     loiter: LoiterCircles,
     margin_m: float,
     tried: list[TriedTier],
-    looked: Looked,
+    looked: KnownClearances,
 ) -> int | None:
     """The first candidate of a tier that keeps the margin, if one does; adds to what was tried."""
     if not len(tier):
@@ -143,7 +143,7 @@ def _first_clear(
 
 
 def _emergency(
-    looked: Looked, candidates: Candidates, hazards: Hazards, margin_m: float
+    looked: KnownClearances, candidates: Candidates, hazards: Hazards, margin_m: float
 ) -> tuple[int, float]:
     """Candidate with the best clearance, and the stepped-down margin that it keeps.
 

@@ -36,7 +36,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
-from clearway.avoidance.verify import Looked, sloping
+from clearway.avoidance.verify import KnownClearances, sloping
 from clearway.avoidance.way_out import Escape, Narrow, WayOut
 from clearway.avoidance.ways_out import WaysOut, carried_m
 from clearway.base.brief import one_line, runs
@@ -232,7 +232,7 @@ def decide(
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
-    looked = Looked(prepared.paths)
+    looked = KnownClearances(prepared.paths)
 
     def pick_clear_of(
         hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False

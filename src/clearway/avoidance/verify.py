@@ -83,7 +83,7 @@ class Verification:
     """[tried] clearance found there."""
 
 
-class Looked:
+class KnownClearances:
     """What was found of movements of some paths up to now, by what they were held against: who asks
     again, or of other candidates, need not look at the same movement twice."""
 
@@ -136,8 +136,8 @@ def first_clear(
 
     With a loiter, a trajectory out through the side must also leave room to circle at its end. With
     a price, one that has no room to circle early is taken only where all that have it cost as much
-    more: what is entered without room to turn round may be a dead end. known: by `Looked.at`, of
-    the same hazards and margin.
+    more: what is entered without room to turn round may be a dead end. known: of the same hazards
+    and margin, by `KnownClearances.at`.
     """
     price = room_price or RoomPrice.none(len(candidates))
     if known is None:
@@ -202,7 +202,7 @@ def clearances(
     """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
     summed over its movements: the measure of how bad a path is where none is good.
 
-    known: by `Looked.at`, of the same hazards and cap.
+    known: of the same hazards and cap, by `KnownClearances.at`.
     """
     if known is None:
         known = np.full((len(paths.parent), 3), np.nan)
