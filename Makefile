@@ -63,6 +63,7 @@ ratios: $(VENV)/.dev
 
 bench-peers: $(VENV)/.dev $(PEERS)/.ready
 	$(BIN)/python -m benchmarks.peers --python $(PEERS)/bin/python
+	$(BIN)/python -m benchmarks.peers.speed --python $(PEERS)/bin/python
 
 # The wheel, with compiled code for this Python and the pinned numba.
 wheel: $(VENV)/.dev
@@ -82,7 +83,7 @@ $(VENV)/.core: pyproject.toml constraints.txt
 $(PEERS)/.ready: benchmarks/peers/constraints.txt
 	test -x $(PEERS)/bin/python || $(PYTHON) -m venv $(PEERS)
 	PIP_CONSTRAINT=benchmarks/peers/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 \
-		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator pyrvo
+		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator pyoctomap pyrvo
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.core
