@@ -94,6 +94,7 @@ class Knowledge:
                 obstacle_map,
                 narrow=planner.settings.narrow == Narrow.ALLOW
                 or planner.settings.escape == Escape.KNOWN,
+                sees_m=self.sensing.sees_m,
             )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 

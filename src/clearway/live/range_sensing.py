@@ -193,6 +193,12 @@ class RangeSensing:
         return min((sensor.sigma_m for sensor in self.sensors.values()), default=0.0)
 
     @property
+    def sees_m(self) -> float:
+        """How far the LiDAR that sees farthest shows its way to be free; 0 without any."""
+        lidars = (each.lidar for each in self.sensors.values() if isinstance(each, LidarSensor))
+        return max((lidar.clears_to_m for lidar in lidars), default=0.0)
+
+    @property
     def dynamic_objects(self) -> list[Intruder]:
         """Bodies that have proved to move."""
         return [] if self._following is None else self._following.intruders()

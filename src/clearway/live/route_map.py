@@ -31,6 +31,9 @@ SHAPE, WIDEST = (64, 64, 16), (128, 128, 16)
 stands, which forgotten is flown into again if it was a street that is closed."""
 OF_TURN = 0.6
 """A coarse cell is at most this share of the turning radius wide."""
+SEES_BEHIND = 3.5
+"""Turning radii to which sensors see where cells are fine all the same: from before a gap too
+narrow for coarse ones, room to turn is seen behind it."""
 ROLL_WITHIN = 8
 """Cells move along once the vehicle is off their middle by this part of their number."""
 UNSEEN = 2.0
@@ -88,7 +91,7 @@ class RouteMap:
 
     voxel_m: of the free space that it is told of. margin_m, turning_radius_m: of the vehicle; 0
     for one that turns on the spot. obstacle_map: what is known before. narrow: whether what leaves
-    no room to turn may be flown through.
+    no room to turn may be flown through. sees_m: how far sensors see, where that is known.
     """
 
     def __init__(
@@ -99,9 +102,11 @@ class RouteMap:
         obstacle_map: ObstacleMap | None = None,
         *,
         narrow: bool = False,
+        sees_m: float = 0.0,
     ) -> None:
         self._no_room, self._hardly_room = NARROW if narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
+        coarse &= sees_m < SEES_BEHIND * turning_radius_m
         self._per_cell = COARSE if coarse else FINE
         self.width_m = float(self._per_cell * voxel_m)
         # No gap between cells leads through a wall, however thin.

@@ -432,7 +432,8 @@ class AvoidanceSystem:
             state,
             now,
             self._detour,
-            escaped=last is not None and last.escapes,
+            # Before there was a certain way out, nothing had been seen yet.
+            escaped=last is not None and last.escapes and self._plan.had_certain,
             gives_way=afar is not None and afar.gives_way,
         )
         return self._known.with_detections(state, now)
