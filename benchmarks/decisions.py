@@ -15,6 +15,7 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
+from benchmarks.turns import AS_FLOWN
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.missions.mission_file import read_mission_file
@@ -26,13 +27,6 @@ from clearway.sensors import Lidar, simulate_scan
 from clearway.traffic import Intruder
 
 MISSION = "static-obstacles"
-AS_FLOWN = (
-    (0.0, 0.0, 0.0, 0.0, 0.0), (5.5, 2.3, 0.3, 0.0, 30.0), (11.3, 2.9, 0.5, 0.0, -15.0),
-    (16.8, 0.6, 0.5, 0.0, -15.0), (21.5, 3.3, 0.7, -15.0, 75.0), (22.7, 9.1, 1.2, -15.0, 75.0),
-    (21.6, 14.7, 0.3, 0.0, 120.0), (18.7, 19.8, 0.0, 0.0, 150.0), (13.4, 22.4, 0.0, 0.0, 165.0),
-    (7.5, 22.4, -0.2, 0.0, 195.0), (1.9, 20.7, -0.4, -15.0, 195.0), (-0.7, 16.5, 2.0, -30.0, 270.0),
-)  # fmt: skip
-"""Places [m], pitch and heading [deg] at every sixth decision of the static mission."""
 SHAPES = 1_000
 MANY_BEAMS = (80, 36)
 """Azimuths and elevations through every column of cells: 100,800 beams in all."""

@@ -10,11 +10,13 @@ import pytest
 from clearway.avoidance.clearance import moving_clearance, span_of
 from clearway.avoidance.escape_chains import chain_keeps, chain_room
 from clearway.avoidance.escape_legs import carried, pose_after, was_seen
-from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
+from clearway.avoidance.escape_places import loop_places
+from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.hazards import MovingHazards, bin_points
 from clearway.avoidance.way_out import WayOut
 from clearway.avoidance.ways_out import WaysOut
+from clearway.base.frames import world_from_body
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
@@ -58,6 +60,36 @@ def test_the_first_that_keeps_it(ways, aloof_m, ahead_m) -> None:
                 return
     assert found < 0
     assert np.isnan(kept_m)
+
+
+@pytest.mark.parametrize("count", [0, 5, 25, 80])
+@pytest.mark.parametrize("margin_m", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("wind_mps", [(0.0, 0.0, 0.0), (0.1, -0.2, 0.05)])
+def test_so_it_does_where_what_nobody_has_seen_is_free(ways, count, margin_m, wind_mps) -> None:
+    """Among balls all about, which single places are held against first; level and pitched."""
+    rng = np.random.default_rng([count, int(10.0 * margin_m)])
+    library = ways.library
+    escapes, legs, loops = library.ways[0], library.legs, loop_places(library.ways[0], library.legs)
+    for pitch_rad in (0.0, 0.3):
+        place = rng.uniform([-9.0, -9.0, -4.0], [9.0, 9.0, 4.0], (count, 3))
+        place = place[np.linalg.norm(place, axis=1) > 1.0]
+        terms = ways._terms._replace(
+            must_see=False,
+            margin_m=margin_m,
+            bins=bin_points(place, rng.uniform(0.02, 0.3, len(place))),
+            grid_from_level=world_from_body([0.0, pitch_rad, 0.0]).T.copy(),
+            wind_mps=np.array(wind_mps),
+        )
+        pose = np.array([*rng.uniform(-1.0, 1.0, 3), rng.uniform(-np.pi, np.pi)])
+        unseen_m = np.array([terms.unseen_m])
+        found, _, _ = first_escape(escapes, legs, loops, 0, pose, 0.5, terms, unseen_m)
+        upto = found if found >= 0 else len(escapes.begins) - 1
+        kept = (
+            escape
+            for escape in range(upto + 1)
+            if chain_keeps(movements_of(escapes, escape), 0, pose, 0.5, legs, terms)
+        )
+        assert next(kept, -1) == found
 
 
 def test_some_are_found_and_some_not(ways) -> None:

@@ -19,7 +19,8 @@ from clearway.avoidance.escape_legs import (
     unsure_after,
     was_seen,
 )
-from clearway.avoidance.escape_search import first_escape, loop_places, movements_of
+from clearway.avoidance.escape_places import loop_places
+from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.floor import with_ground
 from clearway.avoidance.hazards import nothing_moving

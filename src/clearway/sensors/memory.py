@@ -289,22 +289,22 @@ def _after(
 ) -> PointMemory:
     room = swept.room
     return PointMemory(
-        memory.voxel_m,
-        memory.horizon_s,
-        memory.reach_m,
-        memory.capacity,
-        memory.passes_to_clear,
-        memory.smallest_m,
-        room.boxes,
-        swept.balls,
-        room.fine_m,
-        _averaged(memory.alone_a_sweep, swept.alone),
-        _averaged(memory.refuted_a_sweep, swept.refuted),
-        _averaged(memory.borne_out_a_sweep, swept.borne_out),
-        seen_from,
-        room.dropped,
-        room.merged,
-        too_small,
+        voxel_m=memory.voxel_m,
+        horizon_s=memory.horizon_s,
+        reach_m=memory.reach_m,
+        capacity=memory.capacity,
+        passes_to_clear=memory.passes_to_clear,
+        smallest_m=memory.smallest_m,
+        boxes=room.boxes,
+        balls=swept.balls,
+        fine_m=room.fine_m,
+        alone_a_sweep=_averaged(memory.alone_a_sweep, swept.alone),
+        refuted_a_sweep=_averaged(memory.refuted_a_sweep, swept.refuted),
+        borne_out_a_sweep=_averaged(memory.borne_out_a_sweep, swept.borne_out),
+        seen_from=seen_from,
+        dropped=room.dropped,
+        merged=room.merged,
+        too_small=too_small,
     )
 
 
