@@ -14,6 +14,7 @@ import numpy as np
 
 from clearway.avoidance.candidates import Candidates, ruled
 from clearway.avoidance.chosen import Basis, Choice, Grounds, TriedTier
+from clearway.avoidance.emergency import emergency
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
@@ -23,8 +24,6 @@ from clearway.avoidance.verify import KnownClearances, RoomPrice, first_clear
 from clearway.base.checks import positive
 from clearway.base.state import BoolArray, IntArray
 
-EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
-"""Shares of the margin that the emergency rule steps down through."""
 VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
 """What a candidate that verification looks at can stand on, the best first."""
 
@@ -90,7 +89,7 @@ def pick(
             found = _first_clear(grounds, candidates, basis, tier, loiter, margin_m, tried, looked)
             if found is not None:
                 return Choice.of(grounds, candidates, found, basis, margin_m, below, tried)
-    best, kept_m = _emergency(looked, candidates, hazards, margin_m)
+    best, kept_m = emergency(looked, candidates, hazards, margin_m)
     return Choice.of(grounds, candidates, best, Basis.EMERGENCY, kept_m, below, tried)
 
 
@@ -140,17 +139,3 @@ def _first_clear(
     )
     tried.append(TriedTier.of(candidates, tier, verification))
     return int(tier[verification.chosen]) if verification.chosen >= 0 else None
-
-
-def _emergency(
-    looked: KnownClearances, candidates: Candidates, hazards: Hazards, margin_m: float
-) -> tuple[int, float]:
-    """Candidate with the best clearance, and the stepped-down margin that it keeps.
-
-    Where all are alike (the start itself is too near), the one that lacks least on its way.
-    """
-    found = looked.clearances(hazards, margin_m)[candidates.nodes]
-    coarse = np.round(found[:, 0] / (0.01 * margin_m))
-    best = int(np.lexsort((candidates.cost_m, found[:, 1], -coarse))[0])
-    kept = found[best, 0] / margin_m
-    return best, margin_m * next((share for share in EMERGENCY_MARGINS if kept >= share), 0.0)

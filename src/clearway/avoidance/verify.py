@@ -88,25 +88,18 @@ class KnownClearances:
     again, or of other candidates, need not look at the same movement twice."""
 
     def __init__(self, paths: Paths) -> None:
-        self._paths = paths
+        self.paths = paths
         self._known: dict[tuple[int, float], tuple[Hazards, FloatArray]] = {}
-        self._clearances: dict[tuple[int, float], FloatArray] = {}
+        self.best: dict[tuple[int, float, bytes], FloatArray] = {}
+        """What `emergency.best_clearances` found, by hazards, margin and candidates."""
 
     def at(self, hazards: Hazards, margin_m: float) -> FloatArray:
         """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan where nobody
         has looked. Whoever looks fills in."""
         asked = id(hazards), margin_m  # Kept beside it, so that its number is nobody else's.
         if asked not in self._known:
-            self._known[asked] = hazards, np.full((len(self._paths.parent), 3), np.nan)
+            self._known[asked] = hazards, np.full((len(self.paths.parent), 3), np.nan)
         return self._known[asked][1]
-
-    def clearances(self, hazards: Hazards, cap_m: float) -> FloatArray:
-        """[nodes, 2] `clearances` of all paths."""
-        asked = id(hazards), cap_m
-        if asked not in self._clearances:
-            known = self.at(hazards, cap_m)
-            self._clearances[asked] = clearances(self._paths, hazards, cap_m, known)
-        return self._clearances[asked]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,36 +189,30 @@ def _farthest_m(paths: Paths, node: int) -> float:
     return farthest
 
 
-def clearances(
-    paths: Paths, hazards: Hazards, cap_m: float, known: FloatArray | None = None
-) -> FloatArray:
+def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
     """[nodes, 2] smallest clearance along the path to each node, and clearance lacking to `cap_m`
-    summed over its movements: the measure of how bad a path is where none is good.
-
-    known: of the same hazards and cap, by `KnownClearances.at`.
-    """
-    if known is None:
-        known = np.full((len(paths.parent), 3), np.nan)
-    return _clearances(paths, hazards.bins, hazards.shapes, hazards.moving, cap_m, known)
+    summed over its movements: the measure of how bad a path is where none is good."""
+    return _clearances(paths, hazards.bins, hazards.shapes, hazards.moving, cap_m)
 
 
 @compiled
-def _room(paths: Paths) -> MovementRoom:
+def movement_room(paths: Paths) -> MovementRoom:
     """For one movement at a time."""
     return MovementRoom(np.empty((paths.samples_m.shape[1] + 1, 3)), np.empty(3))
 
 
 @borrowing
-def _node_clearance(
+def movement_clearance(
     paths: Paths,
     n: int,
     bins: PointBins,
     shapes: Shapes,
     moving: MovingHazards,
     enough: float,
+    stop: float,
     room: MovementRoom,
 ) -> Found:
-    """Clearance of one movement, exact where it is below `enough`."""
+    """Clearance of one movement, exact where it is below `enough` and not below `stop`."""
     samples, corners = paths.samples_m, room.corners_m
     count, parent, start_s = samples.shape[1], paths.parent[n], 0.0
     if parent >= 0:
@@ -237,7 +224,9 @@ def _node_clearance(
     reach = reach_about(corners, room.middle_m)
     span = Span(corners, room.middle_m, reach, start_s, paths.end_time_s[n])
     sagitta = paths.sagitta_m[n]
-    distance, cause, index = span_clearance(span, bins, shapes, moving, enough + sagitta, -np.inf)
+    distance, cause, index = span_clearance(
+        span, bins, shapes, moving, enough + sagitta, stop + sagitta
+    )
     return distance - sagitta, cause, index
 
 
@@ -260,7 +249,7 @@ def _keeps(
     for at in range(len(path) - 1, -1, -1):
         n = path[at]
         if np.isnan(known[n, 0]):
-            found = _node_clearance(paths, n, bins, shapes, moving, margin, room)
+            found = movement_clearance(paths, n, bins, shapes, moving, margin, -np.inf, room)
             known[n, 0], known[n, 1], known[n, 2] = found
         # What is not a number keeps no margin.
         if not known[n, 0] >= KEPT * margin:
@@ -294,7 +283,7 @@ def _first_clear(
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
     nodes, tried = len(paths.parent), len(candidates)
     circling = np.full((nodes, 3), np.nan)
-    room = _room(paths)
+    room = movement_room(paths)
     blocked_at = np.full(tried, -1, dtype=np.int64)
     causes = np.zeros(tried, dtype=np.int64)
     cause_index = np.full(tried, -1, dtype=np.int64)
@@ -328,10 +317,10 @@ def _first_clear(
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:
-    best, room = (enough, 0, -1), _room(paths)
+    best, room = (enough, 0, -1), movement_room(paths)
     n = node
     while n >= 0:
-        found = _node_clearance(paths, n, bins, shapes, moving, best[0], room)
+        found = movement_clearance(paths, n, bins, shapes, moving, best[0], -np.inf, room)
         if found[1] != 0 and found[0] < best[0]:
             best = found
         n = paths.parent[n]
@@ -340,15 +329,10 @@ def _path_clearance(
 
 @compiled
 def _clearances(
-    paths: Paths,
-    bins: PointBins,
-    shapes: Shapes,
-    moving: MovingHazards,
-    cap: float,
-    known: FloatArray,
+    paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
 ) -> FloatArray:
-    result, room = np.empty((len(paths.parent), 2)), _room(paths)
-    _note_clearances(paths, bins, shapes, moving, cap, known, room, result)
+    result, room = np.empty((len(paths.parent), 2)), movement_room(paths)
+    _note_clearances(paths, bins, shapes, moving, cap, room, result)
     return result
 
 
@@ -359,15 +343,12 @@ def _note_clearances(
     shapes: Shapes,
     moving: MovingHazards,
     cap: float,
-    known: FloatArray,
     room: MovementRoom,
     result: FloatArray,
 ) -> None:
     for n in range(len(paths.parent)):
-        if np.isnan(known[n, 0]):
-            found = _node_clearance(paths, n, bins, shapes, moving, cap, room)
-            known[n, 0], known[n, 1], known[n, 2] = found
-        distance = min(known[n, 0], cap)
+        found = movement_clearance(paths, n, bins, shapes, moving, cap, -np.inf, room)
+        distance = min(found[0], cap)
         before, lacking = cap, 0.0
         if paths.parent[n] >= 0:
             before, lacking = result[paths.parent[n], 0], result[paths.parent[n], 1]

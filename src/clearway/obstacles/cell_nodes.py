@@ -29,7 +29,7 @@ class CellNodes(NamedTuple):
     first: IntArray
     """[cells + 1] where a cell's nodes begin."""
     position_m: FloatArray
-    """[nodes, 3] grid frame."""
+    """[3, nodes] grid frame, by axis."""
     width_m: FloatArray
     """[nodes] edge of the cube of a node's volume."""
     node_radius_m: FloatArray
@@ -105,7 +105,7 @@ def _cut_cells(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Positions, widths, radii and volume shares of all nodes."""
     nodes = first[-1]
-    position, width = np.empty((nodes, 3)), np.empty(nodes)
+    position, width = np.empty((3, nodes)), np.empty(nodes)
     radius, share = np.empty(nodes), np.empty(nodes)
     columns, rows = len(azimuths) - 1, len(elevations) - 1
     for cell in range(len(parts)):
@@ -122,7 +122,8 @@ def _cut_cells(
             middle, thickness = 0.5 * (d[x] + d[x + 1]), part.out * part.out
             shift = thickness * middle / (6.0 * middle * middle + 0.5 * thickness)
             stretch = 1.0 + shift / middle
-            position[n] = part.x * stretch, part.y * stretch, part.z * stretch
+            position[0, n], position[1, n] = part.x * stretch, part.y * stretch
+            position[2, n] = part.z * stretch
             width[n] = part.volume ** (1.0 / 3.0)
             radius[n] = part.radius + shift
             share[n] = part.volume / whole

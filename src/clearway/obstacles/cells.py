@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -10,13 +10,18 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.cell_nodes import NODES_PER_CELL, CellNodes, cell_nodes
 from clearway.obstacles.cell_share import blurred_share
 from clearway.obstacles.cell_volume import union_shares
+from clearway.obstacles.near_cells import look_around, near_cells
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import box_distance, local_vector, outward_normal
+from clearway.obstacles.rounded_box import (
+    box_distance,
+    local_point,
+    local_vector,
+    outward_normal,
+)
 
 VolumeMode = Literal["fast", "fine", "reference"]
 """Fast: within 0.03 in each cell and 0.004 on average. Fine: within 0.005 and 0.001, with few and
@@ -50,118 +55,71 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
     return _coated(shapes, cell_nodes(grid), float(margin_m))
 
 
-@borrowing
-def _near_group(shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: IntArray) -> int:
-    """How many shapes may come within a margin of a group of cells; their numbers go into `near`, a
-    buffer that lives as long as the caller's loop."""
-    center, reach = nodes.group_center_m[group], nodes.group_radius_m[group]
-    x, y, z = center[0], center[1], center[2]
-    count = 0
-    for s in range(len(shapes.radius_m)):
-        dx = x - shapes.center_m[s, 0]
-        dy = y - shapes.center_m[s, 1]
-        dz = z - shapes.center_m[s, 2]
-        limit = SURELY * (reach + margin + shapes.bound_m[s])
-        if dx * dx + dy * dy + dz * dz < limit * limit:
-            near[count] = s
-            count += 1
-    return count
+class Parts(NamedTuple):
+    """What shapes do to the parts of one cell at a time, in buffers that the caller lends."""
 
-
-@borrowing
-def _candidates(
-    shapes: Shapes, nodes: CellNodes, cell: int, margin: float, near: IntArray, found: IntArray
-) -> tuple[int, bool]:
-    """How many shapes may come within a margin of a cell (5.51), and whether one covers it whole.
-
-    near: those that may come near its group. Their numbers go into `found`, a buffer that lives as
-    long as the caller's loop.
-    """
-    x, y, z = nodes.center_m[cell, 0], nodes.center_m[cell, 1], nodes.center_m[cell, 2]
-    reach = nodes.radius_m[cell]
-    count = 0
-    for s in near:
-        dx = x - shapes.center_m[s, 0]
-        dy = y - shapes.center_m[s, 1]
-        dz = z - shapes.center_m[s, 2]
-        limit = reach + margin + shapes.bound_m[s]
-        if dx * dx + dy * dy + dz * dz >= limit * limit:
-            continue
-        distance = shape_distance(x, y, z, shapes, s)
-        if distance <= margin - reach:
-            return count, True
-        if distance < margin + reach:
-            found[count] = s
-            count += 1
-    return count, False
+    filled: FloatArray
+    """[parts] share so far."""
+    main: FloatArray
+    """[parts, 6] of the shape that fills most: share, normal, and between which offsets along the
+    normal it lies."""
+    beyond_m: FloatArray
+    """[parts] how far beyond the faces of the shape that is looked at, before it is inflated."""
+    touched: IntArray
+    """[parts] those that it may add to."""
 
 
 @compiled
 def _blurred_shares(shapes: Shapes, nodes: CellNodes) -> FloatArray:
     shares = np.zeros(len(nodes.radius_m))
-    near, found = np.empty((2, len(shapes.radius_m)), dtype=np.int64)
-    most = np.max(np.diff(nodes.first))
-    filled, main = np.empty(most), np.empty((most, 6))
+    near, most = near_cells(shapes, nodes), np.max(np.diff(nodes.first))
+    touched = np.empty(most, dtype=np.int64)
+    parts = Parts(np.empty(most), np.empty((most, 6)), np.empty(most), touched)
     for group in range(len(nodes.group_radius_m)):
-        nearby = near[: _near_group(shapes, nodes, group, 0.0, near)]
-        if len(nearby) == 0:
+        if look_around(shapes, nodes, group, 0.0, near) == 0:
             continue
-        for cell in nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]:
-            count, covered = _candidates(shapes, nodes, cell, 0.0, nearby, found)
-            if covered:
+        for c in range(nodes.group_first[group + 1] - nodes.group_first[group]):
+            cell = nodes.by_group[nodes.group_first[group] + c]
+            if near.covered[c]:
                 shares[cell] = 1.0
-            elif count > 0:
-                shares[cell] = _share_of(shapes, nodes, cell, found[:count], filled, main)
+            elif near.count[c] > 0:
+                found = near.found[c, : near.count[c]]
+                shares[cell] = _share_of(shapes, nodes, cell, found, parts)
     return shares
 
 
 @borrowing
-def _share_of(
-    shapes: Shapes,
-    nodes: CellNodes,
-    cell: int,
-    found: IntArray,
-    filled: FloatArray,
-    main: FloatArray,
-) -> float:
+def _share_of(shapes: Shapes, nodes: CellNodes, cell: int, found: IntArray, parts: Parts) -> float:
     """The share of a cell that some shapes fill together."""
-    filled[:] = 0.0
-    main[:] = 0.0
+    first, count = nodes.first[cell], nodes.first[cell + 1] - nodes.first[cell]
+    parts.filled[:] = 0.0
+    parts.main[:] = 0.0
     for s in found:
-        _fill_nodes(shapes, nodes, cell, s, len(found) > 1, filled, main)
-    first, share = nodes.first[cell], 0.0
-    for n in range(first, nodes.first[cell + 1]):
-        share += nodes.share[n] * filled[n - first]
+        if _fill_parts(shapes, nodes, first, count, s, len(found) > 1, parts) == count:
+            break
+    share = 0.0
+    for p in range(count):
+        share += nodes.share[first + p] * parts.filled[p]
     return min(share, 1.0)
 
 
 @borrowing
-def _fill_nodes(
-    shapes: Shapes,
-    nodes: CellNodes,
-    cell: int,
-    s: int,
-    several: bool,
-    filled: FloatArray,
-    main: FloatArray,
-) -> None:
-    """Add shape s to what each of a cell's parts is filled by, in the caller's buffers.
-
-    filled: [parts] share so far; main: [parts, 6] of the shape that fills most, share, normal,
-    and between which offsets along the normal it lies.
-    """
+def _fill_parts(
+    shapes: Shapes, nodes: CellNodes, first: int, count: int, s: int, several: bool, parts: Parts
+) -> int:
+    """Add shape s to what each of a cell's parts is filled by; how many are full then."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
     radius, hx, hy, hz = shapes.radius_m[s], half[0], half[1], half[2]
-    for n in range(nodes.first[cell], nodes.first[cell + 1]):
-        width = nodes.width_m[n]
-        dx = nodes.position_m[n, 0] - center[0]
-        dy = nodes.position_m[n, 1] - center[1]
-        dz = nodes.position_m[n, 2] - center[2]
-        lx, ly, lz = local_vector(dx, dy, dz, turn)
-        if max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz)) >= radius + 0.5 * width:
-            continue
+    filled, main = parts.filled, parts.main
+    xs, ys, zs = nodes.position_m[0], nodes.position_m[1], nodes.position_m[2]
+    last = first + count
+    _beyond(xs[first:last], ys[first:last], zs[first:last], center, turn, half, parts.beyond_m)
+    touched, full = _touched(nodes.width_m[first:last], radius, parts)
+    for p in parts.touched[:touched]:
+        width = nodes.width_m[first + p]
+        x, y, z = xs[first + p], ys[first + p], zs[first + p]
+        lx, ly, lz = local_point(x, y, z, center, turn)
         share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
-        p = n - nodes.first[cell]
         if not several:
             filled[p] = share
             continue
@@ -180,6 +138,39 @@ def _fill_nodes(
         if share > main[p, 0]:
             main[p, 0], main[p, 1], main[p, 2], main[p, 3] = share, nx, ny, nz
             main[p, 4], main[p, 5] = low, high
+    return full
+
+
+@borrowing
+def _beyond(
+    x: FloatArray,
+    y: FloatArray,
+    z: FloatArray,
+    center: FloatArray,
+    turn: FloatArray,
+    half: FloatArray,
+    beyond: FloatArray,
+) -> None:
+    """Fill in how far beyond a shape's faces points [n] are: no branch in the loop."""
+    cx, cy, cz, hx, hy, hz = center[0], center[1], center[2], half[0], half[1], half[2]
+    for p in range(len(x)):
+        lx, ly, lz = local_vector(x[p] - cx, y[p] - cy, z[p] - cz, turn)
+        beyond[p] = max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz))
+
+
+@borrowing
+def _touched(width: FloatArray, radius: float, parts: Parts) -> tuple[int, int]:
+    """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
+
+    Which they are cannot be foretold, so no branch asks: the others are written over.
+    """
+    count = full = 0
+    for p in range(len(width)):
+        is_full = parts.filled[p] == 1.0
+        parts.touched[count] = p
+        count += (not is_full) & (parts.beyond_m[p] < radius + 0.5 * width[p])
+        full += is_full
+    return count, full
 
 
 @borrowing
@@ -195,17 +186,16 @@ def _common_length(
 @compiled
 def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)
-    near, found = np.empty((2, len(shapes.radius_m)), dtype=np.int64)
+    near = near_cells(shapes, nodes)
     for group in range(len(nodes.group_radius_m)):
-        nearby = near[: _near_group(shapes, nodes, group, margin, near)]
-        if len(nearby) == 0:
+        if look_around(shapes, nodes, group, margin, near) == 0:
             continue
-        for cell in nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]:
-            count, covered = _candidates(shapes, nodes, cell, margin, nearby, found)
-            coated[cell] = covered
-            n = nodes.first[cell]
-            while n < nodes.first[cell + 1] and count > 0 and not coated[cell]:
-                coated[cell] = _near_node(shapes, nodes, n, margin, found[:count])
+        for c in range(nodes.group_first[group + 1] - nodes.group_first[group]):
+            cell = nodes.by_group[nodes.group_first[group] + c]
+            coated[cell] = near.covered[c]
+            found, n = near.found[c, : near.count[c]], nodes.first[cell]
+            while n < nodes.first[cell + 1] and len(found) > 0 and not coated[cell]:
+                coated[cell] = _near_node(shapes, nodes, n, margin, found)
                 n += 1
     return coated
 
@@ -213,7 +203,7 @@ def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
 @borrowing
 def _near_node(shapes: Shapes, nodes: CellNodes, node: int, margin: float, near: IntArray) -> bool:
     """Whether a shape may come within a margin of a node's part."""
-    x, y, z = nodes.position_m[node, 0], nodes.position_m[node, 1], nodes.position_m[node, 2]
+    x, y, z = nodes.position_m[0, node], nodes.position_m[1, node], nodes.position_m[2, node]
     for s in near:
         if shape_distance(x, y, z, shapes, s) <= margin + nodes.node_radius_m[node]:
             return True

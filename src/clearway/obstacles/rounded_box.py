@@ -87,12 +87,13 @@ def outward_normal(
 ) -> tuple[float, float, float]:
     """Direction, in the obstacle's frame, in which its distance grows at a local point."""
     qx, qy, qz = abs(lx) - half[0], abs(ly) - half[1], abs(lz) - half[2]
-    nearest_face = max(qx, max(qy, qz))
+    if max(min(qx, qy), min(max(qx, qy), qz)) <= 0.0:
+        # Beyond one face at most: the normal is its own, without a root.
+        nearest_face = max(qx, max(qy, qz))
+        axis = 0 if qx == nearest_face else 1 if qy == nearest_face else 2
+        side = math.copysign(1.0, lx if axis == 0 else ly if axis == 1 else lz)
+        return side * rotation[0, axis], side * rotation[1, axis], side * rotation[2, axis]
     ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
-    if nearest_face <= 0.0:
-        ox = 1.0 if qx == nearest_face else 0.0
-        oy = 1.0 if qy == nearest_face and ox == 0.0 else 0.0
-        oz = 1.0 - ox - oy
     length = math.sqrt(ox * ox + oy * oy + oz * oz)
     ox = math.copysign(ox / length, lx)
     oy = math.copysign(oy / length, ly)

@@ -1,0 +1,114 @@
+"""Which obstacles of the map concern which cells: (5.51) for a group of neighbours at a time."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import borrowing, compiled
+from clearway.base.frames import FloatArray
+from clearway.base.rounding import SURELY
+from clearway.base.state import BoolArray, IntArray
+from clearway.obstacles.cell_nodes import CellNodes
+from clearway.obstacles.obstacle import Shapes
+from clearway.obstacles.rounded_box import local_vector
+
+
+class NearCells(NamedTuple):
+    """What comes near the cells of one group at a time, in buffers that the caller lends."""
+
+    nearby: IntArray
+    """[shapes] those that may come near the group."""
+    center_m: FloatArray
+    """[3, cells of a group] by axis."""
+    reach_m: FloatArray
+    """[cells of a group] no point of the cell is farther from its centre."""
+    distance_m: FloatArray
+    """[cells of a group] of the shape that is looked at."""
+    covered: BoolArray
+    """[cells of a group] whether one shape, with the margin, holds the cell whole."""
+    count: IntArray
+    """[cells of a group] how many shapes may come within the margin of others."""
+    found: IntArray
+    """[cells of a group, shapes] those, in order."""
+
+
+@compiled
+def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
+    """Room for the largest group of a grid."""
+    most, many = np.max(np.diff(nodes.group_first)), len(shapes.radius_m)
+    return NearCells(
+        np.empty(many, dtype=np.int64),
+        np.empty((3, most)),
+        np.empty(most),
+        np.empty(most),
+        np.empty(most, dtype=np.bool_),
+        np.empty(most, dtype=np.int64),
+        np.empty((most, many), dtype=np.int64),
+    )
+
+
+@borrowing
+def look_around(
+    shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: NearCells
+) -> int:
+    """Fill in what comes within a margin of a group's cells; how many shapes may."""
+    cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
+    size = len(cells)
+    for c in range(size):
+        near.covered[c], near.count[c] = False, 0
+    nearby = near.nearby[: _near_group(shapes, nodes, group, margin, near.nearby)]
+    if len(nearby) == 0:
+        return 0
+    for c in range(size):
+        near.reach_m[c] = nodes.radius_m[cells[c]]
+        for axis in range(3):
+            near.center_m[axis, c] = nodes.center_m[cells[c], axis]
+    x, y, z = near.center_m[0, :size], near.center_m[1, :size], near.center_m[2, :size]
+    for s in nearby:
+        _distances(x, y, z, shapes, s, near.distance_m)
+        whole = 0
+        for c in range(size):
+            distance, reach = near.distance_m[c], near.reach_m[c]
+            near.covered[c] |= distance <= margin - reach
+            near.found[c, near.count[c]] = s
+            near.count[c] += distance < margin + reach
+            whole += near.covered[c]
+        if whole == size:
+            break
+    return len(nearby)
+
+
+@borrowing
+def _near_group(shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: IntArray) -> int:
+    """How many shapes may come within a margin of a group of cells; their numbers go into `near`, a
+    buffer that lives as long as the caller's loop."""
+    center, reach = nodes.group_center_m[group], nodes.group_radius_m[group]
+    x, y, z = center[0], center[1], center[2]
+    count = 0
+    for s in range(len(shapes.radius_m)):
+        dx = x - shapes.center_m[s, 0]
+        dy = y - shapes.center_m[s, 1]
+        dz = z - shapes.center_m[s, 2]
+        limit = SURELY * (reach + margin + shapes.bound_m[s])
+        if dx * dx + dy * dy + dz * dz < limit * limit:
+            near[count] = s
+            count += 1
+    return count
+
+
+@borrowing
+def _distances(
+    x: FloatArray, y: FloatArray, z: FloatArray, shapes: Shapes, s: int, distance: FloatArray
+) -> None:
+    """Fill in `shape_distance` of points [n]: no branch in the loop, so that several go at once."""
+    center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
+    cx, cy, cz, hx, hy, hz = center[0], center[1], center[2], half[0], half[1], half[2]
+    radius = shapes.radius_m[s]
+    for c in range(len(x)):
+        lx, ly, lz = local_vector(x[c] - cx, y[c] - cy, z[c] - cz, turn)
+        qx, qy, qz = abs(lx) - hx, abs(ly) - hy, abs(lz) - hz
+        ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
+        within = min(max(qx, max(qy, qz)), 0.0)
+        distance[c] = within + np.sqrt(ox * ox + oy * oy + oz * oz) - radius
