@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -64,6 +65,20 @@ def mapped() -> ObstacleMap:
     return ObstacleMap([*mixed_shapes(NEAR_SHAPES), *far])
 
 
+def crowded(smallest_m: float, largest_m: float, thick_m: float | None) -> ObstacleMap:
+    """As many boxes as there are shapes, through and over one another, all of them in view; or all
+    so thin along one axis."""
+    rng = np.random.default_rng(3)
+    told = []
+    for middle in rng.uniform([1.5, -8.0, -5.0], [11.0, 8.0, 5.0], (SHAPES, 3)):
+        size = rng.uniform(smallest_m, largest_m, 3)
+        if thick_m is not None:
+            size[rng.integers(3)] = thick_m
+        turned = rng.uniform(-np.pi, np.pi, 3)
+        told.append(Obstacle.cuboid(middle, tuple(size), orientation_rad=turned))
+    return ObstacleMap(told)
+
+
 def decided(
     make: Callable[[], ObstacleMap],
     what: str,
@@ -113,6 +128,22 @@ BENCHMARKS = tuple(
                 beams_per_cell=(40, 36),
                 target_s=4e-3 if escape == "off" else None,
             ),
+        ),
+        *(
+            (
+                name,
+                decided(
+                    lambda: ObstacleMap([]),
+                    f"a decision among {SHAPES:,} {what}, over one another and all in view",
+                    escape,
+                    obstacle_map=partial(crowded, *size_m),
+                    target_s=10e-3 if escape == "off" else None,
+                ),
+            )
+            for name, what, size_m in (
+                ("boxes", "mapped boxes of 1 to 6 m", (1.0, 6.0, None)),
+                ("plates", "mapped plates of 2 to 8 m, 10 cm thick", (2.0, 8.0, 0.1)),
+            )
         ),
         (
             "everything at once",

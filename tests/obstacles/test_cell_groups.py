@@ -7,6 +7,8 @@ import pytest
 
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.cell_nodes import cell_nodes
+from clearway.obstacles.near_cells import look_around, near_cells
+from clearway.obstacles.obstacle import Obstacle, Shapes, shape_distance, shapes_of
 
 GRIDS = [
     AvoidanceGrid.uniform(),
@@ -23,3 +25,45 @@ def test_every_cell_is_in_one_group_and_within_its_ball(grid: AvoidanceGrid) -> 
     off_m = np.linalg.norm(nodes.center_m[nodes.by_group] - nodes.group_center_m[group], axis=1)
     within_m = nodes.group_radius_m[group] * (1.0 + 1e-12)
     assert np.all(off_m + nodes.radius_m[nodes.by_group] <= within_m)
+
+
+def crowd(seed: int, count: int) -> Shapes:
+    """Boxes, balls and wires all through the grid and beyond it."""
+    rng = np.random.default_rng(seed)
+    told = []
+    for middle in rng.uniform([-2, -8, -6], [12, 8, 6], (count, 3)):
+        size, turn = rng.uniform(0.01, 5.0, 3), rng.normal(size=3)
+        told.append(
+            (
+                Obstacle.cuboid(middle, (size[0], size[1], size[2]), 0.1, turn),
+                Obstacle.ball(middle, 0.5 * size[0]),
+                Obstacle.line(middle, 2.0 * size[0], 0.02, turn),
+            )[rng.integers(3)]
+        )
+    return shapes_of(told)
+
+
+@pytest.mark.parametrize("margin_m", [0.0, 0.7])
+@pytest.mark.parametrize("count", [1, 40, 400])
+@pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
+def test_cells_are_told_what_is_near_them_and_nothing_else(
+    grid: AvoidanceGrid, count: int, margin_m: float
+) -> None:
+    nodes, shapes = cell_nodes(grid), crowd(count, count)
+    near = near_cells(shapes, nodes)
+    covered, told = 0, 0
+    for group in range(len(nodes.group_radius_m)):
+        any_near = look_around(shapes, nodes, group, margin_m, near) > 0
+        cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
+        for c, cell in enumerate(cells):
+            center, reach = nodes.center_m[cell], nodes.radius_m[cell]
+            off_m = np.array([shape_distance(*center, shapes, s) for s in range(count)])
+            whole = bool(np.any(off_m <= margin_m - reach))
+            assert near.covered[c] == whole
+            if not whole:
+                found = near.found[c, : near.many[c]]
+                np.testing.assert_array_equal(found, np.flatnonzero(off_m < margin_m + reach))
+                told += len(found)
+                assert any_near or not len(found)
+            covered += whole
+    assert covered + told > 0

@@ -132,6 +132,26 @@ def test_fast_is_within_its_tolerance_of_the_reference_in_random_worlds(seed: in
     assert error.mean() <= 0.004
 
 
+def sheets(count: int) -> list[Obstacle]:
+    """All through the grid: a fifth of them meet in a cell, and fill it only together."""
+    rng = np.random.default_rng(count)
+    return [
+        Obstacle.plane(middle, (30.0, 30.0), 0.005, rng.uniform(-np.pi, np.pi, 3))
+        for middle in rng.uniform([1, -8, -5], [11, 8, 5], (count, 3))
+    ]
+
+
+@pytest.mark.parametrize(("count", "most", "mean"), [(100, 0.03, 0.004), (300, 0.05, 0.008)])
+def test_where_very_many_meet_fewer_parts_of_a_cell_tell_as_much(
+    count: int, most: float, mean: float
+) -> None:
+    shapes = shapes_of(sheets(count))
+    fast, fine = (base_probability(shapes, GRID, mode) for mode in ("fast", "fine"))
+    assert fine.mean() > 5e-4 * count
+    assert np.abs(fast - fine).max() <= most
+    assert np.abs(fast - fine).mean() <= mean
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_fine_is_near_the_reference_with_few_large_cells_too(seed: int) -> None:
     grid = (GRID, AvoidanceGrid.uniform(10.0, 1, 45.0, 3, 30.0, 2))[seed % 2]

@@ -97,9 +97,9 @@ def _looked_at(
     if np.isnan(known[n, 0]):
         found = movement_clearance(paths, n, bins, shapes, moving, margin, least, room)
         if found[0] < least:
-            return found[0]
+            return float(found[0])
         known[n, 0], known[n, 1], known[n, 2] = found
-    return min(known[n, 0], margin)
+    return float(min(known[n, 0], margin))
 
 
 @borrowing

@@ -28,7 +28,7 @@ class NearCells(NamedTuple):
     """[cells of a group] of the shape that is looked at."""
     covered: BoolArray
     """[cells of a group] whether one shape, with the margin, holds the cell whole."""
-    count: IntArray
+    many: IntArray
     """[cells of a group] how many shapes may come within the margin of others."""
     found: IntArray
     """[cells of a group, shapes] those, in order."""
@@ -57,7 +57,7 @@ def look_around(
     cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
     size = len(cells)
     for c in range(size):
-        near.covered[c], near.count[c] = False, 0
+        near.covered[c], near.many[c] = False, 0
     nearby = near.nearby[: _near_group(shapes, nodes, group, margin, near.nearby)]
     if len(nearby) == 0:
         return 0
@@ -72,8 +72,8 @@ def look_around(
         for c in range(size):
             distance, reach = near.distance_m[c], near.reach_m[c]
             near.covered[c] |= distance <= margin - reach
-            near.found[c, near.count[c]] = s
-            near.count[c] += distance < margin + reach
+            near.found[c, near.many[c]] = s
+            near.many[c] += distance < margin + reach
             whole += near.covered[c]
         if whole == size:
             break

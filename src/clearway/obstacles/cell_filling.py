@@ -1,0 +1,176 @@
+"""How much of a cell several obstacles fill together, by the parts that the cell is cut into."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import borrowing, compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.obstacles.cell_nodes import CellNodes
+from clearway.obstacles.cell_share import blurred_share
+from clearway.obstacles.obstacle import Shapes
+from clearway.obstacles.rounded_box import (
+    box_distance,
+    local_point,
+    local_vector,
+    outward_normal,
+)
+
+FEWEST = 12
+"""Parts of a cell that are looked at, however many shapes meet in it."""
+SPREAD = 0.618
+"""Parts are taken this share of all of them apart: no side of the cell is left out."""
+
+
+class Parts(NamedTuple):
+    """What shapes do to the parts of one cell at a time, in buffers that the caller lends."""
+
+    place_m: FloatArray
+    """[3, parts] grid frame, by axis."""
+    width_m: FloatArray
+    """[parts] edge of the cube of a part's volume."""
+    weight: FloatArray
+    """[parts] share of the volume that is looked at."""
+    filled: FloatArray
+    """[parts] share so far."""
+    main: FloatArray
+    """[parts, 6] of the shape that fills most: share, normal, and between which offsets along the
+    normal it lies."""
+    beyond_m: FloatArray
+    """[parts] how far beyond the faces of the shape that is looked at, before it is inflated."""
+    touched: IntArray
+    """[parts] those that it may add to."""
+
+
+@compiled
+def parts_of(nodes: CellNodes) -> Parts:
+    """Room for the cell with the most parts."""
+    most = np.max(np.diff(nodes.first))
+    return Parts(
+        np.empty((3, most)),
+        np.empty(most),
+        np.empty(most),
+        np.empty(most),
+        np.empty((most, 6)),
+        np.empty(most),
+        np.empty(most, dtype=np.int64),
+    )
+
+
+@borrowing
+def share_of(
+    shapes: Shapes, nodes: CellNodes, cell: int, found: IntArray, looks: int, parts: Parts
+) -> float:
+    """The share of a cell that some shapes fill together, by so many looks of a shape at a part."""
+    count = _take_parts(nodes, cell, max(FEWEST, looks // len(found)), parts)
+    parts.filled[:] = 0.0
+    parts.main[:] = 0.0
+    for s in found:
+        if _fill_parts(shapes, count, s, len(found) > 1, parts) == count:
+            break
+    share = 0.0
+    for p in range(count):
+        share += parts.weight[p] * parts.filled[p]
+    return min(share, 1.0)
+
+
+@borrowing
+def _take_parts(nodes: CellNodes, cell: int, most: int, parts: Parts) -> int:
+    """Fill in the parts of a cell, or so many of them from all over it; how many."""
+    first, count = nodes.first[cell], nodes.first[cell + 1] - nodes.first[cell]
+    taken, apart = int(min(count, most)), 1
+    if taken < count:
+        apart = int(SPREAD * count)
+        while math.gcd(apart, count) > 1:
+            apart += 1
+    n, total = 0, 0.0
+    for p in range(taken):
+        for axis in range(3):
+            parts.place_m[axis, p] = nodes.position_m[axis, first + n]
+        parts.width_m[p], parts.weight[p] = nodes.width_m[first + n], nodes.share[first + n]
+        total += parts.weight[p]
+        n = (n + apart) % count
+    if taken < count:
+        for p in range(taken):
+            parts.weight[p] /= total
+    return taken
+
+
+@borrowing
+def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts) -> int:
+    """Add shape s to what each of a cell's parts is filled by; how many are full then."""
+    center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
+    radius, hx, hy, hz = shapes.radius_m[s], half[0], half[1], half[2]
+    filled, main = parts.filled, parts.main
+    x, y, z = parts.place_m[0, :count], parts.place_m[1, :count], parts.place_m[2, :count]
+    _beyond(x, y, z, center, turn, half, parts.beyond_m)
+    touched, full = _touched(parts.width_m[:count], radius, parts)
+    for p in parts.touched[:touched]:
+        width = parts.width_m[p]
+        lx, ly, lz = local_point(x[p], y[p], z[p], center, turn)
+        share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
+        if not several:
+            filled[p] = share
+            continue
+        nx, ny, nz = outward_normal(lx, ly, lz, half, turn)
+        high = radius - box_distance(lx, ly, lz, hx, hy, hz)
+        low = high - 2.0 * (radius + min(hx, min(hy, hz)))
+        added = share
+        if filled[p] > 0.0:
+            # Surfaces meet as if by chance, but for parallel ones, whose overlap is a length.
+            aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
+            common = _common_length(main[p, 4], main[p, 5], low, high, aligned, 0.5 * width)
+            overlap = filled[p] * share
+            parallel = min(common / width, min(filled[p], share))
+            added -= overlap + abs(aligned) * (parallel - overlap)
+        filled[p] = min(filled[p] + added, 1.0)
+        if share > main[p, 0]:
+            main[p, 0], main[p, 1], main[p, 2], main[p, 3] = share, nx, ny, nz
+            main[p, 4], main[p, 5] = low, high
+    return full
+
+
+@borrowing
+def _beyond(
+    x: FloatArray,
+    y: FloatArray,
+    z: FloatArray,
+    center: FloatArray,
+    turn: FloatArray,
+    half: FloatArray,
+    beyond: FloatArray,
+) -> None:
+    """Fill in how far beyond a shape's faces points [n] are: no branch in the loop."""
+    cx, cy, cz, hx, hy, hz = center[0], center[1], center[2], half[0], half[1], half[2]
+    for p in range(len(x)):
+        lx, ly, lz = local_vector(x[p] - cx, y[p] - cy, z[p] - cz, turn)
+        beyond[p] = max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz))
+
+
+@borrowing
+def _touched(width: FloatArray, radius: float, parts: Parts) -> tuple[int, int]:
+    """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
+
+    Which they are cannot be foretold, so no branch asks: the others are written over.
+    """
+    count = full = 0
+    for p in range(len(width)):
+        is_full = parts.filled[p] == 1.0
+        parts.touched[count] = p
+        count += (not is_full) & (parts.beyond_m[p] < radius + 0.5 * width[p])
+        full += is_full
+    return count, full
+
+
+@borrowing
+def _common_length(
+    low: float, high: float, other_low: float, other_high: float, aligned: float, reach: float
+) -> float:
+    """How much of [-reach, reach] two slabs share, the other one's normal turned if opposed."""
+    if aligned < 0.0:
+        other_low, other_high = -other_high, -other_low
+    return max(min(min(high, other_high), reach) - max(max(low, other_low), -reach), 0.0)
