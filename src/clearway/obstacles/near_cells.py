@@ -53,7 +53,7 @@ def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
 def look_around(
     shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: NearCells
 ) -> int:
-    """Fill in what comes within a margin of a group's cells; how many shapes may."""
+    """Fill in what comes within a margin of a group's cells (5.51); how many shapes may."""
     cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
     size = len(cells)
     for c in range(size):
