@@ -4,10 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from clearway.avoidance.chord_distance import TERNARY_STEPS, shape_chord_distance
 from clearway.avoidance.clearance import (
     CIRCLE_SAMPLES,
-    TERNARY_STEPS,
     circle_clearance,
     shapes_clearance,
     span_of,
@@ -60,9 +62,56 @@ def test_a_movement_is_as_far_from_shapes_as_all_cuts_of_all_chords_say(seed):
     for enough in (0.3, 2.0, 10.0):
         found, cause, index = shapes_clearance(span, shapes, enough, -np.inf)
         if each.min() < enough:
-            assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-12), 2, each.argmin())
+            assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-9), 2, each.argmin())
         else:
             assert (found, cause, index) == (enough, 0, -1)
+
+
+def segment_distance(a, b, c, d):
+    """Between segments a-b and c-d: the best of their ends and of where their lines pass."""
+
+    def to_segment(point, start, end):
+        along = end - start
+        share = np.clip((point - start) @ along / (along @ along), 0.0, 1.0) if any(along) else 0.0
+        return float(np.linalg.norm(point - start - share * along))
+
+    found = [to_segment(a, c, d), to_segment(b, c, d), to_segment(c, a, b), to_segment(d, a, b)]
+    lines = np.stack([b - a, c - d], axis=1)
+    if np.linalg.matrix_rank(lines, tol=1e-9) == 2:
+        shares = np.linalg.lstsq(lines, c - a, rcond=None)[0]
+        if np.all((shares >= 0.0) & (shares <= 1.0)):
+            found.append(float(np.linalg.norm(lines @ shares - (c - a))))
+    return min(found)
+
+
+ON_A_LATTICE = st.lists(st.integers(-2, 2), min_size=3, max_size=3)
+ANYWHERE = st.lists(st.floats(-3.0, 3.0).map(lambda x: round(x, 3)), min_size=3, max_size=3)
+
+
+@given(
+    a=st.one_of(ON_A_LATTICE, ANYWHERE),
+    b=st.one_of(ON_A_LATTICE, ANYWHERE),
+    turn=st.one_of(st.just([0.0, 0.0, 0.0]), ANYWHERE),
+    length=st.one_of(st.just(2.0), st.floats(0.01, 5.0)),
+    axis=st.integers(0, 2),
+)
+@settings(max_examples=300, deadline=None)
+def test_chords_and_capsules_are_as_far_apart_as_two_segments_less_the_radius(
+    a, b, turn, length, axis
+):
+    """Crossing, parallel, one inside the other, shrunk to a point; whichever axis is the long one,
+    and balls."""
+    a, b = np.array(a, float), np.array(b, float)
+    capsule = shapes_of([Obstacle.line([0.5, 0.0, 0.0], length, 0.3, turn)])
+    half = np.roll(capsule.half_m, axis, axis=1)
+    capsule = capsule._replace(half_m=half)
+    reach = capsule.rotation[0] @ half[0]
+    expected = segment_distance(a, b, capsule.center_m[0] - reach, capsule.center_m[0] + reach)
+    found = shape_chord_distance(a, b, capsule, 0, np.inf)
+    assert found == pytest.approx(expected - 0.3, abs=1e-7)
+    ball = shapes_of([Obstacle.ball([0.5, 0.0, 0.0], 0.3)])
+    expected = segment_distance(ball.center_m[0], ball.center_m[0], a, b)
+    assert shape_chord_distance(a, b, ball, 0, np.inf) == pytest.approx(expected - 0.3, abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -11,6 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.avoidance.chord_distance import (
+    chord_distance,
+    chord_distance2,
+    shape_chord_distance,
+)
 from clearway.avoidance.hazards import MovingHazards, PointBins, bin_range
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
@@ -19,8 +24,6 @@ from clearway.obstacles.obstacle import Shapes, shape_distance
 
 CIRCLE_SAMPLES = 96
 """Points on a circle that shapes are held against; half their spacing is taken off."""
-TERNARY_STEPS = 24
-"""Cuts of a chord by a third each: enough for 1e-4 of its length."""
 ROUNDING = 1e-12
 """More than sums of a few lengths lose, as a share of them."""
 
@@ -57,45 +60,6 @@ def reach_about(corners: FloatArray, middle: FloatArray) -> float:
         dx, dy, dz = corners[q, 0] - middle[0], corners[q, 1] - middle[1], corners[q, 2] - middle[2]
         reach2 = max(reach2, dx * dx + dy * dy + dz * dz)
     return float(np.sqrt(reach2))
-
-
-@borrowing
-def chord_distance(
-    px: float,
-    py: float,
-    pz: float,
-    ax: float,
-    ay: float,
-    az: float,
-    bx: float,
-    by: float,
-    bz: float,
-) -> float:
-    """Distance from point p to the segment a-b."""
-    return float(np.sqrt(_chord_distance2(px, py, pz, ax, ay, az, bx, by, bz)))
-
-
-@borrowing
-def _chord_distance2(
-    px: float,
-    py: float,
-    pz: float,
-    ax: float,
-    ay: float,
-    az: float,
-    bx: float,
-    by: float,
-    bz: float,
-) -> float:
-    """The same squared."""
-    ux, uy, uz = bx - ax, by - ay, bz - az
-    wx, wy, wz = px - ax, py - ay, pz - az
-    length2 = ux * ux + uy * uy + uz * uz
-    share = 0.0
-    if length2 > 0.0:
-        share = min(1.0, max(0.0, (wx * ux + wy * uy + wz * uz) / length2))
-    dx, dy, dz = wx - share * ux, wy - share * uy, wz - share * uz
-    return dx * dx + dy * dy + dz * dz
 
 
 @borrowing
@@ -137,47 +101,6 @@ def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) ->
 
 
 @borrowing
-def _shape_distance(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
-    """Distance of shape `s` from the point at a share of the segment a-b."""
-    return shape_distance(
-        a[0] + share * (b[0] - a[0]),
-        a[1] + share * (b[1] - a[1]),
-        a[2] + share * (b[2] - a[2]),
-        shapes,
-        s,
-    )
-
-
-@borrowing
-def _shape_chord_distance(
-    a: FloatArray, b: FloatArray, shapes: Shapes, s: int, enough: float
-) -> float:
-    """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
-
-    A rounded box is convex, so its distance along a straight line is too: a ternary search finds
-    the smallest, and ends where what is left of the segment is too short to come below `enough`.
-    """
-    at_a, at_b = _shape_distance(a, b, 0.0, shapes, s), _shape_distance(a, b, 1.0, shapes, s)
-    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    length = np.sqrt(dx * dx + dy * dy + dz * dz)
-    if 0.5 * (at_a + at_b - length) >= enough:
-        return min(at_a, at_b)
-    low, high = 0.0, 1.0
-    for _ in range(TERNARY_STEPS):
-        first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
-        at_first = _shape_distance(a, b, first, shapes, s)
-        at_second = _shape_distance(a, b, second, shapes, s)
-        farthest = SURELY * (high - second) * length
-        if min(at_first, at_second) - farthest >= enough and min(at_a, at_b) >= enough:
-            return min(at_a, at_b)
-        if at_first < at_second:
-            high = second
-        else:
-            low = first
-    return min(at_a, at_b, _shape_distance(a, b, 0.5 * (low + high), shapes, s))
-
-
-@borrowing
 def _is_beyond(place: FloatArray, reach: float, shapes: Shapes, s: int, best: float) -> bool:
     """Whether the ball around shape `s` alone shows that it is no nearer than `best` to anything
     within reach of a place: quick, and never so where the shape itself is nearer."""
@@ -196,10 +119,10 @@ def shapes_clearance(span: Span, shapes: Shapes, enough: float, stop: float) -> 
     for s in range(len(shapes.radius_m)):
         if _is_beyond(middle, span.reach_m, shapes, s, best):
             continue
-        if _shape_distance(middle, middle, 0.0, shapes, s) - span.reach_m >= best:
+        if shape_distance(middle[0], middle[1], middle[2], shapes, s) - span.reach_m >= best:
             continue
         for q in range(len(corners) - 1):
-            distance = _shape_chord_distance(corners[q], corners[q + 1], shapes, s, best)
+            distance = shape_chord_distance(corners[q], corners[q + 1], shapes, s, best)
             if distance < best:
                 best, index = distance, s
                 if best < stop:
@@ -221,7 +144,7 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
         turns = moving.manoeuvre_mps2[k] > 0.0 and moving.share[k] > 0.0
         for q in range(len(corners) - 1):
             before, after = span.start_s + q * step, span.start_s + (q + 1) * step
-            gap2 = _chord_distance2(
+            gap2 = chord_distance2(
                 0.0,
                 0.0,
                 0.0,
@@ -365,7 +288,7 @@ def _circle_from_shapes(
         near = best + spare + ROUNDING * (abs(best) + radius)
         if _off_circle(center, up, radius, shapes, s) >= near:
             continue
-        if _shape_distance(center, center, 0.0, shapes, s) - radius >= best:
+        if shape_distance(center[0], center[1], center[2], shapes, s) - radius >= best:
             continue
         if not filled:
             _note_circle(center, up, radius, places)
@@ -373,7 +296,7 @@ def _circle_from_shapes(
         corner = 0
         while corner < CIRCLE_SAMPLES:
             place = places[corner]
-            distance = _shape_distance(place, place, 0.0, shapes, s) - spare
+            distance = shape_distance(place[0], place[1], place[2], shapes, s) - spare
             if distance < best:
                 best, index = distance, s
             # Farther off than the circle is long up to there: no nearer in between.

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.clearance import chord_distance
+from clearway.avoidance.chord_distance import chord_distance
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray

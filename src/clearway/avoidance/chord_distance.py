@@ -1,0 +1,126 @@
+"""Distances from chords, straight pieces of a movement, to points and to map shapes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.base.compiled import borrowing
+from clearway.base.frames import FloatArray
+from clearway.base.rounding import SURELY
+from clearway.obstacles.obstacle import Shapes, shape_distance
+from clearway.obstacles.rounded_box import local_point
+
+TERNARY_STEPS = 24
+"""Cuts of a chord by a third each: enough for 1e-4 of its length."""
+
+
+@borrowing
+def chord_distance(
+    px: float,
+    py: float,
+    pz: float,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+) -> float:
+    """Distance from point p to the segment a-b."""
+    return float(np.sqrt(chord_distance2(px, py, pz, ax, ay, az, bx, by, bz)))
+
+
+@borrowing
+def chord_distance2(
+    px: float,
+    py: float,
+    pz: float,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+) -> float:
+    """The same squared."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    wx, wy, wz = px - ax, py - ay, pz - az
+    length2 = ux * ux + uy * uy + uz * uz
+    share = 0.0
+    if length2 > 0.0:
+        share = min(1.0, max(0.0, (wx * ux + wy * uy + wz * uz) / length2))
+    dx, dy, dz = wx - share * ux, wy - share * uy, wz - share * uz
+    return dx * dx + dy * dy + dz * dz
+
+
+@borrowing
+def _distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
+    """Distance of shape `s` from the point at a share of the segment a-b."""
+    return shape_distance(
+        a[0] + share * (b[0] - a[0]),
+        a[1] + share * (b[1] - a[1]),
+        a[2] + share * (b[2] - a[2]),
+        shapes,
+        s,
+    )
+
+
+@borrowing
+def shape_chord_distance(
+    a: FloatArray, b: FloatArray, shapes: Shapes, s: int, enough: float
+) -> float:
+    """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
+
+    Balls and capsules have a closed form. A rounded box is convex, so its distance along a straight
+    line is too: a ternary search finds the smallest, and ends where what is left of the segment is
+    too short to come below `enough`.
+    """
+    half = shapes.half_m[s]
+    if (half[0] > 0.0) + (half[1] > 0.0) + (half[2] > 0.0) <= 1:
+        return _capsule_chord_distance(a, b, shapes, s)
+    at_a, at_b = _distance_at(a, b, 0.0, shapes, s), _distance_at(a, b, 1.0, shapes, s)
+    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if 0.5 * (at_a + at_b - length) >= enough:
+        return min(at_a, at_b)
+    low, high = 0.0, 1.0
+    for _ in range(TERNARY_STEPS):
+        first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
+        at_first = _distance_at(a, b, first, shapes, s)
+        at_second = _distance_at(a, b, second, shapes, s)
+        farthest = SURELY * (high - second) * length
+        if min(at_first, at_second) - farthest >= enough and min(at_a, at_b) >= enough:
+            return min(at_a, at_b)
+        if at_first < at_second:
+            high = second
+        else:
+            low = first
+    return min(at_a, at_b, _distance_at(a, b, 0.5 * (low + high), shapes, s))
+
+
+@borrowing
+def _capsule_chord_distance(a: FloatArray, b: FloatArray, shapes: Shapes, s: int) -> float:
+    """Distance from the segment a-b to a ball or a capsule, in closed form."""
+    center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
+    ax, ay, az = local_point(a[0], a[1], a[2], center, turn)
+    bx, by, bz = local_point(b[0], b[1], b[2], center, turn)
+    if half[1] > 0.0:  # The axis of the capsule as the first one.
+        ax, ay, bx, by = ay, ax, by, bx
+    elif half[2] > 0.0:
+        ax, az, bx, bz = az, ax, bz, bx
+    length = half[0] + half[1] + half[2]
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    # Nearest to the axis without its ends; where that is beyond an end, nearest to the end.
+    beside2, share = uy * uy + uz * uz, 0.0
+    if beside2 > 0.0:
+        share = min(1.0, max(0.0, -(ay * uy + az * uz) / beside2))
+    along = ax + share * ux
+    if abs(along) > length:
+        end = math.copysign(length, along)
+        beside = chord_distance(end, 0.0, 0.0, ax, ay, az, bx, by, bz)
+    else:
+        y, z = ay + share * uy, az + share * uz
+        beside = np.sqrt(y * y + z * z)
+    return float(beside - shapes.radius_m[s])
