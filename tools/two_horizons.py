@@ -23,7 +23,7 @@ import numpy as np
 
 from clearway.avoidance import decide as decided
 from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.long_range.resolve import PassingSide
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation

@@ -14,7 +14,8 @@ from clearway.base.version import __version__
 
 if TYPE_CHECKING:
     from clearway.avoidance.costs import Prices
-    from clearway.avoidance.decide import Decision, decide
+    from clearway.avoidance.decide import decide
+    from clearway.avoidance.decision import Decision
     from clearway.avoidance.planner import AvoidanceSettings, Planner
     from clearway.avoidance.scene import SceneAssessment
     from clearway.avoidance.situation import Situation
@@ -93,7 +94,7 @@ _ROOM_OF = {
     "AvoidanceSystem": "live",
     "BeamPattern": "sensors",
     "ClearwayError": "base.errors",
-    "Decision": "avoidance.decide",
+    "Decision": "avoidance.decision",
     "Guardian": "live.guard.guardian",
     "Intruder": "traffic",
     "Lidar": "sensors",

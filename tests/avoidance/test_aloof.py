@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.decide import decide
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.avoidance.situation import Situation
 from clearway.base.state import State

@@ -7,7 +7,8 @@ import pytest
 
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.chosen import Basis
-from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.decide import decide
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import WayOut

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.chosen import Basis
-from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.decide import decide
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.decide import decide
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.avoidance.situation import Situation

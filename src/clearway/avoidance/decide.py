@@ -8,181 +8,50 @@ closed loop.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.assess import Assessment, assess_situation
 from clearway.avoidance.candidates import Candidates, Commitment, price_candidates
 from clearway.avoidance.choice import choose_by_rules, pick
-from clearway.avoidance.chosen import Basis, Choice
+from clearway.avoidance.chosen import Choice
 from clearway.avoidance.costs import Goal, arrival, price_of
-from clearway.avoidance.evidence import InReach
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.floor import above_floor
-from clearway.avoidance.fusion import CellAssessment, ReachAssessment, untouched
+from clearway.avoidance.fusion import untouched
 from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.leaving import Leaving, Taken
-from clearway.avoidance.long_range.resolve import LongRangeChoice
-from clearway.avoidance.long_range.two_horizons import LongRange, long_range
-from clearway.avoidance.passing import (
-    Meetings,
-    Passing,
-    noted,
-    passing_rules,
-    passings_after,
-)
+from clearway.avoidance.in_force import InForce, in_force
+from clearway.avoidance.leaving import ChooseAmong, Leaving, Taken
+from clearway.avoidance.passing import noted, passings_after
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
-from clearway.avoidance.rules import RuleView, rule_on
-from clearway.avoidance.situation import CALM, Situation, goal_of, margin_slope
+from clearway.avoidance.rules.rule import Ruling
+from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import KnownClearances, sloping
-from clearway.avoidance.way_out import Escape, Narrow, WayOut
+from clearway.avoidance.way_out import Escape, Narrow
 from clearway.avoidance.ways_out import WaysOut, carried_m
-from clearway.base.brief import one_line, runs
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.grid_frame import GridFrame
-from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import BoolArray, IntArray, State
+from clearway.base.state import IntArray
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 """How much of what intruders may do is kept clear of, the most that leaves a way."""
 
 
-@dataclass(frozen=True, eq=False)
-class Decision:
-    """What to fly and why, with everything that it was derived from.
+class BeforeChoice(NamedTuple):
+    """All that is known at a decision before anything is chosen."""
 
-    >>> import numpy as np
-    >>> import clearway as cw
-    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
-    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
-    >>> ahead = cw.Situation(cw.State(np.zeros(3)), target_m=np.array([20.0, 0.0, 0.0]))
-    >>> decision = cw.decide(cw.Planner.of(library), ahead)
-    >>> decision.movements[0], decision.path_m.shape[1], decision.margin_m
-    ('Straight', 3, 0.6)
-    """
-
-    state: State
-    choice: Choice
-    movements: tuple[str, ...]
-    """The movement buffer to execute."""
-    goal: Goal
-    margin_m: float
-    cells: CellAssessment
-    reach: ReachAssessment
+    planner: Planner
+    situation: Situation
+    before: Commitment
     prepared: PreparedReachSet
-    hazards: Hazards
-    decide_within_s: float
-    """Latest moment for the next decision: later, the vehicle could no longer turn away."""
-    intruders: tuple[str, ...] = ()
-    """Names of the moving in `hazards`."""
-    passings: tuple[Passing, ...] = ()
-    """Which of them are being passed, and on which side."""
-    way_out: WayOut | None = None
-    """What is flown from the end of the first movement on if no later decision finds better."""
-    no_way_out: tuple[str, ...] = ()
-    """First movements after which no way out was found."""
-    wind_mps: FloatArray = field(default_factory=lambda: CALM)
-    """[3] wind that was reckoned with, world frame."""
-    long_range: LongRangeChoice | None = None
-    """What it comes to in the next minute: side, sense, speed and reason; None where no volumes are
-    kept, or nobody is heard of."""
-    under_way_s: float | None = None
-    """What is left of the first movement, where a decision in the middle of one finds nothing
-    better than to finish it and fly the way out; else None."""
-
-    @property
-    def escapes(self) -> bool:
-        """Whether the way out is what is flown now."""
-        return self.choice.basis is Basis.WAY_OUT
-
-    @property
-    def goes_narrow(self) -> bool:
-        """Whether it leads, as the mission allows, where there is no way out."""
-        return self.choice.basis is Basis.NARROW
-
-    @cached_property
-    def path_m(self) -> FloatArray:
-        """[points, 3] planned path, world frame, from the vehicle's position."""
-        reach_set = self.prepared.reach_set
-        along = reach_set.samples_m[reach_set.path(self.choice.node)].reshape(-1, 3)
-        path = np.zeros((len(along) + 1, 3))
-        path[1:] = along
-        return self.frame.world_points(path)
-
-    @property
-    def tube_m(self) -> FloatArray:
-        """[points] within how far of `path_m` the vehicle is to be expected: def. 13.
-
-        0 where nothing was measured of how far flights stray from predictions.
-        """
-        tube = self.prepared.tube_m
-        if tube is None:
-            return np.zeros(len(self.path_m))
-        ends = np.concatenate([[0.0], tube[self.prepared.reach_set.path(self.choice.node)]])
-        samples = self.prepared.reach_set.samples_m.shape[1]
-        at = np.arange(len(self.path_m)) / samples
-        radii: FloatArray = np.interp(at, np.arange(len(ends)), ends)
-        return radii
-
-    @property
-    def way_out_path_m(self) -> FloatArray:
-        """[points, 3] the way out from where it begins, up to the end of its first round, world
-        frame; none where there is no way out."""
-        way = self.way_out
-        if way is None or not len(way.path_m):
-            return np.zeros((0, 3))
-        if self.under_way_s is not None:
-            return np.concatenate([self.state.position_m[None], way.path_m])
-        reach_set = self.prepared.reach_set
-        first = reach_set.path(self.choice.node)[0]
-        begins = self.frame.world_points(reach_set.samples_m[first, -1:])
-        return np.concatenate([begins, way.path_m])
-
-    @cached_property
-    def frame(self) -> GridFrame:
-        """Where the avoidance grid sits."""
-        return GridFrame.of(self.state)
-
-    def __repr__(self) -> str:
-        return one_line("Decision", (runs(self.movements), *self._facts.values()))
-
-    def _repr_html_(self) -> str:
-        """For notebooks: what is flown and why; plan, way out and returns from above."""
-        seen = self.frame.world_points(self.hazards.points.position_m)
-        marks = [
-            Marks(seen, "#c0392b", joined=False),
-            Marks(self.way_out_path_m, "#088c82", dashed=True),
-            Marks(self.path_m, "#d62728"),
-        ]
-        facts = self._facts | self._ways
-        return html_table(runs(self.movements), facts, sketch_from_above(marks))
-
-    @property
-    def _facts(self) -> dict[str, str]:
-        choice = self.choice
-        return {
-            "clearance": f"{choice.clearance_m:.2f} m clear of {self.margin_m:.2f} m asked",
-            "rating": f"rating {choice.rating:.3f}",
-            "basis": str(choice.basis),
-        }
-
-    @property
-    def _ways(self) -> dict[str, str]:
-        """What notebooks tell of ways out; nothing where none is asked for."""
-        told = {}
-        if self.way_out is not None:
-            way, round_ = self.way_out, f"then {runs(self.way_out.loop)} again and again"
-            kept = f"{way.margin_m:.2f} m clear"
-            unsure = "" if way.certain else ", through what nobody has seen"
-            begins = f"{runs(way.begins)}, " if way.begins else ""
-            told["way out (dashed)"] = f"{begins}{round_}; {kept}{unsure}"
-        if self.no_way_out:
-            told["no way out after"] = ", ".join(self.no_way_out)
-        return told
+    """What can be flown from here."""
+    known: Assessment
+    goal: Goal
 
 
 @keywords_beyond_two
@@ -204,11 +73,38 @@ def decide(
     >>> bool(decision.choice.clearance_m >= decision.margin_m)
     True
     """
-    settings = planner.settings
     _check_grids(planner, situation)
+    before, prepared = commitment or Commitment(), _from_here(planner, situation)
+    known = assess_situation(
+        planner,
+        situation,
+        prepared.reach_set,
+        reach_m=max(prepared.reach_m, planner.escape_reach_m + carried_m(planner, situation)),
+        horizon_s=planner.horizon_s,
+    )  # (4.17), (4.22), (4.23)
+    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
+    at_hand = BeforeChoice(planner, situation, before, prepared, known, goal)
+    candidates = _candidates(at_hand)  # (4.6)
+    rules = in_force(planner, situation, prepared, goal, known.near, before)
+    leaving = _leaving(at_hand, candidates, _choosing(at_hand, rules.ruling))
+    taken = _taken(leaving, known.near.hazards, stays=before.stays)
+    return _decision(at_hand, leaving.ways, rules, taken)
+
+
+def _check_grids(planner: Planner, situation: Situation) -> None:
+    for detection in situation.detections:
+        if detection.grid.shape != planner.grid.shape:
+            raise ClearwayError(
+                f"detection {detection.sensor}: has cells {list(detection.grid.shape)}, "
+                f"the planner's grid {list(planner.grid.shape)}"
+            )
+
+
+def _from_here(planner: Planner, situation: Situation) -> PreparedReachSet:
+    """What can be flown, and how it is to be verified: in this wind, above this floor."""
+    settings = planner.settings
     prepared = planner.prepared_at(situation.state)
-    escapes = planner.escapes
-    if escapes is not None and settings.escape != Escape.KNOWN:
+    if planner.escapes is not None and settings.escape != Escape.KNOWN:
         # It finds room where it is needed, and in all that can be flown.
         prepared = prepared.without_loiter
     if any(situation.wind_mps.tolist()):
@@ -219,19 +115,41 @@ def decide(
     if situation.floor_m > -np.inf:
         above = above_floor(prepared, situation.frame, situation.floor_m)
         prepared = replace(prepared, flyable=prepared.flyable & above)
-    known = assess_situation(
-        planner,
-        situation,
-        prepared.reach_set,
-        reach_m=max(prepared.reach_m, planner.escape_reach_m + carried_m(planner, situation)),
-        horizon_s=planner.horizon_s,
-    )  # (4.17), (4.22), (4.23)
-    near, margin = known.near, known.near.margin_m
-    clear = untouched(prepared.reach_set, known.cells.evidence.coated)  # def. 6
+    return prepared
 
-    goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    candidates = _candidates(planner, prepared, known, clear, goal, commitment)
 
+def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
+    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
+    if slope <= 0.0:
+        return prepared
+    paths = sloping(prepared.paths, slope)
+    return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
+
+
+def _candidates(at_hand: BeforeChoice) -> Candidates:
+    """The complete trajectories with their costs, (4.6)."""
+    planner, prepared, known, goal = at_hand.planner, at_hand.prepared, at_hand.known, at_hand.goal
+    arrived = arrival(prepared.reach_set, goal)
+
+    def to_go(nodes: IntArray) -> FloatArray:
+        return planner.terminal_cost(prepared.reach_set, nodes, goal, arrived, planner.automaton)
+
+    return price_candidates(
+        prepared,
+        known.reach,
+        untouched(prepared.reach_set, known.cells.evidence.coated),  # def. 6
+        goal,
+        arrived,
+        to_go,
+        planner.prices,
+        at_hand.before,
+        known.near.hazards.moving,
+    )
+
+
+def _choosing(at_hand: BeforeChoice, ruling: Ruling | None) -> ChooseAmong:
+    """The choice among some candidates clear of some hazards, by a share of the margin."""
+    settings, prepared, known = at_hand.planner.settings, at_hand.prepared, at_hand.known
     looked = KnownClearances(prepared.paths)
 
     def pick_clear_of(
@@ -242,7 +160,7 @@ def decide(
             known.reach,
             candidates,
             hazards,
-            margin_m=share * margin,
+            margin_m=share * known.near.margin_m,
             threshold=settings.threshold,
             verify=settings.verify,
             none_passes=none_passes,
@@ -255,103 +173,37 @@ def decide(
             return clear_of(candidates)
         return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
 
-    names = near.intruders.names
-    begun = commitment.passings if commitment else ()
-    met = Meetings(prepared.reach_set, near.hazards.moving, names)
-    afar = _afar(planner, situation, prepared, goal, commitment)
-    rules = planner.rules if afar is None else (*planner.rules, *afar.rules(planner.grid.range_m))
-    rules = (*rules, *passing_rules(begun, met)) if names else rules
-    ruling = None
-    if rules:
-        view = _rule_view(planner, situation, prepared, goal, near, names)
-        ruling = rule_on(rules, view)
+    return choose_among
 
-    ways = (
-        None
-        if escapes is None
-        else WaysOut(
-            planner, escapes, situation, near, commitment.under_way if commitment else None
-        )
-    )
-    held = None if commitment is None else commitment.way_out
+
+def _leaving(at_hand: BeforeChoice, candidates: Candidates, choose_among: ChooseAmong) -> Leaving:
+    """The choice among candidates that leave a way out, as far as one is asked for."""
+    planner, before, prepared = at_hand.planner, at_hand.before, at_hand.prepared
+    settings, near, ways = planner.settings, at_hand.known.near, None
+    if planner.escapes is not None:
+        ways = WaysOut(planner, planner.escapes, at_hand.situation, near, before.under_way)
     allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
-    narrow_price_m = price_of(planner.prices.no_room) * prepared.step_m if allowed else np.inf
-    leaving = Leaving(
+    held = before.way_out
+    return Leaving(
         prepared,
-        known.reach,
+        at_hand.known.reach,
         candidates,
         choose_among,
-        goal,
+        at_hand.goal,
         ways,
         held,
-        None if commitment is None else commitment.certain_within,
-        narrow_price_m,
-        settings.smallest_object_m is not None,
-        commitment is not None and (commitment.had_certain or _certain(commitment.way_out)),
-    )
-    stays = leaving.stay(near.hazards) if commitment and commitment.stays else None
-    taken = stays or choose_for_manoeuvres(near.hazards, leaving.choose)
-    if not taken.good:
-        taken = leaving.fall_back(taken, near.hazards)
-    choice, finishes = taken.choice, taken.finishes
-    return Decision(
-        state=situation.state,
-        choice=replace(choice, rules=noted(choice.rules)) if choice.rules else choice,
-        movements=(finishes.movement,)
-        if finishes
-        else prepared.reach_set.movements_to(choice.node),
-        goal=goal,
-        margin_m=margin,
-        cells=known.cells,
-        reach=known.reach,
-        prepared=prepared,
-        hazards=taken.hazards,
-        under_way_s=finishes.left_s if finishes else None,
-        decide_within_s=finishes.left_s
-        if finishes
-        else _decide_within(
-            planner,
-            prepared,
-            choice,
-            near.hazards,
-            margin,
-            strict=ways is not None and ways.strict,
-        ),
-        intruders=names,
-        passings=passings_after(begun, met, near.frame, choice.node, margin),
-        way_out=taken.way_out,
-        no_way_out=taken.banned,
-        wind_mps=situation.wind_mps,
-        long_range=None if afar is None else afar.told(choice.node),
+        before.certain_within,
+        narrow_price_m=price_of(planner.prices.no_room) * prepared.step_m if allowed else np.inf,
+        thin=settings.smallest_object_m is not None,
+        had_certain=before.had_certain or (held is not None and held.certain),
     )
 
 
-def _certain(way: WayOut | None) -> bool:
-    return way is not None and way.certain
-
-
-def _afar(
-    planner: Planner,
-    situation: Situation,
-    prepared: PreparedReachSet,
-    goal: Goal,
-    commitment: Commitment | None,
-) -> LongRange | None:
-    """What the next minute says of every trajectory, where volumes are kept."""
-    volumes = planner.settings.volumes
-    if volumes is None:
-        return None
-    before = None if commitment is None else commitment.long_range
-    heights_m = (planner.settings.lowest_m, planner.settings.highest_m)
-    return long_range(
-        volumes,
-        planner.performance,
-        situation,
-        prepared.reach_set,
-        goal,
-        before,
-        heights_m=heights_m,
-    )
+def _taken(leaving: Leaving, hazards: Hazards, *, stays: bool) -> Taken:
+    """What is flown: the best that leaves a way out, or else the way out in hand."""
+    stay = leaving.stay(hazards) if stays else None
+    taken = stay or choose_for_manoeuvres(hazards, leaving.choose)
+    return taken if taken.good else leaving.fall_back(taken, hazards)
 
 
 def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Taken]) -> Taken:
@@ -370,97 +222,55 @@ def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Tak
     return tried[0]
 
 
-def _candidates(
-    planner: Planner,
-    prepared: PreparedReachSet,
-    known: Assessment,
-    clear: BoolArray,
-    goal: Goal,
-    commitment: Commitment | None,
-) -> Candidates:
-    """The complete trajectories with their costs, (4.6)."""
-    arrived = arrival(prepared.reach_set, goal)
-
-    def to_go(nodes: IntArray) -> FloatArray:
-        return planner.terminal_cost(prepared.reach_set, nodes, goal, arrived, planner.automaton)
-
-    return price_candidates(
-        prepared,
-        known.reach,
-        clear,
-        goal,
-        arrived,
-        to_go,
-        planner.prices,
-        commitment or Commitment(),
-        known.near.hazards.moving,
+def _decision(
+    at_hand: BeforeChoice, ways: WaysOut | None, rules: InForce, taken: Taken
+) -> Decision:
+    """What was taken, with all that it was taken from."""
+    near, prepared = at_hand.known.near, at_hand.prepared
+    choice, finishes = taken.choice, taken.finishes
+    movements = prepared.reach_set.movements_to(choice.node)
+    if finishes:
+        movements, within_s = (finishes.movement,), finishes.left_s
+    else:
+        within_s = _decide_within(at_hand, choice, strict=ways is not None and ways.strict)
+    return Decision(
+        state=at_hand.situation.state,
+        choice=replace(choice, rules=noted(choice.rules)) if choice.rules else choice,
+        movements=movements,
+        goal=at_hand.goal,
+        margin_m=near.margin_m,
+        cells=at_hand.known.cells,
+        reach=at_hand.known.reach,
+        prepared=prepared,
+        hazards=taken.hazards,
+        under_way_s=finishes.left_s if finishes else None,
+        decide_within_s=within_s,
+        intruders=near.intruders.names,
+        passings=passings_after(
+            at_hand.before.passings, rules.met, near.frame, choice.node, near.margin_m
+        ),
+        way_out=taken.way_out,
+        no_way_out=taken.banned,
+        wind_mps=at_hand.situation.wind_mps,
+        long_range=None if rules.afar is None else rules.afar.told(choice.node),
     )
 
 
-def _check_grids(planner: Planner, situation: Situation) -> None:
-    for detection in situation.detections:
-        if detection.grid.shape != planner.grid.shape:
-            raise ClearwayError(
-                f"detection {detection.sensor}: has cells {list(detection.grid.shape)}, "
-                f"the planner's grid {list(planner.grid.shape)}"
-            )
-
-
-def _rule_view(
-    planner: Planner,
-    situation: Situation,
-    prepared: PreparedReachSet,
-    goal: Goal,
-    near: InReach,
-    names: tuple[str, ...],
-) -> RuleView:
-    """What the rules of a decision see."""
-    start = situation.state.position_m if situation.from_m is None else situation.from_m
-    route = [start, situation.target_m]
-    if situation.next_m is not None:
-        route.append(situation.next_m)
-    return RuleView(
-        prepared.reach_set,
-        situation.state,
-        goal,
-        np.array(route),
-        near.margin_m,
-        planner.speed_mps,
-        near.hazards.moving,
-        names,
-    )
-
-
-def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
-    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
-    if slope <= 0.0:
-        return prepared
-    paths = sloping(prepared.paths, slope)
-    return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
-
-
-def _decide_within(
-    planner: Planner,
-    prepared: PreparedReachSet,
-    choice: Choice,
-    hazards: Hazards,
-    margin: float,
-    *,
-    strict: bool,
-) -> float:
+def _decide_within(at_hand: BeforeChoice, choice: Choice, *, strict: bool) -> float:
     """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
     turn away inside it; with evidence in reach, and where a way out has to be seen, at the end of
     the movement.
     """
-    reach_set = prepared.reach_set
+    planner, prepared, near = at_hand.planner, at_hand.prepared, at_hand.known.near
+    reach_set, hazards = prepared.reach_set, near.hazards
     first = prepared.first_node[choice.node]
     one_movement = float(reach_set.end_time_s[first])
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)
     if in_reach or len(hazards.moving.radius_m) or strict:
         return one_movement
-    reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + margin
+    reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + near.margin_m
     speed = prepared.step_m / one_movement
     free = (planner.grid.range_m - reaction_m) / speed
     plan = float(reach_set.end_time_s[choice.node])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from clearway.avoidance.candidates import Side
 from clearway.avoidance.chosen import Basis, Choice
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.hazards import Cause
 from clearway.avoidance.rules import RuleNote
 from clearway.base.brief import runs

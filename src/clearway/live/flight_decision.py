@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table
 from clearway.base.state import State

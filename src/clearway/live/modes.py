@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from clearway.avoidance.chosen import Basis
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.live.explain import NOT_REACHABLE
 from clearway.live.mission import Mission, Mode, Progress
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from clearway.avoidance.candidates import Commitment, Side
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.state import State
 from clearway.live.readings import TIME_TOLERANCE_S

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.decide import decide
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line

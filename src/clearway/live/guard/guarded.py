@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.way_out import WayOut
 from clearway.base.brief import one_line
 from clearway.base.frames import FloatArray

@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.chosen import Basis
-from clearway.avoidance.decide import Decision, decide
+from clearway.avoidance.decide import decide
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.way_out import WayOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment
 from clearway.avoidance.scene import SceneAssessment
 from clearway.base.errors import ClearwayError

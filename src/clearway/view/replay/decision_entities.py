@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from foxglove import messages as fox
 
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.base.frames import FloatArray, attitude_from_rotation, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray

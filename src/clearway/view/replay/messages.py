@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.decide import Decision
+from clearway.avoidance.decision import Decision
 from clearway.avoidance.fusion import RATINGS, assess_cells
 from clearway.avoidance.planner import AvoidanceSettings
 from clearway.base.frames import FloatArray

@@ -1,0 +1,157 @@
+"""What a decision comes to: what to fly and why, with everything that it was derived from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from clearway.avoidance.chosen import Basis, Choice
+from clearway.avoidance.costs import Goal
+from clearway.avoidance.fusion import CellAssessment, ReachAssessment
+from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.long_range.resolve import LongRangeChoice
+from clearway.avoidance.passing import Passing
+from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.situation import CALM
+from clearway.avoidance.way_out import WayOut
+from clearway.base.brief import one_line, runs
+from clearway.base.frames import FloatArray
+from clearway.base.grid_frame import GridFrame
+from clearway.base.notebook import Marks, html_table, sketch_from_above
+from clearway.base.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What to fly and why, with everything that it was derived from.
+
+    >>> import numpy as np
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> ahead = cw.Situation(cw.State(np.zeros(3)), target_m=np.array([20.0, 0.0, 0.0]))
+    >>> decision = cw.decide(cw.Planner.of(library), ahead)
+    >>> decision.movements[0], decision.path_m.shape[1], decision.margin_m
+    ('Straight', 3, 0.6)
+    """
+
+    state: State
+    choice: Choice
+    movements: tuple[str, ...]
+    """The movement buffer to execute."""
+    goal: Goal
+    margin_m: float
+    cells: CellAssessment
+    reach: ReachAssessment
+    prepared: PreparedReachSet
+    hazards: Hazards
+    decide_within_s: float
+    """Latest moment for the next decision: later, the vehicle could no longer turn away."""
+    intruders: tuple[str, ...] = ()
+    """Names of the moving in `hazards`."""
+    passings: tuple[Passing, ...] = ()
+    """Which of them are being passed, and on which side."""
+    way_out: WayOut | None = None
+    """What is flown from the end of the first movement on if no later decision finds better."""
+    no_way_out: tuple[str, ...] = ()
+    """First movements after which no way out was found."""
+    wind_mps: FloatArray = field(default_factory=lambda: CALM)
+    """[3] wind that was reckoned with, world frame."""
+    long_range: LongRangeChoice | None = None
+    """What it comes to in the next minute: side, sense, speed and reason; None where no volumes are
+    kept, or nobody is heard of."""
+    under_way_s: float | None = None
+    """What is left of the first movement, where a decision in the middle of one finds nothing
+    better than to finish it and fly the way out; else None."""
+
+    @property
+    def escapes(self) -> bool:
+        """Whether the way out is what is flown now."""
+        return self.choice.basis is Basis.WAY_OUT
+
+    @property
+    def goes_narrow(self) -> bool:
+        """Whether it leads, as the mission allows, where there is no way out."""
+        return self.choice.basis is Basis.NARROW
+
+    @cached_property
+    def path_m(self) -> FloatArray:
+        """[points, 3] planned path, world frame, from the vehicle's position."""
+        reach_set = self.prepared.reach_set
+        along = reach_set.samples_m[reach_set.path(self.choice.node)].reshape(-1, 3)
+        path = np.zeros((len(along) + 1, 3))
+        path[1:] = along
+        return self.frame.world_points(path)
+
+    @property
+    def tube_m(self) -> FloatArray:
+        """[points] within how far of `path_m` the vehicle is to be expected: def. 13.
+
+        0 where nothing was measured of how far flights stray from predictions.
+        """
+        tube = self.prepared.tube_m
+        if tube is None:
+            return np.zeros(len(self.path_m))
+        ends = np.concatenate([[0.0], tube[self.prepared.reach_set.path(self.choice.node)]])
+        samples = self.prepared.reach_set.samples_m.shape[1]
+        at = np.arange(len(self.path_m)) / samples
+        radii: FloatArray = np.interp(at, np.arange(len(ends)), ends)
+        return radii
+
+    @property
+    def way_out_path_m(self) -> FloatArray:
+        """[points, 3] the way out from where it begins, up to the end of its first round, world
+        frame; none where there is no way out."""
+        way = self.way_out
+        if way is None or not len(way.path_m):
+            return np.zeros((0, 3))
+        if self.under_way_s is not None:
+            return np.concatenate([self.state.position_m[None], way.path_m])
+        reach_set = self.prepared.reach_set
+        first = reach_set.path(self.choice.node)[0]
+        begins = self.frame.world_points(reach_set.samples_m[first, -1:])
+        return np.concatenate([begins, way.path_m])
+
+    @cached_property
+    def frame(self) -> GridFrame:
+        """Where the avoidance grid sits."""
+        return GridFrame.of(self.state)
+
+    def __repr__(self) -> str:
+        return one_line("Decision", (runs(self.movements), *self._facts.values()))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is flown and why; plan, way out and returns from above."""
+        seen = self.frame.world_points(self.hazards.points.position_m)
+        marks = [
+            Marks(seen, "#c0392b", joined=False),
+            Marks(self.way_out_path_m, "#088c82", dashed=True),
+            Marks(self.path_m, "#d62728"),
+        ]
+        facts = self._facts | self._ways
+        return html_table(runs(self.movements), facts, sketch_from_above(marks))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        choice = self.choice
+        return {
+            "clearance": f"{choice.clearance_m:.2f} m clear of {self.margin_m:.2f} m asked",
+            "rating": f"rating {choice.rating:.3f}",
+            "basis": str(choice.basis),
+        }
+
+    @property
+    def _ways(self) -> dict[str, str]:
+        """What notebooks tell of ways out; nothing where none is asked for."""
+        told = {}
+        if self.way_out is not None:
+            way, round_ = self.way_out, f"then {runs(self.way_out.loop)} again and again"
+            kept = f"{way.margin_m:.2f} m clear"
+            unsure = "" if way.certain else ", through what nobody has seen"
+            begins = f"{runs(way.begins)}, " if way.begins else ""
+            told["way out (dashed)"] = f"{begins}{round_}; {kept}{unsure}"
+        if self.no_way_out:
+            told["no way out after"] = ", ".join(self.no_way_out)
+        return told
