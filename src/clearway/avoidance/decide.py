@@ -32,7 +32,8 @@ from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
 from clearway.avoidance.verify import KnownClearances, sloping
 from clearway.avoidance.way_out import Escape, Narrow
-from clearway.avoidance.ways_out import WaysOut, carried_m
+from clearway.avoidance.way_out_terms import carried_m
+from clearway.avoidance.ways_out import WaysOut
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two

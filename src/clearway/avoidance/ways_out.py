@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -10,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.avoidance.aloof import keeps_aloof
-from clearway.avoidance.escape_chains import chain_corners, chain_keeps, chain_room, rounds
+from clearway.avoidance.escape_chains import chain_keeps, chain_room
 from clearway.avoidance.escape_legs import (
     EscapeTerms,
     carried,
@@ -19,68 +18,27 @@ from clearway.avoidance.escape_legs import (
     unsure_after,
     was_seen,
 )
-from clearway.avoidance.escape_places import loop_places
-from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.evidence import InReach
-from clearway.avoidance.floor import with_ground
-from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Here, Situation, margin_slope
-from clearway.avoidance.way_out import LESSER_MARGINS, Escape, UnderWay, WayOut
-from clearway.base.frames import FloatArray, world_from_body
-from clearway.base.state import IntArray, State
-from clearway.reach.escapes import SAME_RAD, SAMPLES, EscapeLibrary, Legs, Ways, names_of
-from clearway.reach.lattice import grid_from_level
-from clearway.reach.upwind import ways_in_wind
-from clearway.sensors.seen_space import NOTHING_SEEN
-from clearway.vehicle.automaton import MovementAutomaton
+from clearway.avoidance.situation import Situation
+from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
+from clearway.avoidance.way_out_search import (
+    Beginning,
+    WayOutSearch,
+    flown_for,
+    world_from_level,
+)
+from clearway.avoidance.way_out_terms import in_wind_s, terms_of
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs
 
 STANDING = np.zeros(4)
 """The pose of a decision in its own level frame."""
-IN_WIND_TURNS = 2.0
-"""Full circles' worth of time for which a way out is verified where wind carries it."""
-STANDING_TURN = 12.0
-"""Movements that count as a full circle for a vehicle that can turn on the spot."""
 CLOSES_RAD = 1e-3
 """Attitude off those of the library by which its loops still close."""
 SURFACE = 1.0 + 0.5 * np.sqrt(3.0)
 """Voxels before what is hit that beams may leave unseen, to their middles and in any direction."""
-
-
-def in_wind_s(automaton: MovementAutomaton) -> float:
-    """For how long ways out are verified where wind carries them."""
-    radius = automaton.turning_radius_m
-    if np.isfinite(radius) and automaton.fastest_mps > 0.0:
-        return IN_WIND_TURNS * 2.0 * np.pi * radius / automaton.fastest_mps
-    return IN_WIND_TURNS * STANDING_TURN * max(each.duration_s for each in automaton.movements)
-
-
-def carried_m(planner: Planner, situation: Situation | Here) -> float:
-    """How far wind, or a tilt that no loop closes with, may carry a way out."""
-    library = planner.escapes
-    if library is None:
-        return 0.0
-    roll, pitch, _ = situation.state.attitude_rad.tolist()
-    tilt_rad = np.linalg.norm(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
-    drift_mps = planner.speed_mps * min(1.0, float(tilt_rad)) if tilt_rad > SAME_RAD else 0.0
-    drift_mps += float(np.linalg.norm(situation.wind_mps))
-    return drift_mps * in_wind_s(planner.automaton) if drift_mps else 0.0
-
-
-def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
-    """Radii after 0, 1, ... movements, and how long one takes at least."""
-    shortest_s = min(movement.duration_s for movement in automaton.movements)
-    if automaton.pairs is None:
-        return np.zeros(0), shortest_s
-    return automaton.tube_m(np.arange(len(automaton.pairs.tube_m) + 1)), shortest_s
-
-
-def _flown_for(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
-    """A loop as often as it takes to fly for so long; of one that drifts, no more than that."""
-    ends_s = np.cumsum(legs.duration_s[loop])
-    if 0.0 < least_s < ends_s[-1]:
-        return loop[: int(np.searchsorted(ends_s, least_s - 1e-9)) + 1]
-    return rounds(loop, legs, least_s)
 
 
 class WaysOut:
@@ -97,8 +55,7 @@ class WaysOut:
         near: InReach,
         under_way: UnderWay | None = None,
     ) -> None:
-        state, settings = situation.state, planner.settings
-        roll, pitch, yaw = state.attitude_rad.tolist()
+        roll, pitch, _ = situation.state.attitude_rad.tolist()
         self.library = library
         self.under_way = under_way
         self._start = library.nearest(roll, pitch)
@@ -111,34 +68,17 @@ class WaysOut:
             or self._is_one_of(roll, pitch)
             or not self._is_one_of(*self._rest(under_way)[2])
         )
-        self._full_m = near.margin_m
-        grown = near.margin_m - settings.safety_margin_m
-        seen = situation.seen
-        self.strict = settings.escape in (Escape.STRICT, Escape.MAPPED) and seen is not None
-        self.windy = bool(situation.wind_mps.any())
-        self._speed_mps = planner.speed_mps
-        self._terms = EscapeTerms(
-            *(NOTHING_SEEN if seen is None else seen),
+        self._terms = terms_of(planner, situation, near)
+        self._full_m, self.strict = near.margin_m, self._terms.must_see
+        self._search = WayOutSearch(
+            library,
+            bool(situation.wind_mps.any()),
+            planner.speed_mps,
+            in_wind_s(planner.automaton),
             self.strict,
-            settings.body_radius_m + grown,
-            near.margin_m,
-            margin_slope(settings, situation),
-            state.position_m,
-            yaw,
-            np.ascontiguousarray(grid_from_level(pitch)),
-            near.hazards.bins,
-            with_ground(near.hazards.shapes, near.frame, situation.floor_m, near.margin_m),
-            near.hazards.moving,
-            nothing_moving(),
-            np.ascontiguousarray(world_from_body([0.0, 0.0, yaw]).T @ situation.wind_mps),
-            settings.sigmas * situation.wind_sigma_mps,
-            *_tube_of(planner.automaton),
-            0.0,
         )
         self._surface_m = SURFACE / self._terms.window[3] + 3.0 * situation.range_sigma_m
-        self._lasts_s = in_wind_s(planner.automaton)
         self._aloof: dict[int, bool] = {}
-        self._loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
         self._now: dict[tuple[bool, float], WayOut | None] = {}
         self._left: dict[int, bool] = {}
@@ -154,7 +94,7 @@ class WaysOut:
         first = np.zeros(1, dtype=np.int64)
         chain_room(first, at, STANDING, 0.0, legs, terms, 1.0, 0.0)
         chain_keeps(
-            np.concatenate([first, _flown_for(first, legs, 0.0)]), at, STANDING, 0.0, legs, terms
+            np.concatenate([first, flown_for(first, legs, 0.0)]), at, STANDING, 0.0, legs, terms
         )
 
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
@@ -175,7 +115,7 @@ class WaysOut:
     def for_less(self, share: float) -> WaysOut:
         """The same for ways out that are verified for a share of the time, where they drift."""
         less = copy(self)
-        less._lasts_s = share * self._lasts_s
+        less._search = replace(self._search, lasts_s=share * self._search.lasts_s)
         less._after, less._left, less._now = {}, {}, {}
         return less
 
@@ -196,10 +136,14 @@ class WaysOut:
         return self.library.legs_at(*self._tilt)
 
     @property
+    def _here(self) -> Beginning:
+        return Beginning(self._start, STANDING, 0.0, self._legs)
+
+    @property
     def drift(self) -> bool:
         """Whether ways out from here come back only nearly to where they begin: in wind, and where
         the vehicle is tilted otherwise than its movements tilt it."""
-        return self.windy or not self.library.closes_along(self._legs)
+        return self._search.drifts(self._legs)
 
     def standing_turns(self) -> dict[int, float]:
         """Movements that turn on the spot from here, and by how much; none for most vehicles."""
@@ -211,13 +155,13 @@ class WaysOut:
     def room_m(self, way: WayOut) -> float:
         """Distance from intruders at equal times on the first round of a way out that begins now,
         no more than twice the margin."""
-        terms, movements = self._terms, self._numbers(way.movements)
+        terms, movements = self._terms, self._search.numbers(way.movements)
         most, at = 2.0 * terms.margin_m, self._start
         return float(chain_room(movements, at, STANDING, 0.0, self._legs, terms, most, -np.inf))
 
     def stands(self, way: WayOut) -> bool:
         """Whether a way out is to stay where the vehicle is."""
-        paths = self._legs.path[self._start, self._numbers(way.movements), :, :3]
+        paths = self._legs.path[self._start, self._search.numbers(way.movements), :, :3]
         return bool(np.abs(paths).max() <= 1e-9)
 
     def after(self, movement: int, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
@@ -251,7 +195,7 @@ class WaysOut:
         end_s = float(legs.duration_s[movement])
         if not leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
             return None
-        return self._first(then, pose_after(STANDING, path), end_s, terms, legs)
+        return self._first(Beginning(then, pose_after(STANDING, path), end_s, legs), terms)
 
     def aloof(self, movement: int) -> bool:
         """Whether a movement that begins now keeps the margin from what nobody has seen, or as much
@@ -294,7 +238,7 @@ class WaysOut:
         key = (strict and self.strict, share)
         if key not in self._now:
             terms = self._with(strict, share * self._full_m)
-            self._now[key] = self._first(self._start, STANDING, 0.0, terms, self._legs)
+            self._now[key] = self._first(self._here, terms)
         return self._now[key]
 
     def holds(
@@ -305,10 +249,10 @@ class WaysOut:
         share: of the margin that it has to keep.
         """
         terms = self._with(strict, share * self._full_m)
-        begins = self._numbers(way.begins)
-        if after is not None:
-            begins = np.concatenate([[after], begins])
-        return self._held(way, begins, (self._start, STANDING, 0.0), self._legs, terms, after)
+        begins = self._search.numbers(way.begins)
+        if after is None:
+            return self._search.held(way, begins, self._here, terms)
+        return self._search.held(way, np.append(after, begins), self._here, terms, skipped=1)
 
     def finished(
         self, way: WayOut | None, *, strict: bool = True, share: float = 1.0
@@ -323,12 +267,11 @@ class WaysOut:
         if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
             return None
         at, legs = self.library.nearest(*attitude), self.library.legs_at(*attitude)
-        pose = pose_after(STANDING, path)
+        there = Beginning(at, pose_after(STANDING, path), left_s, legs)
         if way is None:
-            found = self._first(at, pose, left_s, terms, legs)
+            found = self._first(there, terms)
         else:
-            begins = self._numbers(way.begins)
-            found = self._held(way, begins, (at, pose, left_s), legs, terms, None)
+            found = self._search.held(way, self._search.numbers(way.begins), there, terms)
         if found is None:
             return None
         begins_with = (under_way.movement, *found.begins)
@@ -344,12 +287,12 @@ class WaysOut:
 
     def lasts_s(self, movement: str) -> float:
         """How long a movement takes."""
-        (at,) = self._numbers((movement,))
+        (at,) = self._search.numbers((movement,))
         return float(self._legs.duration_s[at])
 
     def end_m(self, movement: str) -> FloatArray:
         """[3] where a movement that begins now ends, in the grid frame."""
-        (at,) = self._numbers((movement,))
+        (at,) = self._search.numbers((movement,))
         end: FloatArray = self._terms.grid_from_level @ self._legs.path[self._start, at, -1, :3]
         return end
 
@@ -388,13 +331,14 @@ class WaysOut:
         pose = np.array([*place, yaw - self._terms.yaw_rad])
         terms = self._with(True, self._full_m)
         from_unseen_m = self._aloof_m(terms) if aloof else self._aloof_m(terms)[-1:]
-        way, kept_m = self._search(start, pose, start_s, terms, legs, from_unseen_m)
+        way, kept_m = self._search.first(
+            Beginning(start, pose, start_s, legs), terms, from_unseen_m
+        )
         return way, aloof and kept_m == float(from_unseen_m[0])
 
     def _level(self, places_m: FloatArray) -> FloatArray:
         """[n, 3] places of the world, in the level frame of the decision."""
-        cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
-        turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        turned = world_from_level(self._terms.yaw_rad)
         return np.ascontiguousarray((places_m - self._terms.origin_m) @ turned)
 
     def saw(self, samples_m: FloatArray, sagitta_m: FloatArray) -> bool:
@@ -408,77 +352,8 @@ class WaysOut:
             before = along[-1]
         return True
 
-    def _held(
-        self,
-        way: WayOut,
-        begins: IntArray,
-        where: tuple[int, FloatArray, float],
-        legs: Legs,
-        terms: EscapeTerms,
-        after: int | None,
-    ) -> WayOut | None:
-        """A way out in hand, if it is safe from an attitude, a pose and a time on."""
-        at, pose, start_s = where
-        terms = self._lasting(terms, legs)
-        loop = self._numbers(way.loop)
-        whole = np.concatenate([begins, _flown_for(loop, legs, terms.least_s)])
-        if not chain_keeps(whole, at, pose, start_s, legs, terms):
-            return None
-        first = 0 if after is None else 1
-        once = np.concatenate([begins, loop])
-        places = self._places(once, where, legs)[first * SAMPLES :]
-        return replace(way, margin_m=terms.margin_m, path_m=places, for_s=self._for_s(terms))
-
-    def _first(
-        self, start: int, pose: FloatArray, start_s: float, terms: EscapeTerms, legs: Legs
-    ) -> WayOut | None:
-        return self._search(start, pose, start_s, terms, legs, self._aloof_m(terms))[0]
-
-    def _search(
-        self,
-        start: int,
-        pose: FloatArray,
-        start_s: float,
-        terms: EscapeTerms,
-        legs: Legs,
-        aloof_m: FloatArray,
-    ) -> tuple[WayOut | None, float]:
-        """The first way out, and which of some distances it keeps from what nobody has seen."""
-        terms = self._lasting(terms, legs)
-        ways, loops = self._searched(start, float(pose[3]), legs)
-        escape, room_m, kept_m = first_escape(
-            ways, legs, loops, start, pose, start_s, terms, aloof_m
-        )
-        if escape < 0:
-            return None, kept_m
-        begins, loop = names_of(self.library, ways, escape)
-        places = self._places(movements_of(ways, escape), (start, pose, start_s), legs)
-        certain = terms.must_see or not self.strict
-        for_s = self._for_s(terms)
-        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, for_s), kept_m
-
-    def _searched(self, start: int, yaw_rad: float, legs: Legs) -> tuple[Ways, FloatArray]:
-        """Escapes from an attitude, and the places of their loops, where those are looked up."""
-        if self.windy:
-            x, y, z = self._terms.wind_mps.tolist()
-            cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
-            turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
-            ways = ways_in_wind(self.library, start, turned, self._speed_mps)
-        else:
-            ways = self.library.ways[start]
-        key = id(ways), id(legs)  # Of what is kept along with them.
-        if key not in self._loops:
-            self._loops[key] = ways, legs, loop_places(ways, legs)
-        return ways, self._loops[key][2]
-
-    def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
-        """For so long as is to be verified: one round where that leads back, else some time."""
-        if self.windy or not self.library.closes_along(legs):
-            return terms._replace(least_s=self._lasts_s)
-        return terms
-
-    def _for_s(self, terms: EscapeTerms) -> float:
-        return terms.least_s if terms.least_s > 0.0 else np.inf
+    def _first(self, at: Beginning, terms: EscapeTerms) -> WayOut | None:
+        return self._search.first(at, terms, self._aloof_m(terms))[0]
 
     def _aloof_m(self, terms: EscapeTerms) -> FloatArray:
         """Distances from the unseen, the best first: what shows there then costs no margin."""
@@ -491,17 +366,3 @@ class WaysOut:
         if must_see == self._terms.must_see and margin_m == self._terms.margin_m:
             return self._terms
         return self._terms._replace(must_see=must_see, margin_m=margin_m)
-
-    def _numbers(self, names: Iterable[str]) -> IntArray:
-        number = self.library.automaton.names.index
-        return np.array([number(name) for name in names], dtype=np.int64)
-
-    def _places(
-        self, movements: IntArray, where: tuple[int, FloatArray, float], legs: Legs
-    ) -> FloatArray:
-        """[n, 3] world frame."""
-        places = chain_corners(movements, *where, legs, self._terms)
-        cosine, sine = np.cos(self._terms.yaw_rad), np.sin(self._terms.yaw_rad)
-        turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-        world: FloatArray = places @ turned.T + self._terms.origin_m
-        return world

@@ -14,7 +14,7 @@ import numpy as np
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, widest_margin_m
 from clearway.avoidance.way_out import Escape, Narrow
-from clearway.avoidance.ways_out import carried_m
+from clearway.avoidance.way_out_terms import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, length_of

@@ -19,7 +19,8 @@ from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import Escape
-from clearway.avoidance.ways_out import WaysOut, in_wind_s
+from clearway.avoidance.way_out_terms import in_wind_s
+from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.range_sensing import free_space_for

@@ -1,0 +1,132 @@
+"""The search for one way out in the library's order, and one in hand verified again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
+from clearway.avoidance.escape_legs import EscapeTerms
+from clearway.avoidance.escape_places import loop_places
+from clearway.avoidance.escape_search import first_escape, movements_of
+from clearway.avoidance.way_out import WayOut
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, Ways, names_of
+from clearway.reach.upwind import ways_in_wind
+
+
+class Beginning(NamedTuple):
+    """Where and when a way out begins."""
+
+    attitude: int
+    """One of the library's."""
+    pose: FloatArray
+    """[4] place and yaw in the level frame of the decision."""
+    start_s: float
+    legs: Legs
+    """Where movements lead from attitudes there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WayOutSearch:
+    """One decision's search; what is found out about loops is kept until it is over."""
+
+    library: EscapeLibrary
+    windy: bool
+    speed_mps: float
+    lasts_s: float
+    """For how long ways out are verified that drift."""
+    strict: bool
+    """Whether they have to lead through what was seen to be free to be certain."""
+    _loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = field(default_factory=dict)
+
+    def drifts(self, legs: Legs) -> bool:
+        """Whether ways out come back only nearly to where they begin: in wind, and where the
+        vehicle is tilted otherwise than its movements tilt it."""
+        return self.windy or not self.library.closes_along(legs)
+
+    def numbers(self, names: Iterable[str]) -> IntArray:
+        """The movements of some names."""
+        number = self.library.automaton.names.index
+        return np.array([number(name) for name in names], dtype=np.int64)
+
+    def first(
+        self, at: Beginning, terms: EscapeTerms, from_unseen_m: FloatArray
+    ) -> tuple[WayOut | None, float]:
+        """The first way out, and which of some distances it keeps from what nobody has seen."""
+        attitude, pose, start_s, legs = at
+        terms = self._lasting(terms, legs)
+        ways, loops = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
+        escape, room_m, kept_m = first_escape(
+            ways, legs, loops, attitude, pose, start_s, terms, from_unseen_m
+        )
+        if escape < 0:
+            return None, kept_m
+        begins, loop = names_of(self.library, ways, escape)
+        places = _places(movements_of(ways, escape), at, terms)
+        certain = terms.must_see or not self.strict
+        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, _for_s(terms)), kept_m
+
+    def held(
+        self, way: WayOut, begins: IntArray, at: Beginning, terms: EscapeTerms, skipped: int = 0
+    ) -> WayOut | None:
+        """A way out in hand, if it is still safe.
+
+        begins: movements before its loop. skipped: so many of them are flown before it begins.
+        """
+        terms = self._lasting(terms, at.legs)
+        loop = self.numbers(way.loop)
+        whole = np.concatenate([begins, flown_for(loop, at.legs, terms.least_s)])
+        if not chain_keeps(whole, at.attitude, at.pose, at.start_s, at.legs, terms):
+            return None
+        places = _places(np.concatenate([begins, loop]), at, terms)[skipped * SAMPLES :]
+        return replace(way, margin_m=terms.margin_m, path_m=places, for_s=_for_s(terms))
+
+    def _searched(
+        self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray
+    ) -> tuple[Ways, FloatArray]:
+        """Escapes from an attitude, and the places of their loops, where those are looked up."""
+        if self.windy:
+            x, y, z = wind_mps.tolist()
+            cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+            turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
+            ways = ways_in_wind(self.library, attitude, turned, self.speed_mps)
+        else:
+            ways = self.library.ways[attitude]
+        key = id(ways), id(legs)  # Of what is kept along with them.
+        if key not in self._loops:
+            self._loops[key] = ways, legs, loop_places(ways, legs)
+        return ways, self._loops[key][2]
+
+    def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
+        """For so long as is to be verified: one round where that leads back, else some time."""
+        return terms._replace(least_s=self.lasts_s) if self.drifts(legs) else terms
+
+
+def flown_for(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
+    """A loop as often as it takes to fly for so long; of one that drifts, no more than that."""
+    ends_s = np.cumsum(legs.duration_s[loop])
+    if 0.0 < least_s < ends_s[-1]:
+        return loop[: int(np.searchsorted(ends_s, least_s - 1e-9)) + 1]
+    return rounds(loop, legs, least_s)
+
+
+def world_from_level(yaw_rad: float) -> FloatArray:
+    """Rotation [3, 3] from the level frame of a decision."""
+    cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _for_s(terms: EscapeTerms) -> float:
+    return terms.least_s if terms.least_s > 0.0 else np.inf
+
+
+def _places(movements: IntArray, at: Beginning, terms: EscapeTerms) -> FloatArray:
+    """[n, 3] world frame."""
+    places = chain_corners(movements, at.attitude, at.pose, at.start_s, at.legs, terms)
+    world: FloatArray = places @ world_from_level(terms.yaw_rad).T + terms.origin_m
+    return world
