@@ -21,7 +21,7 @@ from clearway.avoidance.escape_legs import (
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.reach.escapes import Legs
+from clearway.reach.legs import Legs
 
 
 class Chain(NamedTuple):

@@ -9,7 +9,8 @@ from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.hazards import has_point_within
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.reach.escapes import Legs, Ways
+from clearway.reach.legs import Legs
+from clearway.reach.ways import Ways
 from clearway.sensors.seen_space import Voxels, is_free
 
 NEARLY = 0.9

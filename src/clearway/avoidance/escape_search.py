@@ -20,7 +20,8 @@ from clearway.avoidance.escape_places import NEARLY, places_are_clear, places_we
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.reach.escapes import Legs, Ways
+from clearway.reach.legs import Legs
+from clearway.reach.ways import Ways
 from clearway.sensors.seen_space import is_free, is_place_free
 
 MOST_COMPARED = 6

@@ -15,8 +15,10 @@ from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.way_out import WayOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs, Ways, names_of
+from clearway.reach.escapes import EscapeLibrary, names_of
+from clearway.reach.legs import SAMPLES, Legs
 from clearway.reach.upwind import ways_in_wind
+from clearway.reach.ways import Ways
 
 
 class Beginning(NamedTuple):

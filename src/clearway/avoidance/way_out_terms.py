@@ -13,8 +13,8 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, margin_slope
 from clearway.avoidance.way_out import Escape
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.reach.escapes import SAME_RAD
 from clearway.reach.lattice import grid_from_level
+from clearway.reach.legs import SAME_RAD
 from clearway.sensors.seen_space import NOTHING_SEEN
 from clearway.vehicle.automaton import MovementAutomaton
 

@@ -31,7 +31,8 @@ from clearway.avoidance.way_out_search import (
 from clearway.avoidance.way_out_terms import in_wind_s, terms_of
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.reach.escapes import SAMPLES, EscapeLibrary, Legs
+from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.legs import SAMPLES, Legs
 
 STANDING = np.zeros(4)
 """The pose of a decision in its own level frame."""

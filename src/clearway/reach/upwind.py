@@ -14,7 +14,10 @@ from itertools import pairwise
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.reach.escapes import CLOSES, EscapeLibrary, Legs, Ways
+from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.legs import Legs
+from clearway.reach.loops import CLOSES
+from clearway.reach.ways import Ways
 
 ROUNDED = 0.02
 """Winds no farther apart, as shares of the own speed, are one to the loops found for them."""

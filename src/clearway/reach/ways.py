@@ -1,0 +1,123 @@
+"""Escapes from one attitude: short beginnings, breadth first, and a loop after each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.brief import brief
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.reach.legs import Legs, pose_on
+from clearway.vehicle.automaton import MovementAutomaton
+
+MOST_DEPTH = 6
+"""Movements of a beginning."""
+MOST_CHANGES = 2
+"""Of movement in a beginning."""
+MOST_ESCAPES = 8000
+"""From one attitude."""
+
+
+class Ways(NamedTuple):
+    """Escapes from one attitude: beginnings as a tree, and a loop after each."""
+
+    parent: IntArray
+    """[beginnings] the first is the empty one, -1; parents come first."""
+    movement: IntArray
+    """[beginnings] that leads there from the parent; -1 for the empty one."""
+    attitude: IntArray
+    """[beginnings] at the end."""
+    begins: IntArray
+    """[escapes] the beginning of each, the shorter ones first."""
+    loop: IntArray
+    """[escapes] its loop."""
+    loop_attitude: IntArray
+    """[loops] that it begins and ends with."""
+    loop_at: IntArray
+    """[loops + 1] where the movements of each begin."""
+    loop_movement: IntArray
+    """[...]"""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+class _Begun(NamedTuple):
+    """A beginning of ways out."""
+
+    parent: int
+    movement: int
+    """The last one; -1 for the empty beginning."""
+    attitude: int
+    pose: FloatArray
+    """[4] place and yaw at its end."""
+    changes: int
+    """How often another movement follows."""
+    depth: int
+
+
+def ways_from(
+    automaton: MovementAutomaton,
+    legs: Legs,
+    loops: list[tuple[tuple[int, ...], ...]],
+    start: int,
+) -> Ways:
+    """Beginnings breadth first, each place and attitude once, with every loop after each."""
+    tree = [_Begun(-1, -1, start, np.zeros(4), 0, 0)]
+    known = {_key(np.zeros(4), start, 1.0)}
+    chosen: list[tuple[int, int]] = []
+    numbers: dict[tuple[int, tuple[int, ...]], int] = {}
+    for at, begun in enumerate(tree):  # It grows as it is gone through.
+        if len(chosen) >= MOST_ESCAPES:
+            break
+        for loop in loops[begun.attitude]:
+            if _may_follow(automaton, begun.movement, loop[0]):
+                which = numbers.setdefault((begun.attitude, loop), len(numbers))
+                chosen.append((at, which))
+        if begun.depth < MOST_DEPTH:
+            tree += _grown(automaton, legs, begun, at, known)
+    chosen = chosen[:MOST_ESCAPES]
+    lengths = [len(loop) for _, loop in numbers]
+    return Ways(
+        np.array([begun.parent for begun in tree], dtype=np.int64),
+        np.array([begun.movement for begun in tree], dtype=np.int64),
+        np.array([begun.attitude for begun in tree], dtype=np.int64),
+        np.array([begins for begins, _ in chosen], dtype=np.int64),
+        np.array([loop for _, loop in chosen], dtype=np.int64),
+        np.array([begins for begins, _ in numbers], dtype=np.int64),
+        np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+        np.array([m for _, loop in numbers for m in loop], dtype=np.int64),
+    )
+
+
+def _grown(
+    automaton: MovementAutomaton,
+    legs: Legs,
+    begun: _Begun,
+    at: int,
+    known: set[tuple[int, ...]],
+) -> Iterator[_Begun]:
+    """Beginnings that are longer by one movement and lead where none has led; they become known."""
+    for m, end in enumerate(legs.following[begun.attitude].tolist()):
+        changes = begun.changes + (m != begun.movement)
+        if end < 0 or changes > MOST_CHANGES or not _may_follow(automaton, begun.movement, m):
+            continue
+        pose = pose_on(begun.pose, legs.path[begun.attitude, m, -1])
+        key = _key(pose, end, automaton.step_m or 1.0)
+        if key not in known:
+            known.add(key)
+            yield _Begun(at, m, end, pose, changes, begun.depth + 1)
+
+
+def _may_follow(automaton: MovementAutomaton, before: int, after: int) -> bool:
+    names = automaton.names
+    return before < 0 or (names[before], names[after]) not in automaton.forbidden
+
+
+def _key(pose: FloatArray, attitude: int, step_m: float) -> tuple[int, ...]:
+    """Equal for beginnings that lead to about the same."""
+    where = np.round(pose[:3] / (0.1 * step_m)).astype(int).tolist()
+    return (*where, round(pose[3] / 0.05), attitude)
