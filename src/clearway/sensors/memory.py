@@ -10,7 +10,6 @@ nearer return hides what lies behind and says nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,11 +17,10 @@ from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray, State
+from clearway.base.state import State
 from clearway.sensors.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import (
-    BeamRaster,
     Sensor,
     beam_raster,
     directions_of,
@@ -36,18 +34,13 @@ from clearway.sensors.remembered import (
     Pitch,
     balls_of,
     boxes_of_returns,
-    doubted,
-    found_again,
     no_boxes,
-    numbered_boxes,
     picked,
     seen_again,
-    together,
 )
-from clearway.sensors.room import Room, fits, make_room
+from clearway.sensors.sweep import Limits, Swept, remembered_after, swept_by
 from clearway.sensors.unsure import radii_unsure, turned_by
 from clearway.sensors.width import returns_with_size
-from clearway.sensors.wires import join_lines
 
 OFF_LINE = 0.5
 """Of a voxel, by which returns may lie off a wire, beside noise."""
@@ -199,7 +192,7 @@ def update_memory(
     if angle_rad <= 0.0:
         limits = _limits(memory, scan.time_s, noise)
         rule, remembered = memory.rule, (memory.boxes, memory.balls)
-        too_small, swept = _swept(
+        too_small, swept = swept_by(
             scan.points_m, *remembered, sensor, before, raster, rule, limits, ground
         )
         return _after(memory, swept, sensor, too_small)
@@ -242,33 +235,8 @@ def remember(
     limits = _limits(memory, time_s, noise_m)
     again = seen_again(memory.boxes, seen, memory.voxel_m)
     origin = read_only(origin_m)
-    swept = _remembered(memory.boxes, memory.balls, doubt, seen, again, origin, limits)
+    swept = remembered_after(memory.boxes, memory.balls, doubt, seen, again, origin, limits)
     return _after(memory, swept, memory.seen_from, memory.too_small)
-
-
-class Limits(NamedTuple):
-    """What a memory goes by at a sweep."""
-
-    voxel_m: float
-    fine_m: float
-    reach_m: float
-    smallest_m: float
-    capacity: int
-    deviation_m: float
-    """By which a return may lie off a line."""
-    time_s: float
-    oldest_s: float
-    """What was last seen before is forgotten where it is out of reach."""
-
-
-class Swept(NamedTuple):
-    """What a sweep leaves, and what it counted."""
-
-    room: Room
-    balls: Balls
-    refuted: int
-    alone: int
-    borne_out: int
 
 
 def _limits(memory: PointMemory, time_s: float, noise_m: float) -> Limits:
@@ -308,65 +276,6 @@ def _after(
     )
 
 
-@compiled
-def _swept(
-    points: FloatArray,
-    boxes: Boxes,
-    balls: Balls,
-    sensor: Sensor,
-    before: Sensor,
-    raster: BeamRaster,
-    rule: DoubtRule,
-    limits: Limits,
-    ground: float,
-) -> tuple[int, Swept]:
-    """Returns left out as too small, and what a sweep whose attitude is known leaves."""
-    directions = directions_of(points, raster)
-    nearest = nearest_in(directions, raster)
-    seen = returns_with_size(
-        points, sensor, limits.reach_m, ground, directions, nearest, limits.smallest_m
-    )
-    pitch = Pitch(limits.voxel_m, limits.fine_m)
-    new, table = numbered_boxes(
-        seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
-    )
-    again = found_again(boxes, len(new.doubt), table, limits.voxel_m)
-    doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
-    return seen.too_small, _remembered(boxes, balls, doubt, new, again, sensor.origin, limits)
-
-
-@compiled
-def _remembered(
-    before: Boxes,
-    balls: Balls,
-    doubt: FloatArray,
-    seen: Boxes,
-    again: IntArray,
-    origin: FloatArray,
-    limits: Limits,
-) -> Swept:
-    """What a sweep from a place leaves of what was remembered, and what it adds."""
-    voxel, reach, capacity = limits.voxel_m, limits.reach_m, limits.capacity
-    refuted = _count_refuted(before, doubt)
-    _expire(before, doubt, origin, reach, limits.oldest_s)
-    if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, capacity, limits.fine_m):
-        # Nothing comes, nothing goes: but for doubt all is as it was.
-        return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
-    both, kept = together(before, doubt, seen, again)
-    boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
-    alone, borne_out = _count_alone(boxes, kept), _count_borne_out(boxes, kept)
-    room = make_room(boxes, origin, reach, capacity, voxel, limits.fine_m)
-    return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
-
-
-@borrowing
-def _count_cleared(doubt: FloatArray) -> int:
-    count = 0
-    for n in range(len(doubt)):
-        count += not doubt[n] < 1.0
-    return count
-
-
 def forget_moved(
     memory: PointMemory,
     position_m: FloatArray,
@@ -390,55 +299,8 @@ def forget_moved(
     return replace(memory, boxes=boxes, balls=balls_of(boxes))
 
 
-@borrowing
-def _expire(
-    boxes: Boxes, doubt: FloatArray, origin: FloatArray, reach: float, before: float
-) -> None:
-    """Doubt what is out of reach and was last seen before a time."""
-    for n in range(len(doubt)):
-        if boxes.last_seen_s[n] >= before:
-            return
-        squared = 0.0
-        for axis in range(3):
-            below = boxes.low_m[n, axis] - origin[axis]
-            above = origin[axis] - boxes.high_m[n, axis]
-            squared += max(max(below, above), 0.0) ** 2
-        if squared > reach * reach:
-            doubt[n] = 1.0
-
-
 def _averaged(before: float, now: int) -> float:
     return RATE_KEPT * before + (1.0 - RATE_KEPT) * now
-
-
-@borrowing
-def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
-    """Boxes that nothing bore out and that are cleared now."""
-    count = 0
-    for n in range(len(doubt)):
-        lone = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE
-        count += lone and doubt[n] >= 1.0
-    return count
-
-
-@borrowing
-def _count_borne_out(boxes: Boxes, first_new: int) -> int:
-    """Boxes of the latest sweep that no line and no width bears out, but the sweep before."""
-    count = 0
-    for n in range(first_new, len(boxes.doubt)):
-        again = boxes.sweeps[n] == 2 and boxes.size_m[n] == 0.0
-        count += again and boxes.kind[n] == ALONE
-    return count
-
-
-@borrowing
-def _count_alone(boxes: Boxes, first_new: int) -> int:
-    """Boxes of the latest sweep that neither another sweep, nor a line, nor width bears out."""
-    count = 0
-    for n in range(first_new, len(boxes.doubt)):
-        new = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0
-        count += new and boxes.kind[n] == ALONE
-    return count
 
 
 @compiled

@@ -1,0 +1,156 @@
+"""What one sweep leaves of what was remembered, and what it adds: in one go, compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from clearway.base.compiled import borrowing, compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.sensors.doubt import DoubtRule, doubts
+from clearway.sensors.passing import BeamRaster, Sensor, directions_of, nearest_in
+from clearway.sensors.remembered import (
+    ALONE,
+    Balls,
+    Boxes,
+    Pitch,
+    balls_of,
+    doubted,
+    found_again,
+    numbered_boxes,
+    together,
+)
+from clearway.sensors.room import Room, fits, make_room
+from clearway.sensors.width import returns_with_size
+from clearway.sensors.wires import join_lines
+
+
+class Limits(NamedTuple):
+    """What a memory goes by at a sweep."""
+
+    voxel_m: float
+    fine_m: float
+    reach_m: float
+    smallest_m: float
+    capacity: int
+    deviation_m: float
+    """By which a return may lie off a line."""
+    time_s: float
+    oldest_s: float
+    """What was last seen before is forgotten where it is out of reach."""
+
+
+class Swept(NamedTuple):
+    """What a sweep leaves, and what it counted."""
+
+    room: Room
+    balls: Balls
+    refuted: int
+    alone: int
+    borne_out: int
+
+
+@compiled
+def swept_by(
+    points: FloatArray,
+    boxes: Boxes,
+    balls: Balls,
+    sensor: Sensor,
+    before: Sensor,
+    raster: BeamRaster,
+    rule: DoubtRule,
+    limits: Limits,
+    ground: float,
+) -> tuple[int, Swept]:
+    """Returns left out as too small, and what a sweep whose attitude is known leaves."""
+    directions = directions_of(points, raster)
+    nearest = nearest_in(directions, raster)
+    seen = returns_with_size(
+        points, sensor, limits.reach_m, ground, directions, nearest, limits.smallest_m
+    )
+    pitch = Pitch(limits.voxel_m, limits.fine_m)
+    new, table = numbered_boxes(
+        seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
+    )
+    again = found_again(boxes, len(new.doubt), table, limits.voxel_m)
+    doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
+    return seen.too_small, remembered_after(boxes, balls, doubt, new, again, sensor.origin, limits)
+
+
+@compiled
+def remembered_after(
+    before: Boxes,
+    balls: Balls,
+    doubt: FloatArray,
+    seen: Boxes,
+    again: IntArray,
+    origin: FloatArray,
+    limits: Limits,
+) -> Swept:
+    """What a sweep from a place leaves of what was remembered, and what it adds."""
+    voxel, reach, capacity = limits.voxel_m, limits.reach_m, limits.capacity
+    refuted = _count_refuted(before, doubt)
+    _expire(before, doubt, origin, reach, limits.oldest_s)
+    if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, capacity, limits.fine_m):
+        # Nothing comes, nothing goes: but for doubt all is as it was.
+        return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
+    both, kept = together(before, doubt, seen, again)
+    boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
+    alone, borne_out = _count_alone(boxes, kept), _count_borne_out(boxes, kept)
+    room = make_room(boxes, origin, reach, capacity, voxel, limits.fine_m)
+    return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
+
+
+@borrowing
+def _count_cleared(doubt: FloatArray) -> int:
+    count = 0
+    for n in range(len(doubt)):
+        count += not doubt[n] < 1.0
+    return count
+
+
+@borrowing
+def _expire(
+    boxes: Boxes, doubt: FloatArray, origin: FloatArray, reach: float, before: float
+) -> None:
+    """Doubt what is out of reach and was last seen before a time."""
+    for n in range(len(doubt)):
+        if boxes.last_seen_s[n] >= before:
+            return
+        squared = 0.0
+        for axis in range(3):
+            below = boxes.low_m[n, axis] - origin[axis]
+            above = origin[axis] - boxes.high_m[n, axis]
+            squared += max(max(below, above), 0.0) ** 2
+        if squared > reach * reach:
+            doubt[n] = 1.0
+
+
+@borrowing
+def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
+    """Boxes that nothing bore out and that are cleared now."""
+    count = 0
+    for n in range(len(doubt)):
+        lone = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE
+        count += lone and doubt[n] >= 1.0
+    return count
+
+
+@borrowing
+def _count_borne_out(boxes: Boxes, first_new: int) -> int:
+    """Boxes of the latest sweep that no line and no width bears out, but the sweep before."""
+    count = 0
+    for n in range(first_new, len(boxes.doubt)):
+        again = boxes.sweeps[n] == 2 and boxes.size_m[n] == 0.0
+        count += again and boxes.kind[n] == ALONE
+    return count
+
+
+@borrowing
+def _count_alone(boxes: Boxes, first_new: int) -> int:
+    """Boxes of the latest sweep that neither another sweep, nor a line, nor width bears out."""
+    count = 0
+    for n in range(first_new, len(boxes.doubt)):
+        new = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0
+        count += new and boxes.kind[n] == ALONE
+    return count
