@@ -15,6 +15,10 @@ from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_array
 
+_VECTORS = (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2))
+"""What is kept as a frozen array, and of how many numbers."""
+_LARGEST_SPREAD = 0.5 * math.pi
+
 
 @keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,31 +60,32 @@ class Intruder:
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        problems = self._problems()
+        if problems:
+            raise InputError(f"intruder {self.name or self.address or '?'}", problems)
+        for key, length in _VECTORS:
+            object.__setattr__(self, key, frozen_array(getattr(self, key), (length,)))
+
+    def _problems(self) -> list[str]:
         problems = found(
             (
-                vector_problem("position_m", self.position_m, 3),
-                vector_problem("velocity_mps", self.velocity_mps, 3),
-                vector_problem("spread_rad", self.spread_rad, 2),
+                *(vector_problem(key, getattr(self, key), length) for key, length in _VECTORS),
                 time_problem("time_s", self.time_s),
                 number_problem("radius_m", self.radius_m),
                 number_problem("position_std_m", self.position_std_m),
                 number_problem("velocity_std_mps", self.velocity_std_mps),
                 number_problem("manoeuvre_mps2", self.manoeuvre_mps2),
+                None
+                if self.acceleration_bound_mps2 is None
+                else number_problem("acceleration_bound_mps2", self.acceleration_bound_mps2),
             )
         )
-        if self.acceleration_bound_mps2 is not None:
-            bound = number_problem("acceleration_bound_mps2", self.acceleration_bound_mps2)
-            problems += found([bound])
-        for key, length in (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2)):
-            if not any(problem.startswith(key) for problem in problems):
-                object.__setattr__(self, key, frozen_array(getattr(self, key), (length,)))
-        if not any(problem.startswith("spread_rad") for problem in problems) and not all(
-            0.0 <= half_angle < np.pi / 2 for half_angle in self.spread_rad.tolist()
-        ):
-            degrees = np.degrees(self.spread_rad).tolist()
-            problems.append(f"spread: must be within [0, 90) degrees, got {degrees} degrees")
-        if problems:
-            raise InputError(f"intruder {self.name or self.address or '?'}", problems)
+        if not any(problem.startswith("spread_rad") for problem in problems):
+            horizontal, vertical = np.asarray(self.spread_rad, dtype=np.float64).tolist()
+            if not (0.0 <= horizontal < _LARGEST_SPREAD and 0.0 <= vertical < _LARGEST_SPREAD):
+                degrees = np.degrees([horizontal, vertical]).tolist()
+                problems.append(f"spread: must be within [0, 90) degrees, got {degrees} degrees")
+        return problems
 
     @property
     def speed_mps(self) -> float:
