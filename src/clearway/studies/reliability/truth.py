@@ -66,18 +66,19 @@ def obstructed_cells(
     """
     grid, frame = decision.cells.evidence.grid, decision.frame
     nodes = cell_nodes(grid)
+    places_m = np.ascontiguousarray(nodes.position_m.T)
     cell = np.repeat(np.arange(grid.cells), np.diff(nodes.first))
     centre_m = world.distance_m(np.ascontiguousarray(frame.world_points(nodes.center_m)))
     inside = (centre_m <= -nodes.radius_m)[cell]
     near = np.flatnonzero((np.abs(centre_m) < nodes.radius_m)[cell])
     if len(near):
-        points = frame.world_points(nodes.position_m[near])
+        points = frame.world_points(places_m[near])
         surface_m, distance_m = _nearest_surface(world, points)
         touched = grid.cell_of(frame.grid_points(surface_m)) == cell[near]
         inside[near] = (distance_m <= 0.0) | touched
     hit = inside
     for passage in passages:
-        hit |= _passed(frame, nodes.position_m, passage, decision.state.time_s, horizon_s)
+        hit |= _passed(frame, places_m, passage, decision.state.time_s, horizon_s)
     return np.asarray(np.logical_or.reduceat(hit, nodes.first[:-1]))
 
 
