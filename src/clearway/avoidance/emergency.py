@@ -6,6 +6,8 @@ be had, and no movement is looked at any more once its way there keeps less.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from clearway.avoidance.candidates import Candidates
@@ -60,6 +62,21 @@ def best_clearances(
     return looked.best[asked]
 
 
+class _Looks(NamedTuple):
+    """What movements are held against, and what is known of them."""
+
+    paths: Paths
+    bins: PointBins
+    shapes: Shapes
+    moving: MovingHazards
+    margin_m: float
+    is_end: BoolArray
+    """[nodes] whether a candidate ends there."""
+    known: FloatArray
+    """[nodes, 3] as of `KnownClearances.at`."""
+    room: MovementRoom
+
+
 @compiled
 def _best_clearances(
     paths: Paths,
@@ -70,9 +87,9 @@ def _best_clearances(
     is_end: BoolArray,
     known: FloatArray,
 ) -> FloatArray:
-    result, room = np.empty((len(is_end), 2)), movement_room(paths)
-    best = _greedy(paths, bins, shapes, moving, margin, is_end, known, room)
-    _note_best(paths, bins, shapes, moving, margin, is_end, known, room, best, result)
+    looks = _Looks(paths, bins, shapes, moving, margin, is_end, known, movement_room(paths))
+    result = np.empty((len(is_end), 2))
+    _note_best(looks, _greedy(looks), result)
     return result
 
 
@@ -82,20 +99,13 @@ def _coarse(clearance: float, margin: float) -> float:
 
 
 @borrowing
-def _looked_at(
-    paths: Paths,
-    n: int,
-    bins: PointBins,
-    shapes: Shapes,
-    moving: MovingHazards,
-    margin: float,
-    least: float,
-    known: FloatArray,
-    room: MovementRoom,
-) -> float:
+def _looked_at(looks: _Looks, n: int, least: float) -> float:
     """Clearance of one movement up to the margin; below `least` only that it is below."""
+    known, margin = looks.known, looks.margin_m
     if np.isnan(known[n, 0]):
-        found = movement_clearance(paths, n, bins, shapes, moving, margin, least, room)
+        found = movement_clearance(
+            looks.paths, n, looks.bins, looks.shapes, looks.moving, margin, least, looks.room
+        )
         if found[0] < least:
             return float(found[0])
         known[n, 0], known[n, 1], known[n, 2] = found
@@ -103,59 +113,40 @@ def _looked_at(
 
 
 @borrowing
-def _greedy(
-    paths: Paths,
-    bins: PointBins,
-    shapes: Shapes,
-    moving: MovingHazards,
-    margin: float,
-    is_end: BoolArray,
-    known: FloatArray,
-    room: MovementRoom,
-) -> float:
+def _greedy(looks: _Looks) -> float:
     """Coarse clearance that a candidate keeps: the best along always the best next movement."""
-    best, at, here = -np.inf, -1, margin
+    best, at, here = -np.inf, -1, looks.margin_m
     while True:
         following, kept = -1, -np.inf
-        for n in range(at + 1, len(is_end)):
-            if paths.parent[n] == at:
-                found = _looked_at(paths, n, bins, shapes, moving, margin, kept, known, room)
+        for n in range(at + 1, len(looks.is_end)):
+            if looks.paths.parent[n] == at:
+                found = _looked_at(looks, n, kept)
                 if min(here, found) > kept:
                     following, kept = n, min(here, found)
         if following < 0:
             return best
         at, here = following, kept
-        if is_end[at]:
-            best = max(best, _coarse(here, margin))
+        if looks.is_end[at]:
+            best = max(best, _coarse(here, looks.margin_m))
 
 
 @borrowing
-def _note_best(
-    paths: Paths,
-    bins: PointBins,
-    shapes: Shapes,
-    moving: MovingHazards,
-    margin: float,
-    is_end: BoolArray,
-    known: FloatArray,
-    room: MovementRoom,
-    best: float,
-    result: FloatArray,
-) -> None:
+def _note_best(looks: _Looks, best: float, result: FloatArray) -> None:
     """Fill in [nodes, 2] clearance and lack along the way to each node, -inf below the best."""
-    for n in range(len(is_end)):
+    parent, margin = looks.paths.parent, looks.margin_m
+    for n in range(len(looks.is_end)):
         before, lacking = margin, 0.0
-        if paths.parent[n] >= 0:
-            before, lacking = result[paths.parent[n], 0], result[paths.parent[n], 1]
+        if parent[n] >= 0:
+            before, lacking = result[parent[n], 0], result[parent[n], 1]
         result[n, 0], result[n, 1] = -np.inf, 0.0
         if _coarse(before, margin) < best:
             continue
         # Half a step below what still rounds to the best, so that rounding cannot matter.
         least = (best - 1.0) * ALIKE * margin
-        distance = _looked_at(paths, n, bins, shapes, moving, margin, least, known, room)
+        distance = _looked_at(looks, n, least)
         if distance < least:
             continue
         result[n, 0] = min(before, distance)
         result[n, 1] = lacking + (margin - distance)
-        if is_end[n]:
+        if looks.is_end[n]:
             best = max(best, _coarse(result[n, 0], margin))
