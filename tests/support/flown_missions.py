@@ -85,3 +85,13 @@ def flown(text: str = SHORT) -> Flown:
         file = read_mission_file(path)
     setup = prepare(file)
     return Flown(file, setup, setup.fly())
+
+
+def written_run(folder: Path) -> Path:
+    """The short mission's run as one MCAP file in a folder."""
+    from clearway.io.toml_writing import dump_toml
+    from clearway.view.replay.writing import write_mcap
+
+    short, path = flown(), folder / "run.mcap"
+    write_mcap(short.run, short.setup, dump_toml(short.file.effective()), path)
+    return path

@@ -96,7 +96,7 @@ def remembered_after(
         return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
     both, kept = together(before, doubt, seen, again)
     boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
-    alone, borne_out = _count_alone(boxes, kept), _count_borne_out(boxes, kept)
+    alone, borne_out = _count_bare(boxes, kept, 1), _count_bare(boxes, kept, 2)
     room = make_room(boxes, origin, reach, capacity, voxel, limits.fine_m)
     return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
 
@@ -137,20 +137,10 @@ def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
 
 
 @borrowing
-def _count_borne_out(boxes: Boxes, first_new: int) -> int:
-    """Boxes of the latest sweep that no line and no width bears out, but the sweep before."""
+def _count_bare(boxes: Boxes, first_new: int, sweeps: int) -> int:
+    """Boxes of the latest sweep that no line and no width bears out, and so many sweeps saw."""
     count = 0
     for n in range(first_new, len(boxes.doubt)):
-        again = boxes.sweeps[n] == 2 and boxes.size_m[n] == 0.0
-        count += again and boxes.kind[n] == ALONE
-    return count
-
-
-@borrowing
-def _count_alone(boxes: Boxes, first_new: int) -> int:
-    """Boxes of the latest sweep that neither another sweep, nor a line, nor width bears out."""
-    count = 0
-    for n in range(first_new, len(boxes.doubt)):
-        new = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0
-        count += new and boxes.kind[n] == ALONE
+        bare = boxes.sweeps[n] == sweeps and boxes.size_m[n] == 0.0
+        count += bare and boxes.kind[n] == ALONE
     return count
