@@ -15,6 +15,8 @@ from clearway.avoidance.fusion import rate_reach_set
 from clearway.avoidance.hazards import Hazards, PointHazards
 from clearway.avoidance.verify import clearances, paths_of
 from clearway.reach import ReachLibrary, build_reach_set
+from clearway.reach.escape_store import load_or_search, search
+from clearway.reach.legs import legs_from_level
 from clearway.vehicle.automaton import MovementAutomaton
 
 AUTOMATON = MovementAutomaton.plane()
@@ -64,9 +66,24 @@ def loaded(quick: bool) -> Row:
     return times.row(f"default reach sets of all {pitches} start pitches loaded", target_s=20e-3)
 
 
+def ways_searched(quick: bool) -> Row:
+    _, legs = legs_from_level(AUTOMATON)
+    return timed(lambda: search(AUTOMATON, legs), quick, warm_up=1).row("ways out searched")
+
+
+def ways_loaded(quick: bool) -> Row:
+    _, legs = legs_from_level(AUTOMATON)
+    with TemporaryDirectory() as folder:
+        load_or_search(AUTOMATON, legs, Path(folder))
+        times = timed(lambda: load_or_search(AUTOMATON, legs, Path(folder)), quick)
+    return times.row("ways out loaded", target_s=20e-3)
+
+
 BENCHMARKS = (
     Benchmark("tree, rated", rating, headline=True),
     Benchmark("tree, clearance", clearance),
     Benchmark("reach sets, built", built, headline=True),
     Benchmark("reach sets, loaded", loaded, headline=True),
+    Benchmark("ways out, searched", ways_searched),
+    Benchmark("ways out, loaded", ways_loaded, headline=True),
 )

@@ -21,9 +21,10 @@ from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.reach.legs import SAME_RAD, SAMPLES, Legs, attitudes_of, legs_of
-from clearway.reach.loops import CLOSES, extent_m, loops_from
-from clearway.reach.ways import MOST_DEPTH, Ways, ways_from
+from clearway.reach.escape_store import FoundWays, load_or_search
+from clearway.reach.legs import SAME_RAD, SAMPLES, Legs, legs_from_level, legs_of
+from clearway.reach.loops import CLOSES
+from clearway.reach.ways import MOST_DEPTH, Ways
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.paths import movement_paths
 
@@ -46,16 +47,16 @@ class EscapeLibrary:
 
     @classmethod
     def of(cls, automaton: MovementAutomaton) -> EscapeLibrary:
-        """Find them; takes a fraction of a second, once for an automaton."""
-        paths = movement_paths(automaton, SAMPLES)
-        attitudes, following = attitudes_of(automaton, paths)
-        legs = legs_of(paths, attitudes, following, automaton)
+        """Load them, or search and store them where they are not kept (`escape_store`)."""
+        attitudes, legs = legs_from_level(automaton)
         key = _content(automaton, legs)
         if key not in _found:
             while len(_found) >= MOST_LIBRARIES:
                 del _found[next(iter(_found))]
-            _found[key] = _searched(automaton, legs)
-        return cls(automaton, attitudes, legs, *_found[key])
+            _found[key] = load_or_search(automaton, legs)
+        ways, widest = _found[key]
+        reach_m = (MOST_DEPTH + widest) * automaton.step_m
+        return cls(automaton, attitudes, legs, ways, reach_m)
 
     def __repr__(self) -> str:
         count = [len(ways.begins) for ways in self.ways]
@@ -109,8 +110,8 @@ class EscapeLibrary:
         return np.where((back >= 0).any(axis=1, keepdims=True), back, stays)
 
 
-_found: dict[bytes, tuple[tuple[Ways, ...], float]] = {}
-"""What was searched in this process: planners of one vehicle differ mostly by their settings."""
+_found: dict[bytes, FoundWays] = {}
+"""What this process knows already: planners of one vehicle differ mostly by their settings."""
 
 
 def _content(automaton: MovementAutomaton, legs: Legs) -> bytes:
@@ -121,17 +122,6 @@ def _content(automaton: MovementAutomaton, legs: Legs) -> bytes:
     for array in legs:
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.digest()
-
-
-def _searched(automaton: MovementAutomaton, legs: Legs) -> tuple[tuple[Ways, ...], float]:
-    """Escapes by attitude, and how far one may lead."""
-    attitudes = range(len(legs.following))
-    loops = [tuple(loops_from(automaton, legs, at)) for at in attitudes]
-    ways = tuple(ways_from(automaton, legs, loops, at) for at in attitudes)
-    widest_m = max(
-        (extent_m(legs, at, loop) for at, each in enumerate(loops) for loop in each), default=0.0
-    )
-    return ways, MOST_DEPTH * automaton.step_m + widest_m
 
 
 def names_of(

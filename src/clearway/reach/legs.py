@@ -10,7 +10,7 @@ from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.vehicle.automaton import MovementAutomaton
-from clearway.vehicle.paths import MovementPaths
+from clearway.vehicle.paths import MovementPaths, movement_paths
 
 SAMPLES = 8
 """Places along a movement that are looked at."""
@@ -33,6 +33,14 @@ class Legs(NamedTuple):
 
     def __repr__(self) -> str:
         return brief(self)
+
+
+def legs_from_level(automaton: MovementAutomaton) -> tuple[FloatArray, Legs]:
+    """[attitudes, 2] roll and pitch of all that movements lead to from level flight, and where they
+    lead from each."""
+    paths = movement_paths(automaton, SAMPLES)
+    attitudes, following = attitudes_of(automaton, paths)
+    return attitudes, legs_of(paths, attitudes, following, automaton)
 
 
 def attitudes_of(automaton: MovementAutomaton, paths: MovementPaths) -> tuple[FloatArray, IntArray]:

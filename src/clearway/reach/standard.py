@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import sys
 
+from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
+from clearway.reach.escape_store import content_key, name_of, search, store
+from clearway.reach.legs import legs_from_level
 from clearway.reach.store import SHIPPED, ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -18,13 +21,28 @@ def standard_libraries() -> tuple[tuple[MovementAutomaton, AvoidanceGrid], ...]:
     return ((plane, AvoidanceGrid.uniform()), (plane, AvoidanceGrid.uniform(15.0, 15)))
 
 
+def standard_automata() -> tuple[MovementAutomaton, ...]:
+    """Those whose ways out ship: the plane with its pitch limit, and the multirotor."""
+    return (MovementAutomaton.plane(), MovementAutomaton.multirotor())
+
+
 def main() -> None:
     """Write the libraries into the package's own folder, and nothing else there."""
-    for old in SHIPPED.glob("reach-*.bin"):
+    for old in SHIPPED.glob("*.bin"):
         old.unlink()
     for automaton, grid in standard_libraries():
         path = ReachLibrary.build(automaton, grid).store(SHIPPED)
         print(f"{path.name}: {path.stat().st_size} bytes", file=sys.stderr)
+    for automaton in standard_automata():
+        _, legs = legs_from_level(automaton)
+        key = content_key(automaton, legs)
+        path = SHIPPED / name_of(key)
+        store(path, key, search(automaton, legs), _refused)
+        print(f"{path.name}: {path.stat().st_size} bytes", file=sys.stderr)
+
+
+def _refused(cause: OSError) -> None:
+    raise InputError(str(SHIPPED), str(cause))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ was built from and a checksum; whatever does not fit is rebuilt, never used.
 from __future__ import annotations
 
 import hashlib
-import os
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -20,6 +19,7 @@ from clearway.base.brief import one_line
 from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.kept_file import KeptKind, read_kept, write_kept
 from clearway.base.positional import keywords_beyond_two
 from clearway.reach.lattice import Lattice
 from clearway.reach.sets import lattice_for, reach_set_at
@@ -29,11 +29,10 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 VERSION = 3
 """Raised whenever the file's layout or any selection of trajectories changes."""
-MAGIC = b"clearway reach\n"
+KIND = KeptKind(b"clearway reach\n", VERSION)
 SHIPPED = Path(__file__).parent / "shipped"
 """Libraries of the standard grids, which come with the package."""
 APART_RAD = 1e-12
-_HEADER = struct.Struct(f"<{len(MAGIC)}sI32s32s")
 _COUNT = struct.Struct("<I")
 
 Progress = Callable[[int, int], None]
@@ -211,20 +210,12 @@ def _told_apart(
 
 
 def _store(path: Path, key: bytes, reach_sets: tuple[ReachSet, ...], notice: Notice) -> None:
-    """Write beside the target and move into place, so that no one sees half a file."""
     payload = b"".join(
         _COUNT.pack(each.nodes) + each.parent.tobytes() + each.movement.tobytes()
         for each in reach_sets
     )
-    header = _HEADER.pack(MAGIC, VERSION, key, hashlib.sha256(payload).digest())
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f"{path.name}.{os.getpid()}.part")
-        try:
-            part.write_bytes(header + payload)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
+        write_kept(path, KIND, key, payload)
     except OSError as cause:
         notice(f"reach sets cannot be stored in {path.parent}: {cause.strerror}")
 
@@ -234,25 +225,15 @@ def _loaded(
 ) -> tuple[ReachSet, ...] | None:
     """Reach sets of a file; None, with a notice where there is a file that does not fit."""
     try:
-        data = path.read_bytes()
+        return _parsed(read_kept(path, KIND, key), lattice, grid)
     except OSError:
         return None
-    try:
-        return _parsed(data, key, lattice, grid)
     except ClearwayError as cause:
         notice(f"{path} {cause}; building the reach sets anew")
         return None
 
 
-def _parsed(data: bytes, key: bytes, lattice: Lattice, grid: AvoidanceGrid) -> tuple[ReachSet, ...]:
-    if len(data) < _HEADER.size or not data.startswith(MAGIC):
-        raise ClearwayError("is damaged")
-    _, version, stored_key, checksum = _HEADER.unpack_from(data)
-    if version != VERSION:
-        raise ClearwayError(f"is of version {version}, not {VERSION}")
-    payload = data[_HEADER.size :]
-    if stored_key != key or hashlib.sha256(payload).digest() != checksum:
-        raise ClearwayError("is damaged")
+def _parsed(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> tuple[ReachSet, ...]:
     reach_sets, at = [], 0
     for pitch in sorted(lattice.start):
         (nodes,) = _COUNT.unpack_from(payload, at)
