@@ -2,9 +2,10 @@
 
 Shapes are laid out by coordinate, so that a loop without branches finds how far all of them are
 from the middle of a movement. The nearest is looked at first, and with what it leaves most others
-cannot matter. The result is that of `shapes_clearance` to the bit, but where more than `FEW` could
-still be nearer. There one that could be nearer by `ALIKE_M` at most is not looked at, but counted
-as though it were: a clearance is never told too large, and whether it is enough stays exact.
+cannot matter. The result is that of `shapes_clearance` to the bit, unless more than `FEW` could
+still be nearer by the ball around the movement. Then one that could be nearer by `ALIKE_M` at most
+is not looked at, but counted as though it were: a clearance is never told too large, and whether it
+is enough stays exact.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     if best < stop:
         return best, 2, index
     # Among very many, what may be nearer by so much at most does not matter.
-    alike, least, many = ALIKE_M if _around(span, off, enough) > FEW else -ROUNDING_M, best, 0
+    alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
     for s in range(len(off)):
         if off[s] - span.reach_m >= best + ROUNDING_M or s == nearest:
             continue
@@ -135,11 +136,11 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
 
 
 @borrowing
-def _around(span: Span, off: FloatArray, enough: float) -> int:
-    """How many shapes may be nearer than that to a movement, by the ball around it."""
+def _left(span: Span, off: FloatArray, best: float) -> int:
+    """How many shapes could be nearer than that to a movement, by the ball around it."""
     many = 0
     for s in range(len(off)):
-        many += off[s] - span.reach_m < enough
+        many += off[s] - span.reach_m < best
     return many
 
 
