@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.cell_nodes import CellNodes
@@ -110,7 +110,7 @@ def _take_parts(nodes: CellNodes, cell: int, most: int, parts: Parts) -> int:
     return taken
 
 
-@borrowing
+@inlined
 def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts) -> int:
     """Add shape s to what each of a cell's parts is filled by; how many are full then."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
@@ -184,7 +184,7 @@ def _united(filled: float, share: float, aligned: float, common: float) -> float
     return min(filled + added, 1.0)
 
 
-@borrowing
+@inlined
 def _beyond(
     x: FloatArray,
     y: FloatArray,
@@ -201,7 +201,7 @@ def _beyond(
         beyond[p] = max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz))
 
 
-@borrowing
+@inlined
 def _touched(width: FloatArray, radius: float, parts: Parts) -> tuple[int, int]:
     """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
 

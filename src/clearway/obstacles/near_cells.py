@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray, IntArray
@@ -111,7 +111,7 @@ def _near_group(shapes: Shapes, nodes: CellNodes, group: int, margin: float, nea
     return count
 
 
-@borrowing
+@inlined
 def distances(
     x: FloatArray, y: FloatArray, z: FloatArray, shapes: Shapes, s: int, distance: FloatArray
 ) -> None:
