@@ -22,7 +22,7 @@ from clearway.obstacles.rounded_box import (
 
 FEWEST = 6
 """Parts of a cell that are looked at, however many shapes meet in it."""
-MANY = 40
+MANY = 80
 """Shapes beyond which the parts that are looked at become fewer faster than the shapes become more:
 the more meet, the more alike are the parts."""
 AT_ONCE = 16
