@@ -143,6 +143,7 @@ BENCHMARKS = tuple(
             for name, what, size_m in (
                 ("boxes", "mapped boxes of 1 to 6 m", (1.0, 6.0, None)),
                 ("plates", "mapped plates of 2 to 8 m, 10 cm thick", (2.0, 8.0, 0.1)),
+                ("endless walls", "mapped walls of 20 to 40 m, 1 cm thick", (20.0, 40.0, 0.01)),
             )
         ),
         (

@@ -23,7 +23,7 @@ FILES = (  # Folders of compiled code may go meanwhile, which `rglob` does not t
 WITH_LOOPS = sorted(
     ".".join(path.relative_to(SOURCE).with_suffix("").parts)
     for path in FILES
-    if re.search(r"^@borrowing$", path.read_text(), re.MULTILINE)
+    if re.search(r"^@(borrowing|inlined)$", path.read_text(), re.MULTILINE)
 )
 pytestmark = pytest.mark.skipif(
     bool(numba.config.DISABLE_JIT), reason="numba is told to compile nothing"

@@ -7,7 +7,7 @@ import pytest
 
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.cell_nodes import cell_nodes
-from clearway.obstacles.near_cells import look_around, near_cells
+from clearway.obstacles.near_cells import SURELY_M, look_around, near_cells
 from clearway.obstacles.obstacle import Obstacle, Shapes, shape_distance, shapes_of
 
 GRIDS = [
@@ -43,24 +43,25 @@ def crowd(seed: int, count: int) -> Shapes:
     return shapes_of(told)
 
 
+@pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize("margin_m", [0.0, 0.7])
 @pytest.mark.parametrize("count", [1, 40, 400])
 @pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
 def test_cells_are_told_what_is_near_them_and_nothing_else(
-    grid: AvoidanceGrid, count: int, margin_m: float
+    grid: AvoidanceGrid, count: int, margin_m: float, whole: bool
 ) -> None:
     nodes, shapes = cell_nodes(grid), crowd(count, count)
     near = near_cells(shapes, nodes)
     covered, told = 0, 0
     for group in range(len(nodes.group_radius_m)):
-        any_near = look_around(shapes, nodes, group, margin_m, near) > 0
+        any_near = look_around(shapes, nodes, group, margin_m, whole, near) > 0
         cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
         for c, cell in enumerate(cells):
             center, reach = nodes.center_m[cell], nodes.radius_m[cell]
             off_m = np.array([shape_distance(*center, shapes, s) for s in range(count)])
-            whole = bool(np.any(off_m <= margin_m - reach))
-            assert near.covered[c] == whole
-            if not whole:
+            decided = bool(np.any(off_m <= margin_m - (reach if whole else SURELY_M)))
+            assert near.covered[c] == decided
+            if not decided:
                 found = near.found[c, : near.many[c]]
                 np.testing.assert_array_equal(found, np.flatnonzero(off_m < margin_m + reach))
                 told += len(found)

@@ -141,7 +141,9 @@ def sheets(count: int) -> list[Obstacle]:
     ]
 
 
-@pytest.mark.parametrize(("count", "most", "mean"), [(100, 0.03, 0.004), (300, 0.05, 0.008)])
+@pytest.mark.parametrize(
+    ("count", "most", "mean"), [(100, 0.03, 0.004), (300, 0.05, 0.008), (1000, 0.15, 0.04)]
+)
 def test_where_very_many_meet_fewer_parts_of_a_cell_tell_as_much(
     count: int, most: float, mean: float
 ) -> None:
@@ -251,6 +253,21 @@ def test_coating_misses_no_cell_and_few_too_many(seed: int, margin_m: float) -> 
     # Parts of a cell at 10 m are half a metre wide; no point of a cell is farther off than it.
     centers = np.array([local_distance(x, y, z, shapes) for x, y, z in GRID.centers_m])
     assert not np.any(coated[centers > margin_m + 0.45 + 1.6])
+
+
+@pytest.mark.parametrize("count", [1, 30, 150])
+def test_coating_is_the_same_of_one_shape_and_of_many_on_it_but_where_these_are_very_many(
+    count: int,
+) -> None:
+    """Then a cell may be taken for coated that merely is near."""
+    shape = Obstacle.cuboid([6.5, 0.4, 0.1], (1.0, 2.0, 1.5), 0.05, [0.3, 0.2, -0.5])
+    alone = coated_cells(shapes_of([shape]), GRID, 0.6)
+    many = coated_cells(shapes_of([shape] * count), GRID, 0.6)
+    if count <= 30:
+        np.testing.assert_array_equal(many, alone)
+    else:
+        assert np.all(many[alone])
+        assert many.sum() < 2 * alone.sum()
 
 
 def test_a_wire_is_coated() -> None:

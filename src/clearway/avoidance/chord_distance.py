@@ -10,7 +10,7 @@ from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import local_point
+from clearway.obstacles.rounded_box import distance_beyond, local_point
 
 TERNARY_STEPS = 24
 """Cuts of a chord by a third each: enough for 1e-4 of its length."""
@@ -98,6 +98,27 @@ def shape_chord_distance(
         else:
             low = first
     return min(at_a, at_b, _distance_at(a, b, 0.5 * (low + high), shapes, s))
+
+
+@borrowing
+def box_bound(corners: FloatArray, shapes: Shapes, s: int) -> float:
+    """No point of the way through corners [n, 3] is nearer to shape `s`: how far the box around the
+    corners, along the shape's own axes, is from the shape. Tight for what is large or flat."""
+    center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
+    lx, ly, lz = local_point(corners[0, 0], corners[0, 1], corners[0, 2], center, turn)
+    hx, hy, hz = lx, ly, lz
+    for q in range(1, len(corners)):
+        x, y, z = local_point(corners[q, 0], corners[q, 1], corners[q, 2], center, turn)
+        lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
+        hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
+    return float(
+        distance_beyond(
+            max(lx, max(-hx, 0.0)) - half[0],
+            max(ly, max(-hy, 0.0)) - half[1],
+            max(lz, max(-hz, 0.0)) - half[2],
+        )
+        - shapes.radius_m[s]
+    )
 
 
 @borrowing

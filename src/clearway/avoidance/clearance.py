@@ -205,30 +205,6 @@ def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
     return bool(dx * dx + dy * dy + dz * dz >= near * near)
 
 
-@borrowing
-def span_clearance(
-    span: Span,
-    bins: PointBins,
-    shapes: Shapes,
-    moving: MovingHazards,
-    enough: float,
-    stop: float,
-) -> Found:
-    """Clearance of a movement from everything."""
-    found = points_clearance(span, bins, enough, stop)
-    if found[0] < stop:
-        return found
-    by_shape = shapes_clearance(span, shapes, found[0], stop)
-    if by_shape[2] >= 0:
-        found = by_shape
-    if found[0] < stop:
-        return found
-    by_moving = moving_clearance(span, moving, found[0])
-    if by_moving[2] >= 0:
-        found = by_moving
-    return found
-
-
 @compiled
 def circle_clearance(
     center: FloatArray,

@@ -87,7 +87,8 @@ def _best_clearances(
     is_end: BoolArray,
     known: FloatArray,
 ) -> FloatArray:
-    looks = _Looks(paths, bins, shapes, moving, margin, is_end, known, movement_room(paths))
+    room = movement_room(paths, shapes)
+    looks = _Looks(paths, bins, shapes, moving, margin, is_end, known, room)
     result = np.empty((len(is_end), 2))
     _note_best(looks, _greedy(looks), result)
     return result

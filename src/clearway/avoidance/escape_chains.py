@@ -21,6 +21,7 @@ from clearway.avoidance.escape_legs import (
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Shapes
 from clearway.reach.legs import Legs
 
 
@@ -37,10 +38,11 @@ class Chain(NamedTuple):
 
 
 @compiled
-def chain_for(movements: int, legs: Legs) -> Chain:
-    """Room for so many movements."""
+def chain_for(movements: int, legs: Legs, shapes: Shapes) -> Chain:
+    """Room for so many movements among shapes."""
     times, at = np.empty(movements + 1), np.empty(movements + 1, dtype=np.int64)
-    return Chain(np.empty((movements + 1, 4)), times, at, leg_room(legs.path.shape[2]))
+    leg = leg_room(legs.path.shape[2], shapes)
+    return Chain(np.empty((movements + 1, 4)), times, at, leg)
 
 
 @compiled
@@ -56,7 +58,7 @@ def chain_keeps(
 
     What is quick to find out is looked at first: most chains fail in what nobody has seen.
     """
-    chain = chain_for(len(movements), legs)
+    chain = chain_for(len(movements), legs, terms.shapes)
     if not may_be_flown(movements, start, pose, start_s, legs, chain):
         return False
     if terms.must_see and not chain_was_seen(movements, legs, terms.unseen_m, terms, chain):
@@ -182,7 +184,7 @@ def chain_room(
     Where it is not above `stop`, only that counts. What comes last is looked at first: intruders
     grow with time, so that most of what comes before need then not be looked at closely.
     """
-    chain = chain_for(len(movements), legs)
+    chain = chain_for(len(movements), legs, terms.shapes)
     if not may_be_flown(movements, start, pose, start_s, legs, chain):
         return -np.inf
     return _room_along(movements, legs, terms, enough, stop, chain)

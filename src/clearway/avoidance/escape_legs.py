@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.clearance import Span, reach_about, span_clearance
+from clearway.avoidance.clearance import Span, reach_about
+from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
@@ -80,12 +81,14 @@ class LegRoom(NamedTuple):
     """[samples + 1, 3] likewise in the grid's frame."""
     middle_m: FloatArray
     """[3]"""
+    crowd: Crowd
 
 
 @compiled
-def leg_room(samples: int) -> LegRoom:
-    """For movements of so many samples."""
-    return LegRoom(np.empty((samples + 1, 3)), np.empty((samples + 1, 3)), np.empty(3))
+def leg_room(samples: int, shapes: Shapes) -> LegRoom:
+    """For movements of so many samples among shapes."""
+    level, grid = np.empty((samples + 1, 3)), np.empty((samples + 1, 3))
+    return LegRoom(level, grid, np.empty(3), crowd_of(shapes))
 
 
 @compiled
@@ -200,7 +203,7 @@ def leg_keeps(
     terms: EscapeTerms,
 ) -> bool:
     """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
-    times, room = (start_s, end_s), leg_room(len(path))
+    times, room = (start_s, end_s), leg_room(len(path), terms.shapes)
     if terms.must_see and not leg_was_seen(pose, path, sagitta, times, terms.unseen_m, terms, room):
         return False
     return leg_keeps_margin(pose, path, sagitta, times, terms, room)
@@ -245,5 +248,5 @@ def leg_keeps_margin(
     reach = reach_about(room.grid_m, room.middle_m)
     span = Span(room.grid_m, room.middle_m, reach, times[0], times[1])
     least = needed - 1e-9 * terms.margin_m
-    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, needed, least)
+    found = span_clearance(span, terms.bins, terms.shapes, terms.nothing, room.crowd, needed, least)
     return bool(found[0] >= least)

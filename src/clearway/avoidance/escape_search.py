@@ -119,7 +119,7 @@ def first_escape(
     placed, known = np.empty((count, 5)), np.ones(1, dtype=np.int64)
     poses[0], times[0], placed[0] = pose, start_s, _placed_at(pose, start_s, terms)
     begun = Begun(poses, times, placed, known, np.empty(count, dtype=np.int64))
-    wind, chain = _wind_of(terms), chain_for(LONGEST, legs)
+    wind, chain = _wind_of(terms), chain_for(LONGEST, legs, terms.shapes)
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
     # Whether the places of its loop were seen at all, or what was not is free and they are clear.
@@ -155,7 +155,7 @@ def first_escape(
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
             movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
             if len(movements) >= len(chain.times_s):
-                chain = chain_for(len(movements), legs)
+                chain = chain_for(len(movements), legs, terms.shapes)
             at, then, when = ways.attitude[begin], poses[begin], times[begin]
             if not may_be_flown(movements, at, then, when, legs, chain):
                 cleared[escape] = FAILS

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.clearance import Found, Span, reach_about, span_clearance
+from clearway.avoidance.clearance import Found, Span, reach_about
+from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
 from clearway.base.brief import brief
@@ -49,6 +50,7 @@ class MovementRoom(NamedTuple):
     """[samples + 1, 3]"""
     middle_m: FloatArray
     """[3]"""
+    crowd: Crowd
 
 
 def paths_of(reach_set: ReachSet, tube_m: FloatArray | None = None) -> Paths:
@@ -196,9 +198,10 @@ def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
 
 
 @compiled
-def movement_room(paths: Paths) -> MovementRoom:
+def movement_room(paths: Paths, shapes: Shapes) -> MovementRoom:
     """For one movement at a time."""
-    return MovementRoom(np.empty((paths.samples_m.shape[1] + 1, 3)), np.empty(3))
+    corners = np.empty((paths.samples_m.shape[1] + 1, 3))
+    return MovementRoom(corners, np.empty(3), crowd_of(shapes))
 
 
 @borrowing
@@ -225,7 +228,7 @@ def movement_clearance(
     span = Span(corners, room.middle_m, reach, start_s, paths.end_time_s[n])
     sagitta = paths.sagitta_m[n]
     distance, cause, index = span_clearance(
-        span, bins, shapes, moving, enough + sagitta, stop + sagitta
+        span, bins, shapes, moving, room.crowd, enough + sagitta, stop + sagitta
     )
     return distance - sagitta, cause, index
 
@@ -283,7 +286,7 @@ def _first_clear(
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
     nodes, tried = len(paths.parent), len(candidates)
     circling = np.full((nodes, 3), np.nan)
-    room = movement_room(paths)
+    room = movement_room(paths, shapes)
     blocked_at = np.full(tried, -1, dtype=np.int64)
     causes = np.zeros(tried, dtype=np.int64)
     cause_index = np.full(tried, -1, dtype=np.int64)
@@ -317,7 +320,7 @@ def _first_clear(
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
 ) -> Found:
-    best, room = (enough, 0, -1), movement_room(paths)
+    best, room = (enough, 0, -1), movement_room(paths, shapes)
     n = node
     while n >= 0:
         found = movement_clearance(paths, n, bins, shapes, moving, best[0], -np.inf, room)
@@ -331,7 +334,7 @@ def _path_clearance(
 def _clearances(
     paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
 ) -> FloatArray:
-    result, room = np.empty((len(paths.parent), 2)), movement_room(paths)
+    result, room = np.empty((len(paths.parent), 2)), movement_room(paths, shapes)
     _note_clearances(paths, bins, shapes, moving, cap, room, result)
     return result
 

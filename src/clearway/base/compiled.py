@@ -34,9 +34,22 @@ def borrowing(function: Function) -> Function:
     return _kept(function, counts=False)
 
 
-def _kept(function: Function, *, counts: bool) -> Function:
+def inlined(function: Function) -> Function:
+    """As `borrowing`, and written into whoever calls it.
+
+    An array is passed as half a dozen numbers, a tuple of arrays as a hundred, which takes as long
+    as a short loop. For what is called from one place or two, and very often.
+    """
+    return _kept(function, counts=False, written_in=True)
+
+
+def _kept(function: Function, *, counts: bool, written_in: bool = False) -> Function:
     # Told either way: what is left open, a function takes over from whoever calls it first.
-    options: dict[str, Any] = {"error_model": "numpy", "_nrt": counts}
+    options: dict[str, Any] = {
+        "error_model": "numpy",
+        "_nrt": counts,
+        "forceinline": written_in,
+    }
     dispatcher: Any = numba.njit(**options)(function)
     if dispatcher is not function:  # as it is where numba is told to compile nothing
         dispatcher._cache = KernelCache(function)

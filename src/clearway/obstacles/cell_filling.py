@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.cell_nodes import CellNodes
@@ -20,8 +20,13 @@ from clearway.obstacles.rounded_box import (
     outward_normal,
 )
 
-FEWEST = 12
+FEWEST = 6
 """Parts of a cell that are looked at, however many shapes meet in it."""
+MANY = 80
+"""Shapes beyond which the parts that are looked at become fewer faster than the shapes become more:
+the more meet, the more alike are the parts."""
+AT_ONCE = 16
+"""Parts up to which it is quicker to look at one after the other."""
 SPREAD = 0.618
 """Parts are taken this share of all of them apart: no side of the cell is left out."""
 
@@ -66,12 +71,17 @@ def share_of(
     shapes: Shapes, nodes: CellNodes, cell: int, found: IntArray, looks: int, parts: Parts
 ) -> float:
     """The share of a cell that some shapes fill together, by so many looks of a shape at a part."""
-    count = _take_parts(nodes, cell, max(FEWEST, looks // len(found)), parts)
+    many = len(found)
+    most = looks // many if many <= MANY else looks // many * MANY // many
+    count = _take_parts(nodes, cell, max(FEWEST, most), parts)
     parts.filled[:] = 0.0
     parts.main[:] = 0.0
-    for s in found:
-        if _fill_parts(shapes, count, s, len(found) > 1, parts) == count:
-            break
+    if many > MANY and count <= AT_ONCE:
+        _fill_few_parts(shapes, count, found, parts)
+    else:
+        for s in found:
+            if _fill_parts(shapes, count, s, many > 1, parts) == count:
+                break
     share = 0.0
     for p in range(count):
         share += parts.weight[p] * parts.filled[p]
@@ -100,7 +110,7 @@ def _take_parts(nodes: CellNodes, cell: int, most: int, parts: Parts) -> int:
     return taken
 
 
-@borrowing
+@inlined
 def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts) -> int:
     """Add shape s to what each of a cell's parts is filled by; how many are full then."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
@@ -119,15 +129,9 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
         nx, ny, nz = outward_normal(lx, ly, lz, half, turn)
         high = radius - box_distance(lx, ly, lz, hx, hy, hz)
         low = high - 2.0 * (radius + min(hx, min(hy, hz)))
-        added = share
-        if filled[p] > 0.0:
-            # Surfaces meet as if by chance, but for parallel ones, whose overlap is a length.
-            aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
-            common = _common_length(main[p, 4], main[p, 5], low, high, aligned, 0.5 * width)
-            overlap = filled[p] * share
-            parallel = min(common / width, min(filled[p], share))
-            added -= overlap + abs(aligned) * (parallel - overlap)
-        filled[p] = min(filled[p] + added, 1.0)
+        aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
+        common = _common_length(main[p, 4], main[p, 5], low, high, aligned, 0.5 * width)
+        filled[p] = _united(filled[p], share, aligned, common / width)
         if share > main[p, 0]:
             main[p, 0], main[p, 1], main[p, 2], main[p, 3] = share, nx, ny, nz
             main[p, 4], main[p, 5] = low, high
@@ -135,6 +139,52 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
 
 
 @borrowing
+def _fill_few_parts(shapes: Shapes, count: int, found: IntArray, parts: Parts) -> None:
+    """Add several shapes to few parts, as `_fill_parts` does to many: quicker there, since nothing
+    is called with all the arrays for every shape."""
+    centers, turns = shapes.center_m, shapes.rotation
+    halves, radii = shapes.half_m, shapes.radius_m
+    x, y, z, widths = parts.place_m[0], parts.place_m[1], parts.place_m[2], parts.width_m
+    filled, main = parts.filled, parts.main
+    for s in found:
+        cx, cy, cz, turn = centers[s, 0], centers[s, 1], centers[s, 2], turns[s]
+        hx, hy, hz, half, radius = halves[s, 0], halves[s, 1], halves[s, 2], halves[s], radii[s]
+        full = 0
+        for p in range(count):
+            width = widths[p]
+            if filled[p] == 1.0:
+                full += 1
+                continue
+            lx, ly, lz = local_vector(x[p] - cx, y[p] - cy, z[p] - cz, turn)
+            if max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz)) >= radius + 0.5 * width:
+                continue
+            share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
+            nx, ny, nz = outward_normal(lx, ly, lz, half, turn)
+            high = radius - box_distance(lx, ly, lz, hx, hy, hz)
+            low = high - 2.0 * (radius + min(hx, min(hy, hz)))
+            aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
+            common = _common_length(main[p, 4], main[p, 5], low, high, aligned, 0.5 * width)
+            filled[p] = _united(filled[p], share, aligned, common / width)
+            if share > main[p, 0]:
+                main[p, 0], main[p, 1], main[p, 2], main[p, 3] = share, nx, ny, nz
+                main[p, 4], main[p, 5] = low, high
+        if full == count:
+            break
+
+
+@borrowing
+def _united(filled: float, share: float, aligned: float, common: float) -> float:
+    """What is filled with one more share: surfaces meet as if by chance, but for parallel ones,
+    whose overlap is a length in common, as a share of the part's width."""
+    added = share
+    if filled > 0.0:
+        overlap = filled * share
+        parallel = min(common, min(filled, share))
+        added -= overlap + abs(aligned) * (parallel - overlap)
+    return min(filled + added, 1.0)
+
+
+@inlined
 def _beyond(
     x: FloatArray,
     y: FloatArray,
@@ -151,7 +201,7 @@ def _beyond(
         beyond[p] = max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz))
 
 
-@borrowing
+@inlined
 def _touched(width: FloatArray, radius: float, parts: Parts) -> tuple[int, int]:
     """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
 

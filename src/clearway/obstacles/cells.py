@@ -14,8 +14,8 @@ from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.cell_filling import parts_of, share_of
 from clearway.obstacles.cell_nodes import NODES_PER_CELL, CellNodes, cell_nodes
 from clearway.obstacles.cell_volume import union_shares
-from clearway.obstacles.near_cells import look_around, near_cells
-from clearway.obstacles.obstacle import Shapes, shape_distance
+from clearway.obstacles.near_cells import distances, look_around, near_cells
+from clearway.obstacles.obstacle import Shapes
 
 VolumeMode = Literal["fast", "fine", "reference"]
 """Fast: within 0.03 in each cell and 0.004 on average, with up to forty shapes in a cell. Fine:
@@ -27,6 +27,9 @@ FINE_NODES, FINE_NODES_IN_ALL = 2_000, 350_000
 FAST_LOOKS, EVERY_LOOK = 4_000, 2**62
 """Shapes times parts of a cell that are looked at in fast and in fine mode. Where more than forty
 shapes meet in a cell, fewer parts tell nearly as much, and a decision stays one of milliseconds."""
+COAT_LOOKS = 10_000
+"""Shapes times parts of a cell that are looked at before it is taken for coated: where more than a
+hundred shapes come as near as that, one will not matter."""
 
 
 def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fast") -> FloatArray:
@@ -48,7 +51,8 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
     """[cells] that come within a margin of an obstacle (def. 5, def. 6).
 
     No such cell is left out; one that stays clear by less than a sixteenth of its volume's
-    width or so may be counted. shapes: in the grid frame, reaching the margin beyond its range.
+    width or so may be counted, and any that more than a hundred shapes come near.
+    shapes: in the grid frame, reaching the margin beyond its range.
     """
     return _coated(shapes, cell_nodes(grid), float(margin_m))
 
@@ -58,7 +62,7 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> FloatArray:
     shares = np.zeros(len(nodes.radius_m))
     near, parts = near_cells(shapes, nodes), parts_of(nodes)
     for group in range(len(nodes.group_radius_m)):
-        if look_around(shapes, nodes, group, 0.0, near) == 0:
+        if look_around(shapes, nodes, group, 0.0, True, near) == 0:
             continue
         for c in range(nodes.group_first[group + 1] - nodes.group_first[group]):
             cell = nodes.by_group[nodes.group_first[group] + c]
@@ -73,25 +77,40 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> FloatArray:
 @compiled
 def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)
-    near = near_cells(shapes, nodes)
+    near, distance = near_cells(shapes, nodes), np.empty(np.max(np.diff(nodes.first)))
     for group in range(len(nodes.group_radius_m)):
-        if look_around(shapes, nodes, group, margin, near) == 0:
+        if look_around(shapes, nodes, group, margin, False, near) == 0:
             continue
         for c in range(nodes.group_first[group + 1] - nodes.group_first[group]):
             cell = nodes.by_group[nodes.group_first[group] + c]
             coated[cell] = near.covered[c]
-            found, n = near.found[c, : near.many[c]], nodes.first[cell]
-            while n < nodes.first[cell + 1] and len(found) > 0 and not coated[cell]:
-                coated[cell] = _near_node(shapes, nodes, n, margin, found)
-                n += 1
+            if not near.covered[c]:
+                found = near.found[c, : near.many[c]]
+                coated[cell] = _near_node(shapes, nodes, cell, margin, found, distance)
     return coated
 
 
 @borrowing
-def _near_node(shapes: Shapes, nodes: CellNodes, node: int, margin: float, near: IntArray) -> bool:
-    """Whether a shape may come within a margin of a node's part."""
-    x, y, z = nodes.position_m[0, node], nodes.position_m[1, node], nodes.position_m[2, node]
-    for s in near:
-        if shape_distance(x, y, z, shapes, s) <= margin + nodes.node_radius_m[node]:
+def _near_node(
+    shapes: Shapes,
+    nodes: CellNodes,
+    cell: int,
+    margin: float,
+    near: IntArray,
+    distance: FloatArray,
+) -> bool:
+    """Whether a shape may come within a margin of a part of a cell; so it is, where all the looks
+    are taken and more shapes are left. distance: room for as many as a cell has parts."""
+    first, last = nodes.first[cell], nodes.first[cell + 1]
+    x, y = nodes.position_m[0, first:last], nodes.position_m[1, first:last]
+    z, radius = nodes.position_m[2, first:last], nodes.node_radius_m[first:last]
+    for looked in range(len(near)):
+        if looked * len(x) >= COAT_LOOKS:
+            return True
+        distances(x, y, z, shapes, near[looked], distance)
+        within = False
+        for n in range(len(x)):
+            within |= distance[n] <= margin + radius[n]
+        if within:
             return True
     return False

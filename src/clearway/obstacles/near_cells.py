@@ -6,13 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.cell_nodes import CellNodes
-from clearway.obstacles.obstacle import Shapes
+from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import local_vector
+
+SURELY_M = 1e-9
+"""Metres by which a shape must be nearer to a cell than asked, for all the rounding."""
 
 
 class NearCells(NamedTuple):
@@ -24,10 +27,12 @@ class NearCells(NamedTuple):
     """[3, cells of a group] by axis."""
     reach_m: FloatArray
     """[cells of a group] no point of the cell is farther from its centre."""
+    enough_m: FloatArray
+    """[cells of a group] how near its centre one shape alone decides of the cell."""
     distance_m: FloatArray
     """[cells of a group] of the shape that is looked at."""
     covered: BoolArray
-    """[cells of a group] whether one shape, with the margin, holds the cell whole."""
+    """[cells of a group] whether one shape, with the margin, is as near as that."""
     many: IntArray
     """[cells of a group] how many shapes may come within the margin of others."""
     found: IntArray
@@ -43,6 +48,7 @@ def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
         np.empty((3, most)),
         np.empty(most),
         np.empty(most),
+        np.empty(most),
         np.empty(most, dtype=np.bool_),
         np.empty(most, dtype=np.int64),
         np.empty((most, many), dtype=np.int64),
@@ -51,9 +57,13 @@ def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
 
 @borrowing
 def look_around(
-    shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: NearCells
+    shapes: Shapes, nodes: CellNodes, group: int, margin: float, whole: bool, near: NearCells
 ) -> int:
-    """Fill in what comes within a margin of a group's cells (5.51); how many shapes may."""
+    """Fill in what comes within a margin of a group's cells (5.51); how many shapes may.
+
+    whole: cells count as covered where one shape, with the margin, holds them whole; else where one
+    comes surely within the margin of their centre. Once all of them are, no more shapes are told.
+    """
     cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
     size = len(cells)
     for c in range(size):
@@ -63,19 +73,20 @@ def look_around(
         return 0
     for c in range(size):
         near.reach_m[c] = nodes.radius_m[cells[c]]
+        near.enough_m[c] = margin - (near.reach_m[c] if whole else SURELY_M)
         for axis in range(3):
             near.center_m[axis, c] = nodes.center_m[cells[c], axis]
     x, y, z = near.center_m[0, :size], near.center_m[1, :size], near.center_m[2, :size]
     for s in nearby:
-        _distances(x, y, z, shapes, s, near.distance_m)
-        whole = 0
+        distances(x, y, z, shapes, s, near.distance_m)
+        decided = 0
         for c in range(size):
-            distance, reach = near.distance_m[c], near.reach_m[c]
-            near.covered[c] |= distance <= margin - reach
+            distance = near.distance_m[c]
+            near.covered[c] |= distance <= near.enough_m[c]
             near.found[c, near.many[c]] = s
-            near.many[c] += distance < margin + reach
-            whole += near.covered[c]
-        if whole == size:
+            near.many[c] += distance < margin + near.reach_m[c]
+            decided += near.covered[c]
+        if decided == size:
             break
     return len(nearby)
 
@@ -92,14 +103,16 @@ def _near_group(shapes: Shapes, nodes: CellNodes, group: int, margin: float, nea
         dy = y - shapes.center_m[s, 1]
         dz = z - shapes.center_m[s, 2]
         limit = SURELY * (reach + margin + shapes.bound_m[s])
-        if dx * dx + dy * dy + dz * dz < limit * limit:
-            near[count] = s
-            count += 1
+        if dx * dx + dy * dy + dz * dz >= limit * limit:
+            continue
+        # The ball around a long or flat shape holds far more than the shape itself.
+        near[count] = s
+        count += shape_distance(x, y, z, shapes, s) < SURELY * (reach + margin)
     return count
 
 
-@borrowing
-def _distances(
+@inlined
+def distances(
     x: FloatArray, y: FloatArray, z: FloatArray, shapes: Shapes, s: int, distance: FloatArray
 ) -> None:
     """Fill in `shape_distance` of points [n]: no branch in the loop, so that several go at once."""

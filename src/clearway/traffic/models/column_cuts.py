@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import borrowing, inlined
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     AZIMUTH,
@@ -20,7 +20,7 @@ from clearway.traffic.models.borders import (
 )
 
 
-@borrowing
+@inlined
 def column_cuts(
     closest: tuple[float, float, float],
     direction: tuple[float, float, float],
@@ -59,7 +59,7 @@ def column_cuts(
     return count
 
 
-@borrowing
+@inlined
 def _half_planes(
     left: bool,
     first: tuple[float, float, float],

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import borrowing, inlined
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     ELEVATION,
@@ -20,7 +20,7 @@ from clearway.traffic.models.borders import (
 )
 
 
-@borrowing
+@inlined
 def row_cuts(
     closest: tuple[float, float, float],
     direction: tuple[float, float, float],
@@ -65,7 +65,7 @@ def row_cuts(
     return count
 
 
-@borrowing
+@inlined
 def _cones(
     arc: tuple[float, float, float, float, float],
     low: float,

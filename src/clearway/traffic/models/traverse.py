@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import borrowing, inlined
 from clearway.traffic.models.borders import (
     CELL,
     COLUMN,
@@ -72,7 +72,7 @@ def traverse(
     return _merge(first, last, passed, speed, layers, columns, rows, borders, out)
 
 
-@borrowing
+@inlined
 def _between_walls(
     start: float, end: float, columns: int, rows: int, out: TraversalPieces
 ) -> tuple[float, float]:
@@ -96,7 +96,7 @@ def _between_walls(
     return first, end
 
 
-@borrowing
+@inlined
 def _layer_cuts(
     distance2: float, start: float, end: float, borders: Borders, out: TraversalPieces
 ) -> int:
@@ -131,7 +131,7 @@ def _layer_cuts(
     return count
 
 
-@borrowing
+@inlined
 def _merge(
     start: float,
     end: float,

@@ -1,0 +1,179 @@
+"""Clearance of movements among very many map shapes: most are passed over, several at a time.
+
+Shapes are laid out by coordinate, so that a loop without branches finds how far all of them are
+from the middle of a movement. The nearest is looked at first, and with what it leaves most others
+cannot matter. The result is that of `shapes_clearance` to the bit, unless more than `FEW` could
+still be nearer by the ball around the movement. Then one that could be nearer by `ALIKE_M` at most
+is not looked at, but counted as though it were: a clearance is never told too large, and whether it
+is enough stays exact.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.chord_distance import box_bound, shape_chord_distance
+from clearway.avoidance.clearance import (
+    Found,
+    Span,
+    moving_clearance,
+    points_clearance,
+    shapes_clearance,
+)
+from clearway.avoidance.hazards import MovingHazards, PointBins
+from clearway.base.compiled import borrowing, compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Shapes
+
+FEW = 40
+"""Shapes up to which each that could be nearest is looked at."""
+ALIKE_M = 1e-3
+"""Metres by which a clearance among more of them may be told too small."""
+ROUNDING_M = 1e-9
+"""More metres than rounding takes from a distance."""
+
+DEEP = 16
+"""The row of depths."""
+
+
+class Crowd(NamedTuple):
+    """Many shapes by coordinate, and room for a movement at a time; nothing where they are few."""
+
+    rows: FloatArray
+    """[17, shapes] centre 3, rotation 9, half lengths 3, radius, greatest depth inside."""
+    off_m: FloatArray
+    """[shapes] from the middle of the movement."""
+    near: IntArray
+    """[shapes] those that could be nearest."""
+    bound_m: FloatArray
+    """[shapes] of each of these, no distance from the movement is less."""
+
+
+@compiled
+def crowd_of(shapes: Shapes) -> Crowd:
+    """The shapes laid out, if there are many."""
+    many = len(shapes.radius_m)
+    many = many if many > FEW else 0
+    rows = np.empty((DEEP + 1, many))
+    for s in range(many):
+        for i in range(3):
+            rows[i, s], rows[12 + i, s] = shapes.center_m[s, i], shapes.half_m[s, i]
+            for j in range(3):
+                rows[3 + 3 * i + j, s] = shapes.rotation[s, i, j]
+        rows[15, s] = shapes.radius_m[s]
+        rows[DEEP, s] = rows[15, s] + min(rows[12, s], min(rows[13, s], rows[14, s]))
+    return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many))
+
+
+@borrowing
+def span_clearance(
+    span: Span,
+    bins: PointBins,
+    shapes: Shapes,
+    moving: MovingHazards,
+    crowd: Crowd,
+    enough: float,
+    stop: float,
+) -> Found:
+    """Clearance of a movement from everything. crowd: the shapes again, by `crowd_of`."""
+    found = points_clearance(span, bins, enough, stop)
+    if found[0] < stop:
+        return found
+    by_shape = clearance_among(span, shapes, crowd, found[0], stop)
+    if by_shape[2] >= 0:
+        found = by_shape
+    if found[0] < stop:
+        return found
+    by_moving = moving_clearance(span, moving, found[0])
+    if by_moving[2] >= 0:
+        found = by_moving
+    return found
+
+
+@borrowing
+def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, stop: float) -> Found:
+    """Clearance of a movement from map shapes, however many, as `shapes_clearance`."""
+    if crowd.rows.shape[1] == 0:
+        return shapes_clearance(span, shapes, enough, stop)
+    corners, off = span.corners_m, crowd.off_m
+    nearest = _distances_off(span.middle_m, crowd.rows, off)
+    if off[nearest] - span.reach_m >= enough:
+        return enough, 0, -1
+    best, index = _shape_clearance(corners, shapes, nearest, enough)
+    if best < stop:
+        return best, 2, index
+    # Among very many, what may be nearer by so much at most does not matter.
+    alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
+    for s in range(len(off)):
+        if off[s] - span.reach_m >= best + ROUNDING_M or s == nearest:
+            continue
+        deepest = -crowd.rows[DEEP, s]
+        if best < enough - alike and deepest >= best - alike:
+            least = min(least, deepest)
+            continue
+        bound = box_bound(corners, shapes, s)
+        if bound < best + ROUNDING_M:
+            crowd.near[many], crowd.bound_m[many] = s, bound
+            many += 1
+    for m in range(many):
+        bound = crowd.bound_m[m]
+        if bound >= best + ROUNDING_M:
+            continue
+        if best < enough - alike and bound >= best - alike:
+            least = min(least, bound)
+            continue
+        s = crowd.near[m]
+        # A little more than the best, so that of equals the first is told.
+        distance, found = _shape_clearance(corners, shapes, s, best + ROUNDING_M)
+        if found >= 0 and (distance < best or (distance == best and s < index)):
+            best, index = distance, s
+            if best < stop:
+                return best, 2, index
+    return min(best, least), 2 if index >= 0 else 0, index
+
+
+@borrowing
+def _left(span: Span, off: FloatArray, best: float) -> int:
+    """How many shapes could be nearer than that to a movement, by the ball around it."""
+    many = 0
+    for s in range(len(off)):
+        many += off[s] - span.reach_m < best
+    return many
+
+
+@borrowing
+def _shape_clearance(
+    corners: FloatArray, shapes: Shapes, s: int, enough: float
+) -> tuple[float, int]:
+    """Of one shape: its distance from chords and its number; -1 where that is not below enough."""
+    best, index = enough, -1
+    for q in range(len(corners) - 1):
+        distance = shape_chord_distance(corners[q], corners[q + 1], shapes, s, best)
+        if distance < best:
+            best, index = distance, s
+    return best, index
+
+
+@borrowing
+def _distances_off(place: FloatArray, rows: FloatArray, off: FloatArray) -> int:
+    """Fill in how far all shapes are from a place [3]; which is nearest."""
+    px, py, pz = place[0], place[1], place[2]
+    cx, cy, cz, hx, hy, hz = rows[0], rows[1], rows[2], rows[12], rows[13], rows[14]
+    xx, xy, xz, yx, yy, yz = rows[3], rows[4], rows[5], rows[6], rows[7], rows[8]
+    zx, zy, zz, radius = rows[9], rows[10], rows[11], rows[15]
+    for s in range(len(off)):
+        x, y, z = px - cx[s], py - cy[s], pz - cz[s]
+        qx = abs(xx[s] * x + yx[s] * y + zx[s] * z) - hx[s]
+        qy = abs(xy[s] * x + yy[s] * y + zy[s] * z) - hy[s]
+        qz = abs(xz[s] * x + yz[s] * y + zz[s] * z) - hz[s]
+        ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
+        within = min(max(qx, max(qy, qz)), 0.0)
+        off[s] = within + np.sqrt(ox * ox + oy * oy + oz * oz) - radius[s]
+    nearest = 0
+    for s in range(len(off)):
+        if off[s] < off[nearest]:
+            nearest = s
+    return nearest
