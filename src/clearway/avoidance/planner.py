@@ -14,8 +14,10 @@ from clearway.avoidance.costs import (
     Prices,
     StageCost,
     TerminalCost,
+    TurnsAndClimbs,
     curved_distance_to_go,
     length_and_prices,
+    turns_and_climbs,
 )
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
@@ -254,6 +256,16 @@ class Planner:
         return self.settings.prices.suited(
             can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
         )
+
+    @cached_property
+    def turns_and_climbs(self) -> TurnsAndClimbs | None:
+        """What the default cost to go asks of the vehicle; None where the user has an own cost."""
+        cost = self.terminal_cost
+        if cost is curved_distance_to_go:
+            return turns_and_climbs(self.automaton, None)
+        if isinstance(cost, partial) and cost.func is curved_distance_to_go and not cost.args:
+            return turns_and_climbs(self.automaton, **cost.keywords)
+        return None
 
     @cached_property
     def speed_mps(self) -> float:

@@ -8,6 +8,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.decide import decide
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.passing import Meetings
 from clearway.avoidance.planner import Planner
@@ -101,8 +103,9 @@ def with_something_near(
 
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
-    """Compile and load what only some decisions ask for: several intruders, sides of passing, ways
-    out."""
+    """Compile and load what only some decisions ask for: step by step, several intruders, sides of
+    passing, ways out."""
+    decide(planner, situation, Commitment(stood=2))  # Whose impatience has a price of its own.
     combine_intruders(np.zeros((2, planner.grid.cells)))
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
     names = near.intruders.names
