@@ -26,7 +26,7 @@ from clearway.avoidance.candidates import (
 from clearway.avoidance.choice import choice_of, ratings_of
 from clearway.avoidance.chosen import Choice, Grounds
 from clearway.avoidance.costs import Arrival, Goal, TurnsAndClimbs, arrival
-from clearway.avoidance.cycle import Around, Flown, chosen
+from clearway.avoidance.cycle import chosen
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
@@ -108,11 +108,13 @@ def _priced_and_picked(at_hand: BeforeChoice, able: TurnsAndClimbs) -> Priced:
     arrived = _arrived(prepared, goal)
     ends = complete_ends(prepared, goal, arrived)
     found = chosen(
-        Flown(reach_set.parent, reach_set.states, reach_set.length_m, reach_set.start_pitch_rad),
+        reach_set.states,
+        reach_set.length_m,
+        reach_set.start_pitch_rad,
         ends,
         goal,
         able,
-        arrived,
+        arrived.reached,
         grazing_of(arrived, goal),
         log_ratings(known.reach, ends.nodes),
         known.untouched,
@@ -120,7 +122,11 @@ def _priced_and_picked(at_hand: BeforeChoice, able: TurnsAndClimbs) -> Priced:
         weights_of(planner.prices, at_hand.before, prepared),
         ratings_of(prepared, known.reach, planner.settings.threshold),
         prepared.paths,
-        Around(hazards.bins, hazards.shapes, hazards.moving, margin_m, prepared.loiter),
+        hazards.bins,
+        hazards.shapes,
+        hazards.moving,
+        margin_m,
+        prepared.loiter,
     )
     if not found.priced:
         raise not_finite(found.candidates.cost_m)

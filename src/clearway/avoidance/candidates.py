@@ -168,7 +168,7 @@ def log_ratings(assessment: ReachAssessment, nodes: IntArray) -> FloatArray:
     return logs
 
 
-class View(NamedTuple):
+class GoalView(NamedTuple):
     """The goal, seen from the vehicle."""
 
     ahead_m: float
@@ -180,11 +180,11 @@ class View(NamedTuple):
     dead_band_m: float
 
 
-def view_of(goal: Goal, prepared: PreparedReachSet) -> View:
+def view_of(goal: Goal, prepared: PreparedReachSet) -> GoalView:
     ahead_m, left_m = float(goal.target_m[0]), float(goal.target_m[1])
     range_m = prepared.reach_set.grid.range_m
     away_m = float(np.hypot(ahead_m, left_m))
-    return View(ahead_m, left_m, away_m, HERE * range_m, DEAD_BAND * range_m)
+    return GoalView(ahead_m, left_m, away_m, HERE * range_m, DEAD_BAND * range_m)
 
 
 class Weights(NamedTuple):
@@ -227,7 +227,7 @@ def priced_ends(
     grazing: FloatArray,
     log_rating: FloatArray,
     untouched: BoolArray,
-    view: View,
+    view: GoalView,
     weights: Weights,
 ) -> Candidates:
     """What candidates cost, with no rules broken.
@@ -265,7 +265,7 @@ def are_finite(cost: FloatArray) -> bool:
 
 
 @borrowing
-def _side_of(ahead_m: float, left_m: float, view: View) -> int:
+def _side_of(ahead_m: float, left_m: float, view: GoalView) -> int:
     """-1 right, 0 straight, 1 left of the way to the goal."""
     if view.away_m < view.here_m:
         return 0

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.candidates import Candidates, View, Weights, are_finite, priced_ends
-from clearway.avoidance.costs import Arrival, Goal, TurnsAndClimbs, cost_to_go
+from clearway.avoidance.candidates import Candidates, GoalView, Weights, are_finite, priced_ends
+from clearway.avoidance.costs import Goal, TurnsAndClimbs, cost_to_go
 from clearway.avoidance.evidence import Sources
 from clearway.avoidance.fusion import obstacle_of, rate_nodes, total_of, untouched_nodes
 from clearway.avoidance.hazards import MovingHazards, PointBins, PointHazards
@@ -42,7 +42,7 @@ class PassedCells(NamedTuple):
         return brief(self)
 
 
-class Assessed(NamedTuple):
+class RatedEvidence(NamedTuple):
     """What is known, cell by cell and trajectory by trajectory."""
 
     coated: BoolArray
@@ -73,7 +73,7 @@ def assessed(
     unknown: float,
     unknown_unseen: float,
     ways: PassedCells,
-) -> Assessed:
+) -> RatedEvidence:
     """From evidence to how safe cells and trajectories are, by the rating `total`.
 
     points: in the grid frame. unknown, unknown_unseen: as of `fusion.assess_cells`.
@@ -98,32 +98,9 @@ def assessed(
         ways.parent, ways.cell_start, ways.cell_index, ways.exit_kind, rating
     )
     untouched = untouched_nodes(ways.parent, ways.cell_start, ways.cell_index, coated)
-    return Assessed(coated, map_probability, obstacle, rating, node_rating, feasibility, untouched)
-
-
-class Flown(NamedTuple):
-    """Of a reach set, where its movements lead."""
-
-    parent: IndexArray
-    states: FloatArray
-    length_m: FloatArray
-    start_pitch_rad: float
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-
-class Around(NamedTuple):
-    """What is kept clear of, and how."""
-
-    bins: PointBins
-    shapes: Shapes
-    moving: MovingHazards
-    margin_m: float
-    loiter: LoiterCircles
-
-    def __repr__(self) -> str:
-        return brief(self)
+    return RatedEvidence(
+        coated, map_probability, obstacle, rating, node_rating, feasibility, untouched
+    )
 
 
 class Chosen(NamedTuple):
@@ -142,58 +119,38 @@ class Chosen(NamedTuple):
 
 @compiled
 def chosen(
-    flown: Flown,
+    states: FloatArray,
+    length_m: FloatArray,
+    start_pitch: float,
     ends: Ends,
     goal: Goal,
     able: TurnsAndClimbs,
-    arrived: Arrival,
+    reached: BoolArray,
     grazing: FloatArray,
     log_rating: FloatArray,
     untouched: BoolArray,
-    view: View,
+    view: GoalView,
     weights: Weights,
     ratings: NodeRatings,
     paths: Paths,
-    around: Around,
+    bins: PointBins,
+    shapes: Shapes,
+    moving: MovingHazards,
+    margin: float,
+    loiter: LoiterCircles,
 ) -> Chosen:
     """From ratings to the node to fly to: the cheapest that passes and keeps the margin.
 
-    grazing, log_rating, untouched: as of `candidates.priced_ends`.
+    states, length_m: [nodes] of the reach set. reached, grazing, log_rating, untouched: as of
+    `candidates.priced_ends`.
     """
     known = np.full((len(paths.parent), 3), np.nan)
     # Cost to go from where each candidate ends, and all that it costs (4.6).
-    to_go = cost_to_go(
-        flown.states,
-        flown.parent,
-        flown.length_m,
-        ends.nodes,
-        flown.start_pitch_rad,
-        arrived.reached,
-        goal,
-        able,
-    )
+    to_go = cost_to_go(states, paths.parent, length_m, ends.nodes, start_pitch, reached, goal, able)
     candidates = priced_ends(
-        ends,
-        to_go,
-        goal.final,
-        arrived.reached,
-        grazing,
-        log_rating,
-        untouched,
-        view,
-        weights,
+        ends, to_go, goal.final, reached, grazing, log_rating, untouched, view, weights
     )
     priced = are_finite(candidates.cost_m)
     # Verification, the cheapest first: against points, shapes, and intruders at equal times.
-    found = picked(
-        paths,
-        candidates,
-        ratings,
-        around.bins,
-        around.shapes,
-        around.moving,
-        around.margin_m,
-        around.loiter,
-        known,
-    )
+    found = picked(paths, candidates, ratings, bins, shapes, moving, margin, loiter, known)
     return Chosen(priced, candidates, found, known)

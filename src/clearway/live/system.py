@@ -34,7 +34,13 @@ from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
+from clearway.live.warm_up import (
+    decide_in_steps,
+    is_new,
+    warm_up_moments,
+    warm_up_more,
+    with_something_near,
+)
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Lidar, Scan
 from clearway.sensors.detection import Rule
@@ -280,6 +286,7 @@ class AvoidanceSystem:
             trial.update(reading)
         with suppress(ClearwayError):  # Of a user's own code: flight will tell.
             trial.decide(time_s)
+            decide_in_steps(self.planner, trial.situation(time_s)[0])
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -295,7 +302,9 @@ class AvoidanceSystem:
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
         warm_up_ways(trial._known, start)
-        warm_up_more(planner, trial.situation(time_s)[0])
+        situation, _ = trial.situation(time_s)
+        decide_in_steps(planner, situation)
+        warm_up_more(planner, situation)
         planner.prepared_at(start).in_wind(WIND_MPS)
 
     def decide(self, now_s: float) -> FlightDecision:

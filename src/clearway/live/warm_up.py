@@ -102,10 +102,14 @@ def with_something_near(
     return ObstacleMap([*obstacle_map.obstacles, ball], complete_m=obstacle_map.complete_m)
 
 
+def decide_in_steps(planner: Planner, situation: Situation) -> None:
+    """Load the loops of a decision as they are called one by one, where one call is not for it."""
+    decide(planner, situation, Commitment(stood=2))  # Impatience has a price of its own.
+
+
 def warm_up_more(planner: Planner, situation: Situation) -> None:
-    """Compile and load what only some decisions ask for: step by step, several intruders, sides of
-    passing, ways out."""
-    decide(planner, situation, Commitment(stood=2))  # Whose impatience has a price of its own.
+    """Compile and load what only some decisions ask for: several intruders, sides of passing, ways
+    out."""
     combine_intruders(np.zeros((2, planner.grid.cells)))
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
     names = near.intruders.names
