@@ -66,7 +66,7 @@ def priced(at_hand: BeforeChoice, ruling: Ruling | None) -> Priced:
     able = at_hand.planner.turns_and_climbs
     if able is not None and ruling is None and _is_ordinary(at_hand):
         return _priced_and_picked(at_hand, able)
-    return Priced(_priced(at_hand), KnownClearances(at_hand.prepared.paths))
+    return priced_in_steps(at_hand)
 
 
 def _is_ordinary(at_hand: BeforeChoice) -> bool:
@@ -79,15 +79,15 @@ def _is_ordinary(at_hand: BeforeChoice) -> bool:
     return not (planner.prices.ahead > 0.0 or any(moving.manoeuvre_mps2.tolist()))
 
 
-def _priced(at_hand: BeforeChoice) -> Candidates:
-    """Step by step."""
+def priced_in_steps(at_hand: BeforeChoice) -> Priced:
+    """The same, loop by loop, with whatever has a price; nothing is picked."""
     planner, prepared, known, goal = at_hand.planner, at_hand.prepared, at_hand.known, at_hand.goal
     arrived = arrival(prepared.reach_set, goal)
 
     def to_go(nodes: IntArray) -> FloatArray:
         return planner.terminal_cost(prepared.reach_set, nodes, goal, arrived, planner.automaton)
 
-    return price_candidates(
+    candidates = price_candidates(
         prepared,
         known.reach,
         known.untouched,
@@ -98,6 +98,7 @@ def _priced(at_hand: BeforeChoice) -> Candidates:
         at_hand.before,
         known.near.hazards.moving,
     )
+    return Priced(candidates, KnownClearances(prepared.paths))
 
 
 def _priced_and_picked(at_hand: BeforeChoice, able: TurnsAndClimbs) -> Priced:

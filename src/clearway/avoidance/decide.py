@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from clearway.avoidance.assess import assess_situation
-from clearway.avoidance.at_hand import BeforeChoice, Priced, priced
+from clearway.avoidance.at_hand import BeforeChoice, Priced, priced, priced_in_steps
 from clearway.avoidance.candidates import Candidates, Commitment
 from clearway.avoidance.choice import choose_by_rules, pick
 from clearway.avoidance.chosen import Choice
@@ -60,21 +60,35 @@ def decide(
     True
     """
     _check_grids(planner, situation)
-    before, prepared = commitment or Commitment(), _from_here(planner, situation)
+    at_hand = _at_hand(planner, situation, commitment or Commitment())  # (4.17), (4.22), (4.23)
+    near, before = at_hand.known.near, at_hand.before
+    rules = in_force(planner, situation, at_hand.prepared, at_hand.goal, near, before)
+    found = priced(at_hand, rules.ruling)  # (4.6)
+    leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found.looked))
+    taken = _taken(leaving, near.hazards, stays=before.stays)
+    return _decision(at_hand, leaving.ways, rules, taken)
+
+
+def warm_up_steps(planner: Planner, situation: Situation) -> None:
+    """Load the loops that are called one by one where a choice is not made in one call."""
+    at_hand = _at_hand(planner, situation, Commitment())
+    found = priced_in_steps(at_hand)
+    choose_among = _choosing(at_hand, None, found.looked)
+    choose_among(at_hand.known.near.hazards, found.candidates, 1.0)
+
+
+def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:
+    """What is known, and what can be flown: all that comes before a choice."""
+    prepared = _from_here(planner, situation)
     known = assess_situation(
         planner,
         situation,
         prepared.reach_set,
         reach_m=max(prepared.reach_m, planner.escape_reach_m + carried_m(planner, situation)),
         horizon_s=planner.horizon_s,
-    )  # (4.17), (4.22), (4.23)
+    )
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    at_hand = BeforeChoice(planner, situation, before, prepared, known, goal)
-    rules = in_force(planner, situation, prepared, goal, known.near, before)
-    found = priced(at_hand, rules.ruling)  # (4.6)
-    leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found.looked))
-    taken = _taken(leaving, known.near.hazards, stays=before.stays)
-    return _decision(at_hand, leaving.ways, rules, taken)
+    return BeforeChoice(planner, situation, before, prepared, known, goal)
 
 
 def _check_grids(planner: Planner, situation: Situation) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.decide import decide
+from clearway.avoidance.decide import decide, warm_up_steps
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
@@ -35,7 +35,6 @@ from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.warm_up import (
-    decide_in_steps,
     is_new,
     warm_up_moments,
     warm_up_more,
@@ -286,7 +285,7 @@ class AvoidanceSystem:
             trial.update(reading)
         with suppress(ClearwayError):  # Of a user's own code: flight will tell.
             trial.decide(time_s)
-            decide_in_steps(self.planner, trial.situation(time_s)[0])
+            warm_up_steps(self.planner, trial.situation(time_s)[0])
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
@@ -302,9 +301,7 @@ class AvoidanceSystem:
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
         warm_up_ways(trial._known, start)
-        situation, _ = trial.situation(time_s)
-        decide_in_steps(planner, situation)
-        warm_up_more(planner, situation)
+        warm_up_more(planner, trial.situation(time_s)[0])
         planner.prepared_at(start).in_wind(WIND_MPS)
 
     def decide(self, now_s: float) -> FlightDecision:

@@ -8,8 +8,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.decide import decide
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.passing import Meetings
 from clearway.avoidance.planner import Planner
@@ -100,11 +98,6 @@ def with_something_near(
     place = start.position_m + world_from_body(start.attitude_rad) @ ahead
     ball = Obstacle.ball(place, planner.settings.safety_margin_m)
     return ObstacleMap([*obstacle_map.obstacles, ball], complete_m=obstacle_map.complete_m)
-
-
-def decide_in_steps(planner: Planner, situation: Situation) -> None:
-    """Load the loops of a decision as they are called one by one, where one call is not for it."""
-    decide(planner, situation, Commitment(stood=2))  # Impatience has a price of its own.
 
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
