@@ -69,12 +69,24 @@ def decide(
     return _decision(at_hand, leaving.ways, rules, taken)
 
 
-def warm_up_steps(planner: Planner, situation: Situation) -> None:
-    """Load the loops that are called one by one where a choice is not made in one call."""
+def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool = False) -> None:
+    """Load the loops that are called one by one where a choice is not made in one call.
+
+    none_passes: as of `choice.pick`.
+    """
     at_hand = _at_hand(planner, situation, Commitment())
-    found = priced_in_steps(at_hand)
-    choose_among = _choosing(at_hand, None, found.looked)
-    choose_among(at_hand.known.near.hazards, found.candidates, 1.0)
+    found, known, settings = priced_in_steps(at_hand), at_hand.known, planner.settings
+    pick(
+        at_hand.prepared,
+        known.reach,
+        found.candidates,
+        known.near.hazards,
+        margin_m=known.near.margin_m,
+        threshold=settings.threshold,
+        verify=settings.verify,
+        none_passes=none_passes,
+        looked=found.looked,
+    )
 
 
 def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:
