@@ -1,6 +1,7 @@
 """An ordinary decision, in two compiled calls, is what its steps alone come to."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -247,3 +248,16 @@ def test_logarithms_of_ratings_are_those_of_numpy() -> None:
     logs = log_ratings(reach, REACH_SET.trajectories)
     expected = np.log(np.maximum(reach.node_rating[REACH_SET.trajectories], 1e-6))
     np.testing.assert_array_equal(logs, expected)
+
+
+def test_only_the_cost_to_go_that_is_given_is_made_part_of_one_call() -> None:
+    prices = IN_ONE.settings.prices
+    for cost, is_part in (
+        (curved_distance_to_go, True),
+        (partial(curved_distance_to_go), True),
+        (partial(curved_distance_to_go, prices=prices), True),
+        (partial(curved_distance_to_go, automaton=IN_ONE.automaton), False),
+        (own_cost, False),
+    ):
+        able = replace(IN_ONE, terminal_cost=cost).turns_and_climbs
+        assert (able is not None) is is_part

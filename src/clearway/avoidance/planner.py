@@ -263,9 +263,11 @@ class Planner:
         cost = self.terminal_cost
         if cost is curved_distance_to_go:
             return turns_and_climbs(self.automaton, None)
-        if isinstance(cost, partial) and cost.func is curved_distance_to_go and not cost.args:
-            return turns_and_climbs(self.automaton, **cost.keywords)
-        return None
+        if not isinstance(cost, partial) or cost.func is not curved_distance_to_go or cost.args:
+            return None
+        if not set(cost.keywords) <= {"prices"}:
+            return None
+        return turns_and_climbs(self.automaton, cost.keywords.get("prices"))
 
     @cached_property
     def speed_mps(self) -> float:
