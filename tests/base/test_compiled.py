@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
+from clearway.base.compiled import plain
 from repository import REPOSITORY
 
 SOURCE = REPOSITORY / "src"
@@ -60,3 +61,14 @@ def test_no_array_comes_out_of_a_loop_that_counts_no_references(module):
         called = [known.get(name) for name in loop.py_func.__code__.co_names]
         for other in (each for each in called if isinstance(each, Dispatcher)):
             assert holds_no_array(returned(other)), f"{loop} calls {other}"
+
+
+def test_arrays_of_one_kind_are_handed_on_as_they_are() -> None:
+    whole = np.zeros(4)
+    assert plain(whole) is whole
+    fixed = np.ones(4)
+    fixed.setflags(write=False)
+    for other in (fixed, np.ones(8)[::2], np.ones(4, dtype=np.float32)):
+        assert plain(other).flags.carray
+        np.testing.assert_array_equal(plain(other), np.ones(4))
+        assert plain(other).dtype == np.float64

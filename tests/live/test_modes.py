@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.chosen import NOTHING_TRIED, Basis
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mode, Progress
@@ -40,7 +40,7 @@ def decision():
     ],
 )
 def test_the_first_guard_that_holds_gives_the_mode(decision, basis, progress, banned, mode):
-    choice = replace(decision.choice, basis=basis, tried=(), below_threshold=0)
+    choice = replace(decision.choice, basis=basis, tried=NOTHING_TRIED, below_threshold=0)
     facts = ModeFacts(replace(decision, choice=choice, no_way_out=banned), progress, AHEAD)
     put = mode_after(None, facts)
     assert put.mode is mode

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
+from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -79,8 +80,7 @@ DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidates:
+class Candidates(NamedTuple):
     """Complete trajectories and what they cost."""
 
     nodes: IntArray
@@ -95,6 +95,9 @@ class Candidates:
     """[candidates] what it costs to have no room to circle early on the way; 0 at the last goal."""
     broken: IntArray
     """[candidates] which rules it breaks, one bit each: the higher, the worse; 0 obeys all."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 def price_candidates(
@@ -113,24 +116,21 @@ def price_candidates(
     untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
     of given nodes. moving: intruders that it may cost something to cross ahead of, or to near.
     """
-    ends = _complete_ends(prepared, goal, arrived)
+    ends = complete_ends(prepared, goal, arrived)
     nodes, step_m = ends.nodes, prepared.step_m
     to_go_m = np.ascontiguousarray(to_go(nodes), dtype=np.float64)
-    reached = arrived.reached[nodes]
-    grazing = np.zeros(len(nodes))
-    if np.count_nonzero(reached):
-        grazing = np.where(reached, arrived.miss_m[nodes] / goal.reach_radius_m, 0.0) ** 4
-    rating = np.maximum(assessment.node_rating[nodes], SMALLEST_RATING)
-    cost, sides, is_clear, room_price, obeys_all = _priced(
+    priced = priced_ends(
         ends,
         to_go_m,
-        reached & goal.final,
-        grazing,
-        np.log(rating),
+        goal.final,
+        arrived.reached,
+        grazing_of(arrived, goal),
+        log_ratings(assessment, nodes),
         untouched,
-        _view_of(goal, prepared),
-        _weights(prices, commitment, prepared),
+        view_of(goal, prepared),
+        weights_of(prices, commitment, prepared),
     )
+    cost = priced.cost_m
     if commitment.stood > 1:
         first_m = prepared.reach_set.length_m[prepared.first_node[nodes]]
         cost += IMPATIENCE * (commitment.stood - 1) * step_m * (first_m < STANDS * step_m)
@@ -138,15 +138,37 @@ def price_candidates(
         cost += prices.ahead * step_m * crossings_ahead(prepared.reach_set, moving)[nodes]
     if prices.closing > 0.0 and moving is not None and any(moving.manoeuvre_mps2.tolist()):
         cost += prices.closing * closing_m(prepared.reach_set, nodes, moving)
-    if not _are_finite(cost):
-        raise ClearwayError(
-            f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
-            "finite number; stage cost, terminal cost and rating must be finite"
-        )
-    return Candidates(nodes, cost, sides, is_clear, room_price, obeys_all)
+    if not are_finite(cost):
+        raise not_finite(cost)
+    return priced
 
 
-class _View(NamedTuple):
+def not_finite(cost_m: FloatArray) -> ClearwayError:
+    """What to raise for costs of which some are no numbers."""
+    return ClearwayError(
+        f"costs: {np.count_nonzero(~np.isfinite(cost_m))} of {len(cost_m)} trajectories cost no "
+        "finite number; stage cost, terminal cost and rating must be finite"
+    )
+
+
+def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
+    """[nodes] how little of the reach radius paths that come to the goal enter, from 0 to 1."""
+    if not np.count_nonzero(arrived.reached):
+        return np.zeros(len(arrived.reached))
+    share: FloatArray = np.where(arrived.reached, arrived.miss_m / goal.reach_radius_m, 0.0)
+    return share**4
+
+
+def log_ratings(assessment: ReachAssessment, nodes: IntArray) -> FloatArray:
+    """[n] log P_R of some nodes [n].
+
+    By numpy: compiled loops round the logarithm elsewhere, and prices are to stay what they were.
+    """
+    logs: FloatArray = np.log(np.maximum(assessment.node_rating[nodes], SMALLEST_RATING))
+    return logs
+
+
+class GoalView(NamedTuple):
     """The goal, seen from the vehicle."""
 
     ahead_m: float
@@ -158,14 +180,14 @@ class _View(NamedTuple):
     dead_band_m: float
 
 
-def _view_of(goal: Goal, prepared: PreparedReachSet) -> _View:
+def view_of(goal: Goal, prepared: PreparedReachSet) -> GoalView:
     ahead_m, left_m = float(goal.target_m[0]), float(goal.target_m[1])
     range_m = prepared.reach_set.grid.range_m
     away_m = float(np.hypot(ahead_m, left_m))
-    return _View(ahead_m, left_m, away_m, HERE * range_m, DEAD_BAND * range_m)
+    return GoalView(ahead_m, left_m, away_m, HERE * range_m, DEAD_BAND * range_m)
 
 
-class _Weights(NamedTuple):
+class Weights(NamedTuple):
     """What prices come to in metres, and what is committed to."""
 
     step_m: float
@@ -181,9 +203,9 @@ class _Weights(NamedTuple):
     """Movement that the last plan has next; -1 for none."""
 
 
-def _weights(prices: Prices, commitment: Commitment, prepared: PreparedReachSet) -> _Weights:
+def weights_of(prices: Prices, commitment: Commitment, prepared: PreparedReachSet) -> Weights:
     step_m, first = prepared.step_m, commitment.first_movement
-    return _Weights(
+    return Weights(
         step_m,
         float(prices.miss),
         float(prices.risk),
@@ -197,38 +219,45 @@ def _weights(prices: Prices, commitment: Commitment, prepared: PreparedReachSet)
 
 
 @compiled
-def _priced(
+def priced_ends(
     ends: Ends,
     to_go: FloatArray,
-    ends_here: BoolArray,
+    final: bool,
+    reached: BoolArray,
     grazing: FloatArray,
     log_rating: FloatArray,
     untouched: BoolArray,
-    view: _View,
-    weights: _Weights,
-) -> tuple[FloatArray, IntArray, BoolArray, FloatArray, IntArray]:
-    """What candidates cost, their sides, whether they pass no coated cell, what it costs to have no
-    room to circle, and no rules broken."""
+    view: GoalView,
+    weights: Weights,
+) -> Candidates:
+    """What candidates cost, with no rules broken.
+
+    to_go, log_rating: [ends]; reached, grazing, untouched: [nodes]; final: of the goal.
+    """
     count = len(ends.nodes)
     cost, room_price = np.empty(count), np.empty(count)
     sides, is_clear = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_)
     for n in range(count):
-        is_clear[n] = untouched[ends.nodes[n]]
+        node = ends.nodes[n]
+        ends_here = final and reached[node]
+        is_clear[n] = untouched[node]
         sides[n] = _side_of(ends.ahead_m[n], ends.left_m[n], view)
-        cost[n] = ends.path_cost_m[n] + (0.0 if ends_here[n] else to_go[n])
-        cost[n] += weights.step_m * (weights.miss * grazing[n] - weights.risk * log_rating[n])
+        cost[n] = ends.path_cost_m[n] + (0.0 if ends_here else to_go[n])
+        cost[n] += weights.step_m * (weights.miss * grazing[node] - weights.risk * log_rating[n])
         if not is_clear[n]:
             cost[n] += weights.coated_m
         if weights.committed != 0 and sides[n] == -weights.committed:
             cost[n] += weights.other_side_m
         if weights.planned >= 0 and ends.first_movement[n] != weights.planned:
             cost[n] += weights.other_plan_m
-        room_price[n] = 0.0 if ends_here[n] else weights.no_room_m
-    return cost, sides, is_clear, room_price, np.zeros(count, dtype=np.int64)
+        room_price[n] = 0.0 if ends_here else weights.no_room_m
+    return Candidates(
+        ends.nodes, cost, sides, is_clear, room_price, np.zeros(count, dtype=np.int64)
+    )
 
 
 @compiled
-def _are_finite(cost: FloatArray) -> bool:
+def are_finite(cost: FloatArray) -> bool:
     finite = True
     for each in cost:
         finite &= np.isfinite(each)
@@ -236,7 +265,7 @@ def _are_finite(cost: FloatArray) -> bool:
 
 
 @borrowing
-def _side_of(ahead_m: float, left_m: float, view: _View) -> int:
+def _side_of(ahead_m: float, left_m: float, view: GoalView) -> int:
     """-1 right, 0 straight, 1 left of the way to the goal."""
     if view.away_m < view.here_m:
         return 0
@@ -246,7 +275,7 @@ def _side_of(ahead_m: float, left_m: float, view: _View) -> int:
     return 1 if across > 0.0 else -1
 
 
-def _complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
+def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
     """Of complete trajectories that can be flown: at the last goal, none leads past it."""
     if not goal.final or not np.count_nonzero(arrived.reached):
         return prepared.ends if prepared.may_stay else prepared.leading_on
@@ -273,4 +302,4 @@ def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:
     """The candidates with what rules forbid and price."""
     nodes = candidates.nodes
     cost_m = candidates.cost_m + ruling.price_m[nodes]
-    return replace(candidates, cost_m=cost_m, broken=ruling.broken[nodes])
+    return candidates._replace(cost_m=cost_m, broken=ruling.broken[nodes])

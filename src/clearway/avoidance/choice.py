@@ -13,19 +13,18 @@ from dataclasses import replace
 import numpy as np
 
 from clearway.avoidance.candidates import Candidates, ruled
-from clearway.avoidance.chosen import Basis, Choice, Grounds, TriedTier
+from clearway.avoidance.chosen import Basis, Choice, Grounds, Tried
 from clearway.avoidance.emergency import emergency
 from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.verify import KnownClearances, RoomPrice, first_clear
+from clearway.avoidance.tiers import NodeRatings, Picked, in_order, picked
+from clearway.avoidance.verify import KnownClearances
 from clearway.base.checks import positive
-from clearway.base.state import BoolArray, IntArray
 
 VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
-"""What a candidate that verification looks at can stand on, the best first."""
+"""What a candidate that verification looks at can stand on, by the tiers of `tiers`."""
 
 
 def choose_by_rules(
@@ -66,76 +65,51 @@ def pick(
     margin that is not a positive number: every trajectory would keep it.
     """
     positive("safety margin", margin_m)
-    order = np.lexsort((candidates.cost_m, candidates.broken))
-    ends = candidates.nodes[order]
-    # A plan whose first movement leaves nothing feasible, P_D = 0, is no plan (2.3).
-    feasible = assessment.feasibility[prepared.first_node[ends]] > 0.0
-    rated = (assessment.node_rating[ends] >= threshold) & feasible
-    if not verify:
-        rated &= candidates.untouched[order]
     grounds = Grounds(prepared, assessment, hazards)
-    below = len(rated) - int(np.count_nonzero(rated))
-    if not verify and not none_passes and below < len(rated):
-        best = int(order[rated][0])
-        return Choice.of(grounds, candidates, best, Basis.RATED_ONLY, margin_m, below)
+    ratings = ratings_of(prepared, assessment, threshold)
     looked = looked or KnownClearances(prepared.paths)
-    tried: list[TriedTier] = []
     if verify and not none_passes:
-        for basis in VERIFIED:
-            tier = _tier(basis, candidates, order, rated)
-            loiter = NO_LOITER if basis is Basis.NO_LOITER else prepared.loiter
-            if basis is Basis.NO_LOITER:
-                tried.clear()  # The last round looks at all candidates once more.
-            found = _first_clear(grounds, candidates, basis, tier, loiter, margin_m, tried, looked)
-            if found is not None:
-                return Choice.of(grounds, candidates, found, basis, margin_m, below, tried)
+        found = picked(
+            prepared.paths,
+            candidates,
+            ratings,
+            hazards.bins,
+            hazards.shapes,
+            hazards.moving,
+            margin_m,
+            prepared.loiter,
+            looked.at(hazards, margin_m),
+        )
+        return choice_of(grounds, candidates, found, margin_m, looked)
+    order, passes = in_order(candidates, ratings, not verify)
+    below = len(passes) - int(np.count_nonzero(passes))
+    if not none_passes and below < len(passes):
+        best = int(order[passes][0])
+        return Choice.of(grounds, candidates, best, Basis.RATED_ONLY, margin_m, below)
     best, kept_m = emergency(looked, candidates, hazards, margin_m)
-    return Choice.of(grounds, candidates, best, Basis.EMERGENCY, kept_m, below, tried)
+    return Choice.of(grounds, candidates, best, Basis.EMERGENCY, kept_m, below)
 
 
-def _tier(basis: Basis, candidates: Candidates, order: IntArray, rated: BoolArray) -> IntArray:
-    """Which candidates verification looks at for a basis, the best first.
-
-    order: all candidates, the best first; rated: [candidates], in that order.
-    """
-    if basis is Basis.NO_LOITER:
-        return order
-    obeys = candidates.broken[order] == 0
-    if basis is Basis.RATED:
-        tier: IntArray = order[rated & obeys]
-    elif basis is Basis.VERIFIED:
-        tier = order[~rated & obeys]
-    else:
-        tier = order[~obeys]
-    return tier
+def ratings_of(
+    prepared: PreparedReachSet, assessment: ReachAssessment, threshold: float
+) -> NodeRatings:
+    """By what ratings let candidates pass."""
+    return NodeRatings(
+        assessment.node_rating, assessment.feasibility, prepared.first_node, float(threshold)
+    )
 
 
-def _first_clear(
+def choice_of(
     grounds: Grounds,
     candidates: Candidates,
-    basis: Basis,
-    tier: IntArray,
-    loiter: LoiterCircles,
+    found: Picked,
     margin_m: float,
-    tried: list[TriedTier],
     looked: KnownClearances,
-) -> int | None:
-    """The first candidate of a tier that keeps the margin, if one does; adds to what was tried."""
-    if not len(tier):
-        return None
-    # Candidates that break rules are in the order of what they break, not of their cost.
-    price = None
-    if basis in (Basis.RATED, Basis.VERIFIED):
-        price = RoomPrice(candidates.cost_m[tier], candidates.room_price_m[tier])
-    hazards = grounds.hazards
-    verification = first_clear(
-        grounds.prepared.paths,
-        candidates.nodes[tier],
-        hazards,
-        margin_m,
-        loiter,
-        price,
-        looked.at(hazards, margin_m),
-    )
-    tried.append(TriedTier.of(candidates, tier, verification))
-    return int(tier[verification.chosen]) if verification.chosen >= 0 else None
+) -> Choice:
+    """The choice that verification came to, else the emergency rule's."""
+    tried = Tried.of(candidates, found)
+    best, basis, kept_m = found.best, VERIFIED[found.tier], margin_m
+    if best < 0:
+        basis = Basis.EMERGENCY
+        best, kept_m = emergency(looked, candidates, grounds.hazards, margin_m)
+    return Choice.of(grounds, candidates, best, basis, kept_m, found.below, tried)

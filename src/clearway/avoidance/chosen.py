@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +14,8 @@ from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import CAUSES, Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import RuleNote
-from clearway.avoidance.verify import KEPT, Clearance, Verification, path_clearance
+from clearway.avoidance.tiers import Picked
+from clearway.avoidance.verify import KEPT, Clearance, path_clearance
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -53,34 +52,43 @@ class RuledOut:
     """Clearance where it fails; below the margin."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TriedTier:
-    """What verification found of candidates before the chosen one, and which the first were."""
+class Tried(NamedTuple):
+    """What verification found of candidates before the chosen one, in the order of looking, and
+    which the first `RULED_OUT_KEPT` of them were."""
 
     nodes: IntArray
-    """[n] nodes that end the first `RULED_OUT_KEPT` of them."""
+    """[kept] nodes that end the first of them."""
     cost_m: FloatArray
-    """[n]"""
-    verification: Verification
+    """[kept]"""
+    causes: IntArray
+    """[tried] as of `verify.Verification`, these and the next two."""
+    cause_index: IntArray
+    shortfall_m: FloatArray
 
-    __repr__ = brief
+    def __repr__(self) -> str:
+        return brief(self)
 
     @classmethod
-    def of(cls, candidates: Candidates, tier: IntArray, verification: Verification) -> TriedTier:
-        """tier: candidates in the order in which verification looked at them."""
-        first = tier[: min(RULED_OUT_KEPT, len(verification.causes))]
-        return cls(candidates.nodes[first], candidates.cost_m[first], verification)
+    def of(cls, candidates: Candidates, found: Picked) -> Tried:
+        if not len(found.tried):
+            return NOTHING_TRIED
+        first = found.tried[:RULED_OUT_KEPT]
+        return cls(
+            candidates.nodes[first],
+            candidates.cost_m[first],
+            found.causes,
+            found.cause_index,
+            found.shortfall_m,
+        )
 
-    def ruled_out(self) -> Iterator[RuledOut]:
-        found = self.verification
-        for at, (node, cost_m) in enumerate(zip(self.nodes, self.cost_m, strict=True)):
-            yield RuledOut(
-                int(node),
-                float(cost_m),
-                CAUSES[found.causes[at]],
-                int(found.cause_index[at]),
-                float(found.shortfall_m[at]),
-            )
+
+NOTHING_TRIED = Tried(
+    np.zeros(0, dtype=np.int64),
+    np.zeros(0),
+    np.zeros(0, dtype=np.int64),
+    np.zeros(0, dtype=np.int64),
+    np.zeros(0),
+)
 
 
 class Grounds(NamedTuple):
@@ -111,8 +119,7 @@ class Choice:
     forced: bool
     """Whether the cheapest candidate, had it been free, lies on another side."""
     grounds: Grounds = field(repr=False)
-    tried: Sequence[TriedTier] = field(default=(), repr=False)
-    """In the order in which verification looked at them."""
+    tried: Tried = field(default=NOTHING_TRIED, repr=False)
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
 
@@ -127,7 +134,7 @@ class Choice:
         basis: Basis,
         margin_m: float,
         below_threshold: int = 0,
-        tried: Sequence[TriedTier] = (),
+        tried: Tried = NOTHING_TRIED,
     ) -> Choice:
         """The choice of candidate `best` with a margin, after verification has tried others."""
         side = int(candidates.sides[best])
@@ -194,21 +201,29 @@ class Choice:
     @cached_property
     def ruled_out(self) -> tuple[RuledOut, ...]:
         """The cheapest of those that verification ruled out."""
-        each = (ruled_out for tier in self.tried for ruled_out in tier.ruled_out())
-        return tuple(islice(each, RULED_OUT_KEPT))
+        tried = self.tried
+        return tuple(
+            RuledOut(
+                int(node),
+                float(cost_m),
+                CAUSES[tried.causes[at]],
+                int(tried.cause_index[at]),
+                float(tried.shortfall_m[at]),
+            )
+            for at, (node, cost_m) in enumerate(zip(tried.nodes, tried.cost_m, strict=True))
+        )
 
     @property
     def is_first(self) -> bool:
         """Whether verification ruled none out."""
-        return not any(len(tier.nodes) for tier in self.tried)
+        return not len(self.tried.causes)
 
     @cached_property
     def ruled_out_by(self) -> dict[str, int]:
         """Number that verification ruled out, by cause."""
         if self.is_first:
             return {}
-        causes = np.concatenate([tier.verification.causes for tier in self.tried])
-        counts = np.bincount(causes, minlength=len(Cause)).tolist()
+        counts = np.bincount(self.tried.causes, minlength=len(Cause)).tolist()
         return {
             cause.name.lower(): counts[cause]
             for cause in (Cause.POINT, Cause.MAP, Cause.INTRUDER)

@@ -198,21 +198,44 @@ def curved_distance_to_go(
     as much as it will, and what is too steep the turns that lead away from it and back. Else to
     wait below would cost less than to climb, at every decision anew.
     """
-    steepest = automaton.steepest_rad
-    radius = automaton.turning_radius_m
-    climbs_level = automaton.keeps_attitude or automaton.pairs is not None
-    pitches = np.isfinite(radius) and not climbs_level
-    return _to_go(
+    return cost_to_go(
         reach_set.states,
         reach_set.parent,
         reach_set.length_m,
         nodes,
         reach_set.start_pitch_rad,
         arrived.reached,
-        goal.target_m,
-        goal.next_m,
-        goal.reach_radius_m,
-        (radius, radius if pitches else 0.0, automaton.spot_turn_m_per_rad),
+        goal,
+        turns_and_climbs(automaton, prices),
+    )
+
+
+class TurnsAndClimbs(NamedTuple):
+    """What the default cost to go asks of a vehicle."""
+
+    radius_m: float
+    """Of its turns in flight."""
+    pitching_m: float
+    """Likewise, for turns of pitch; 0 where they cost nothing."""
+    spot_m_per_rad: float
+    """What a turn on the spot costs; inf where there is none."""
+    stays_level: bool
+    steepest_rad: float
+    climbing: Climbing
+    ahead_only: bool
+    """Whether it climbs only on its way ahead."""
+
+
+def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> TurnsAndClimbs:
+    """prices: as of `curved_distance_to_go`."""
+    steepest = automaton.steepest_rad
+    radius = automaton.turning_radius_m
+    climbs_level = automaton.keeps_attitude or automaton.pairs is not None
+    pitches = np.isfinite(radius) and not climbs_level
+    return TurnsAndClimbs(
+        float(radius),
+        float(radius) if pitches else 0.0,
+        float(automaton.spot_turn_m_per_rad),
         automaton.stays_level,
         STEEPEST_PITCH_RAD if steepest is None else max(steepest, SLIGHTEST_PITCH_RAD),
         (0.0, 0.0) if prices is None else _climbing(automaton, prices),
@@ -334,29 +357,22 @@ def _climbed(
 
 
 @compiled
-def _to_go(
+def cost_to_go(
     states: FloatArray,
     parent: IndexArray,
     length_m: FloatArray,
     nodes: IntArray,
     start_pitch: float,
     reached: BoolArray,
-    target: FloatArray,
-    following: FloatArray,
-    reach_radius: float,
-    turning: tuple[float, float, float],
-    stays_level: bool,
-    steepest: float,
-    climbing: Climbing,
-    ahead_only: bool,
+    to: Goal,
+    able: TurnsAndClimbs,
 ) -> FloatArray:
-    """turning: radius in flight, what a turn of pitch takes, and cost per radian on the spot.
-
-    climbing: what a metre of height costs, and a radian of turns below a steep goal. ahead_only:
-    whether that is how it climbs.
-    """
+    """[n] `curved_distance_to_go` from the ends of nodes [n]."""
     result = np.empty(len(nodes))
-    radius, pitching, spot = turning
+    target, following, reach_radius = to.target_m, to.next_m, to.reach_radius_m
+    radius, pitching, spot = able.radius_m, able.pitching_m, able.spot_m_per_rad
+    stays_level, ahead_only = able.stays_level, able.ahead_only
+    steepest, climbing = able.steepest_rad, able.climbing
     cos_start, sin_start = np.cos(start_pitch), np.sin(start_pitch)
     sin_steepest, tan_steepest = np.sin(steepest), np.tan(steepest)
     leg = np.sqrt(np.sum((following - target) ** 2))

@@ -10,18 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.assess import Assessment, assess_situation
-from clearway.avoidance.candidates import Candidates, Commitment, price_candidates
+from clearway.avoidance.assess import assess_situation
+from clearway.avoidance.at_hand import BeforeChoice, Priced, priced, priced_in_steps
+from clearway.avoidance.candidates import Candidates, Commitment
 from clearway.avoidance.choice import choose_by_rules, pick
 from clearway.avoidance.chosen import Choice
-from clearway.avoidance.costs import Goal, arrival, price_of
+from clearway.avoidance.costs import price_of
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.floor import above_floor
-from clearway.avoidance.fusion import untouched
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.in_force import InForce, in_force
 from clearway.avoidance.leaving import ChooseAmong, Leaving, Taken
@@ -35,24 +34,10 @@ from clearway.avoidance.way_out import Escape, Narrow
 from clearway.avoidance.way_out_terms import carried_m
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import IntArray
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 """How much of what intruders may do is kept clear of, the most that leaves a way."""
-
-
-class BeforeChoice(NamedTuple):
-    """All that is known at a decision before anything is chosen."""
-
-    planner: Planner
-    situation: Situation
-    before: Commitment
-    prepared: PreparedReachSet
-    """What can be flown from here."""
-    known: Assessment
-    goal: Goal
 
 
 @keywords_beyond_two
@@ -75,21 +60,47 @@ def decide(
     True
     """
     _check_grids(planner, situation)
-    before, prepared = commitment or Commitment(), _from_here(planner, situation)
+    at_hand = _at_hand(planner, situation, commitment or Commitment())  # (4.17), (4.22), (4.23)
+    near, before = at_hand.known.near, at_hand.before
+    rules = in_force(planner, situation, at_hand.prepared, at_hand.goal, near, before)
+    found = priced(at_hand, rules.ruling)  # (4.6)
+    leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found.looked))
+    taken = _taken(leaving, near.hazards, stays=before.stays)
+    return _decision(at_hand, leaving.ways, rules, taken)
+
+
+def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool = False) -> None:
+    """Load the loops that are called one by one where a choice is not made in one call.
+
+    none_passes: as of `choice.pick`.
+    """
+    at_hand = _at_hand(planner, situation, Commitment())
+    found, known, settings = priced_in_steps(at_hand), at_hand.known, planner.settings
+    pick(
+        at_hand.prepared,
+        known.reach,
+        found.candidates,
+        known.near.hazards,
+        margin_m=known.near.margin_m,
+        threshold=settings.threshold,
+        verify=settings.verify,
+        none_passes=none_passes,
+        looked=found.looked,
+    )
+
+
+def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:
+    """What is known, and what can be flown: all that comes before a choice."""
+    prepared = _from_here(planner, situation)
     known = assess_situation(
         planner,
         situation,
         prepared.reach_set,
         reach_m=max(prepared.reach_m, planner.escape_reach_m + carried_m(planner, situation)),
         horizon_s=planner.horizon_s,
-    )  # (4.17), (4.22), (4.23)
+    )
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    at_hand = BeforeChoice(planner, situation, before, prepared, known, goal)
-    candidates = _candidates(at_hand)  # (4.6)
-    rules = in_force(planner, situation, prepared, goal, known.near, before)
-    leaving = _leaving(at_hand, candidates, _choosing(at_hand, rules.ruling))
-    taken = _taken(leaving, known.near.hazards, stays=before.stays)
-    return _decision(at_hand, leaving.ways, rules, taken)
+    return BeforeChoice(planner, situation, before, prepared, known, goal)
 
 
 def _check_grids(planner: Planner, situation: Situation) -> None:
@@ -127,31 +138,9 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
     return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
 
 
-def _candidates(at_hand: BeforeChoice) -> Candidates:
-    """The complete trajectories with their costs, (4.6)."""
-    planner, prepared, known, goal = at_hand.planner, at_hand.prepared, at_hand.known, at_hand.goal
-    arrived = arrival(prepared.reach_set, goal)
-
-    def to_go(nodes: IntArray) -> FloatArray:
-        return planner.terminal_cost(prepared.reach_set, nodes, goal, arrived, planner.automaton)
-
-    return price_candidates(
-        prepared,
-        known.reach,
-        untouched(prepared.reach_set, known.cells.evidence.coated),  # def. 6
-        goal,
-        arrived,
-        to_go,
-        planner.prices,
-        at_hand.before,
-        known.near.hazards.moving,
-    )
-
-
-def _choosing(at_hand: BeforeChoice, ruling: Ruling | None) -> ChooseAmong:
+def _choosing(at_hand: BeforeChoice, ruling: Ruling | None, looked: KnownClearances) -> ChooseAmong:
     """The choice among some candidates clear of some hazards, by a share of the margin."""
     settings, prepared, known = at_hand.planner.settings, at_hand.prepared, at_hand.known
-    looked = KnownClearances(prepared.paths)
 
     def pick_clear_of(
         hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
@@ -177,7 +166,7 @@ def _choosing(at_hand: BeforeChoice, ruling: Ruling | None) -> ChooseAmong:
     return choose_among
 
 
-def _leaving(at_hand: BeforeChoice, candidates: Candidates, choose_among: ChooseAmong) -> Leaving:
+def _leaving(at_hand: BeforeChoice, found: Priced, choose_among: ChooseAmong) -> Leaving:
     """The choice among candidates that leave a way out, as far as one is asked for."""
     planner, before, prepared = at_hand.planner, at_hand.before, at_hand.prepared
     settings, near, ways = planner.settings, at_hand.known.near, None
@@ -188,7 +177,7 @@ def _leaving(at_hand: BeforeChoice, candidates: Candidates, choose_among: Choose
     return Leaving(
         prepared,
         at_hand.known.reach,
-        candidates,
+        found.candidates,
         choose_among,
         at_hand.goal,
         ways,
@@ -197,6 +186,7 @@ def _leaving(at_hand: BeforeChoice, candidates: Candidates, choose_among: Choose
         narrow_price_m=price_of(planner.prices.no_room) * prepared.step_m if allowed else np.inf,
         thin=settings.smallest_object_m is not None,
         had_certain=before.had_certain or (held is not None and held.certain),
+        best=found.best,
     )
 
 

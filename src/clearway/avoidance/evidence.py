@@ -21,9 +21,12 @@ from clearway.avoidance.hazards import (
 )
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.situation import Situation, margin_m, margin_slope
+from clearway.base.brief import brief
+from clearway.base.compiled import plain
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
+from clearway.base.state import BoolArray
 from clearway.obstacles.cells import base_probability
 from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle import Shapes
@@ -108,29 +111,75 @@ def in_reach(
     return InReach(frame, margin, hazards, intruders)
 
 
-def gather_evidence(
+class Sources(NamedTuple):
+    """What each source says of every cell, in arrays of one kind for compiled loops."""
+
+    detected: FloatArray
+    """[cells] P_OD (5.38)."""
+    visibility: FloatArray
+    """[cells] P_V (5.47)."""
+    seen: BoolArray
+    """[cells] as of `fusion.Evidence`."""
+    map_base: FloatArray
+    """[cells] (5.53)."""
+    intruder: FloatArray
+    """[cells] P_OI (5.37)."""
+    coated_by_map: BoolArray
+    """[cells] that the margin around shapes reaches into."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+    def evidence(self, grid: AvoidanceGrid, coated: BoolArray) -> Evidence:
+        """All together; coated: [cells] by points and by shapes."""
+        return Evidence(
+            grid,
+            self.detected,
+            self.visibility,
+            self.map_base,
+            self.intruder,
+            coated,
+            self.seen,
+        )
+
+
+def sources_of(
     terms: Terms, situation: Situation, near: InReach, cells: Sequence[IntruderCells]
-) -> Evidence:
-    """Per-cell evidence of all sources: sensors 5.2 and 5.3, map 5.4, intruders 5.1, coating."""
-    grid, hazards, margin = terms.grid, near.hazards, near.margin_m
+) -> Sources:
+    """Per-cell evidence of each source: sensors 5.2 and 5.3, map 5.4, intruders 5.1."""
+    grid, shapes = terms.grid, near.hazards.shapes
     map_base = intruder = np.zeros(grid.cells)
+    coated_by_shapes = np.zeros(grid.cells, dtype=np.bool_)
     if situation.detections:
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
         detected, visibility, seen = sensed.detected, sensed.visibility, sensed.seen
     else:
         free = Evidence.free(grid)
         detected, visibility, seen = free.detected, free.visibility, free.seen
-    coated = coated_by_points(grid, hazards.points.position_m, hazards.points.radius_m + margin)
-    if len(hazards.shapes.radius_m):
-        map_base = base_probability(hazards.shapes, grid, terms.settings.accuracy)
-        coated = coated | coated_by_map(hazards.shapes, grid, margin)
+    if len(shapes.radius_m):
+        map_base = base_probability(shapes, grid, terms.settings.accuracy)
+        coated_by_shapes = coated_by_map(shapes, grid, near.margin_m)
     if cells:
         intruder = (
             cells[0].probability
             if len(cells) == 1
             else combine_intruders(np.concatenate([one.each for one in cells]))
         )  # (5.37)
-    return Evidence(grid, detected, visibility, map_base, intruder, coated, seen)
+    return Sources(
+        plain(detected),
+        plain(visibility),
+        plain(seen, np.bool_),
+        plain(map_base),
+        plain(intruder),
+        plain(coated_by_shapes, np.bool_),
+    )
+
+
+def coated_cells(terms: Terms, near: InReach, sources: Sources) -> BoolArray:
+    """[cells] that the margin around points and shapes reaches into (def. 5, def. 6)."""
+    points = near.hazards.points
+    radii = points.radius_m + near.margin_m
+    return coated_by_points(terms.grid, points.position_m, radii) | sources.coated_by_map
 
 
 def intruder_cells(

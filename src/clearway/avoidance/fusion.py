@@ -81,7 +81,7 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
     unless the map fills it or unknown space counts as blocked.
     """
     del obstacle
-    return _total(
+    return total_of(
         evidence.detected,
         evidence.visibility,
         evidence.map_base,
@@ -91,13 +91,14 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
 
 
 @compiled
-def _total(
+def total_of(
     detected: FloatArray,
     visibility: FloatArray,
     map_base: FloatArray,
     intruder: FloatArray,
     unknown: FloatArray,
 ) -> FloatArray:
+    """The rating `total` of every cell."""
     rating = np.empty(len(detected))
     for cell in range(len(detected)):
         seen_free = visibility[cell] - detected[cell]
@@ -184,7 +185,7 @@ def assess_cells(
     unknown: how far hidden space counts as blocked, u in [0, 1]; unknown_unseen: the same for
     columns without any beam.
     """
-    map_probability, obstacle, unknown_cells = _obstacle(
+    map_probability, obstacle, unknown_cells = obstacle_of(
         evidence.detected,
         evidence.visibility,
         evidence.map_base,
@@ -199,7 +200,7 @@ def assess_cells(
 
 
 @compiled
-def _obstacle(
+def obstacle_of(
     detected: FloatArray,
     visibility: FloatArray,
     map_base: FloatArray,
@@ -287,7 +288,7 @@ def rate_reach_set(
 
     cell_rating: [cells] of the reach set's grid.
     """
-    node_rating, feasibility = _rate(
+    node_rating, feasibility = rate_nodes(
         reach_set.parent,
         reach_set.cell_start,
         reach_set.cell_index,
@@ -299,13 +300,14 @@ def rate_reach_set(
 
 def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
     """[nodes] paths that pass no coated cell from the start to the end of the node (def. 6)."""
-    return _untouched(reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated)
+    return untouched_nodes(reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated)
 
 
 @compiled
-def _untouched(
+def untouched_nodes(
     parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, coated: BoolArray
 ) -> BoolArray:
+    """[nodes] `untouched`."""
     clear = np.ones(len(parent), dtype=np.bool_)
     for n in range(len(parent)):
         if parent[n] >= 0 and not clear[parent[n]]:
@@ -319,7 +321,7 @@ def _untouched(
 
 
 @compiled
-def _rate(
+def rate_nodes(
     parent: IndexArray,
     cell_start: IndexArray,
     cell_index: IndexArray,

@@ -73,6 +73,8 @@ class Leaving:
     """Whether thin things are declared, which show late."""
     had_certain: bool = False
     """As of `Commitment`."""
+    best: Choice | None = None
+    """The best of all candidates with the whole margin, where that was found with them."""
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
@@ -82,7 +84,7 @@ class Leaving:
         narrow: Choice | None = None
         bold: Taken | None = None
         while len(allowed.nodes):
-            choice = self.choose_among(hazards, allowed, 1.0)
+            choice = self._best(hazards, allowed)
             best = best or choice
             if self.ways is None or choice.basis is Basis.EMERGENCY:
                 break
@@ -109,6 +111,13 @@ class Leaving:
         if self.ways is not None and best.basis is not Basis.EMERGENCY:
             best = replace(best, basis=Basis.NO_LOITER)
         return Taken(best, hazards, banned=tuple(banned), leaves=self.ways is None)
+
+    def _best(self, hazards: Hazards, allowed: Candidates) -> Choice:
+        """The best of some candidates; of all it may be known already."""
+        best = self.best
+        if best is not None and allowed is self.candidates and hazards is best.grounds.hazards:
+            return best
+        return self.choose_among(hazards, allowed, 1.0)
 
     def stay(self, hazards: Hazards) -> Taken | None:
         """The way out in hand, or a fresh one, flown for its own sake; None where none keeps the

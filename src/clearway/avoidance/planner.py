@@ -14,8 +14,10 @@ from clearway.avoidance.costs import (
     Prices,
     StageCost,
     TerminalCost,
+    TurnsAndClimbs,
     curved_distance_to_go,
     length_and_prices,
+    turns_and_climbs,
 )
 from clearway.avoidance.fusion import Rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
@@ -254,6 +256,18 @@ class Planner:
         return self.settings.prices.suited(
             can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
         )
+
+    @cached_property
+    def turns_and_climbs(self) -> TurnsAndClimbs | None:
+        """What the default cost to go asks of the vehicle; None where the user has an own cost."""
+        cost = self.terminal_cost
+        if cost is curved_distance_to_go:
+            return turns_and_climbs(self.automaton, None)
+        if not isinstance(cost, partial) or cost.func is not curved_distance_to_go or cost.args:
+            return None
+        if not set(cost.keywords) <= {"prices"}:
+            return None
+        return turns_and_climbs(self.automaton, cost.keywords.get("prices"))
 
     @cached_property
     def speed_mps(self) -> float:

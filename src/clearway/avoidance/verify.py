@@ -103,6 +103,10 @@ class KnownClearances:
             self._known[asked] = hazards, np.full((len(self.paths.parent), 3), np.nan)
         return self._known[asked][1]
 
+    def note(self, hazards: Hazards, margin_m: float, known: FloatArray) -> None:
+        """Take over what somebody else has found; known: as of `at`."""
+        self._known[id(hazards), margin_m] = hazards, known
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoomPrice:
@@ -138,7 +142,7 @@ def first_clear(
     if known is None:
         known = np.full((len(paths.parent), 3), np.nan)
     return Verification(
-        *_first_clear(
+        *first_clear_of(
             paths,
             candidates,
             hazards.bins,
@@ -272,7 +276,7 @@ def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
 
 
 @compiled
-def _first_clear(
+def first_clear_of(
     paths: Paths,
     candidates: IntArray,
     bins: PointBins,
@@ -284,6 +288,7 @@ def _first_clear(
     price: FloatArray,
     known: FloatArray,
 ) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
+    """The values of `Verification`; cost, price: [candidates] as of `RoomPrice`."""
     nodes, tried = len(paths.parent), len(candidates)
     circling = np.full((nodes, 3), np.nan)
     room = movement_room(paths, shapes)

@@ -57,6 +57,16 @@ def _kept(function: Function, *, counts: bool, written_in: bool = False) -> Func
     return cast(Function, dispatcher)
 
 
+def plain(values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:
+    """An array of the kind that compiled loops mostly get: writable, C-contiguous, of a type.
+
+    For what may be anybody's: of another kind, a loop would be compiled anew. Copies only then.
+    """
+    if values.flags.carray and values.dtype == dtype:
+        return values
+    return np.array(values, dtype=dtype, order="C")
+
+
 def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """A C-contiguous float64 view that cannot be written: one array type for compiled loops.
 

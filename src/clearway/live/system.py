@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.decide import decide
+from clearway.avoidance.decide import decide, warm_up_steps
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
@@ -34,7 +34,12 @@ from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
+from clearway.live.warm_up import (
+    is_new,
+    warm_up_moments,
+    warm_up_more,
+    with_something_near,
+)
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Lidar, Scan
 from clearway.sensors.detection import Rule
@@ -280,6 +285,7 @@ class AvoidanceSystem:
             trial.update(reading)
         with suppress(ClearwayError):  # Of a user's own code: flight will tell.
             trial.decide(time_s)
+            warm_up_steps(self.planner, trial.situation(time_s)[0])
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""

@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from clearway.avoidance.decide import warm_up_steps
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.passing import Meetings
 from clearway.avoidance.planner import Planner
@@ -101,9 +102,10 @@ def with_something_near(
 
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
-    """Compile and load what only some decisions ask for: several intruders, sides of passing, ways
-    out."""
+    """Compile and load what only some decisions ask for: several intruders, rules by which nothing
+    passes, sides of passing, ways out."""
     combine_intruders(np.zeros((2, planner.grid.cells)))
+    warm_up_steps(planner, situation, none_passes=True)
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
     names = near.intruders.names
     reach_set = planner.prepared_at(situation.state).reach_set

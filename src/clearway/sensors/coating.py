@@ -26,7 +26,7 @@ def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayL
     if not len(points_m):
         return np.zeros(grid.cells, dtype=np.bool_)
     points = read_only(points_m)
-    return _coated(points, _radii(radius_m, len(points)), grid.edges)
+    return coated_by(points, _radii(radius_m, len(points)), grid.edges)
 
 
 def thin_points(
@@ -49,7 +49,8 @@ def _radii(radius_m: npt.ArrayLike, count: int) -> FloatArray:
 
 
 @compiled
-def _coated(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArray:
+def coated_by(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArray:
+    """[cells] cells that meet any ball of a radius [m] around a point [m, 3]."""
     columns = len(edges.azimuth_rad) - 1
     cells = (len(edges.range_m) - 1) * columns * (len(edges.elevation_rad) - 1)
     coated = np.zeros(cells, dtype=np.bool_)

@@ -20,7 +20,8 @@ from clearway.base.state import BoolArray, IntArray, State, frozen_array
 from clearway.base.variants import Variants
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.returns import REASONS, Filters, bin_returns, kept_returns
+from clearway.sensors.returns import REASONS, Filters, kept_returns
+from clearway.sensors.scan_cells import detected_in, share_of
 from clearway.sensors.standing import combine_rule_named
 from clearway.sensors.visibility import surface_probability, visible_behind
 
@@ -159,15 +160,23 @@ def detect(
     Raises ClearwayError for a rule that does not exist.
     """
     hits_to_probability = RULES.named(rule)
-    filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
+    if grid_from_body is None and ground is None:
+        filters = _filters_at_scan(lidar)
+    else:
+        filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
     beams = count_beams(grid, lidar.pattern, filters.rotation)
-    found = bin_returns(scan.points_m, filters, cell_tables(grid))
-    hindrance, visibility = _hindrance(
-        found.hindering, found.blocked, beams, _layers_within(grid, lidar.pattern.max_range_m)
+    found = detected_in(
+        scan.points_m,
+        filters,
+        cell_tables(grid),
+        beams,
+        _layers_within(grid, lidar.pattern.max_range_m),
     )
-    probability = hits_to_probability(
-        grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2
-    )
+    probability = found.share
+    if hits_to_probability is not _ratio:
+        probability = hits_to_probability(
+            grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2
+        )
     return Detection.trusted(
         grid=grid,
         sensor=lidar.name,
@@ -175,8 +184,8 @@ def detect(
         hits=found.hits,
         beams=beams,
         probability=probability,
-        hindrance=hindrance,
-        visibility=visibility,
+        hindrance=found.hindrance,
+        visibility=found.visibility,
         unplaced=(scan.points_m, filters),
         counts=MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
         weight=lidar.standing.weight,
@@ -266,6 +275,12 @@ def _filters(
 
 
 @lru_cache(maxsize=16)
+def _filters_at_scan(lidar: Lidar) -> Filters:
+    """Where nothing has moved since the scan, and no ground is told; of the last few sensors."""
+    return _filters(lidar, IDENTITY, NO_GROUND)
+
+
+@lru_cache(maxsize=16)
 def _layers_within(grid: AvoidanceGrid, range_m: float) -> int:
     """Layers that begin within a sensor's range."""
     return int(np.searchsorted(grid.range_edges_m[:-1], range_m * (1.0 - 1e-10)))
@@ -285,7 +300,7 @@ def _ratio(
 ) -> FloatArray:
     """Hits by beams of the column (5.41)."""
     del grid, squared, area_m2
-    return _share(hits, beams)
+    return share_of(hits, beams)
 
 
 def _surface(
@@ -301,31 +316,6 @@ RULES: Variants[HitsToProbability] = Variants(
     "detection rule", {"ratio": _ratio, "surface": _surface}
 )
 """How hits become P_OD; `detect` takes the name."""
-
-
-@compiled
-def _share(hits: IntArray, beams: IntArray) -> FloatArray:
-    """[cells] hits of the column's beams that ended in the cell, within [0, 1]."""
-    columns = len(beams)
-    share = np.zeros(len(hits))
-    for cell in range(len(hits)):
-        count = beams[cell % columns]
-        if count > 0 and hits[cell] > 0:
-            share[cell] = min(1.0, hits[cell] / count)
-    return share
-
-
-@compiled
-def _hindrance(
-    hindering: IntArray, blocked: IntArray, beams: IntArray, layers_in_range: int
-) -> tuple[FloatArray, FloatArray]:
-    """Hindrance and visibility [cells]; beams that the own airframe stops see no cell at all."""
-    hindrance = _share(hindering, beams)
-    start = np.zeros(len(beams))
-    for column in range(len(beams)):
-        if beams[column] > 0:
-            start[column] = max(0.0, 1.0 - blocked[column] / beams[column])
-    return hindrance, visible_behind(hindrance, start, layers_in_range)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,86 @@
+"""From the returns of a scan to what it says of every cell, in one compiled call."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.brief import brief
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.sensors.binning import CellTables
+from clearway.sensors.returns import Filters, bin_returns
+from clearway.sensors.visibility import visible_behind
+
+
+class DetectedCells(NamedTuple):
+    """What a scan says of every cell."""
+
+    hits: IntArray
+    """[cells] |H| of (5.40)."""
+    squared_ranges_m2: FloatArray
+    """[cells] sum over the hits."""
+    counts: IntArray
+    """[REASONS]"""
+    share: FloatArray
+    """[cells] P_OL (5.41)."""
+    hindrance: FloatArray
+    """[cells] as of `Detection`."""
+    visibility: FloatArray
+    """[cells] P_V (5.47)."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+@compiled
+def detected_in(
+    points: FloatArray,
+    filters: Filters,
+    tables: CellTables,
+    beams: IntArray,
+    layers_in_range: int,
+) -> DetectedCells:
+    """From the returns [n, 3] of a scan, sensor frame, to what it says of the cells.
+
+    beams: [columns * rows] |L| of (5.39).
+    """
+    found = bin_returns(points, filters, tables)  # (5.40)
+    hindrance, visibility = hindrance_of(
+        found.hindering, found.blocked, beams, layers_in_range
+    )  # (5.42), (5.47)
+    return DetectedCells(
+        found.hits,
+        found.squared_ranges_m2,
+        found.counts,
+        share_of(found.hits, beams),  # (5.41)
+        hindrance,
+        visibility,
+    )
+
+
+@compiled
+def share_of(hits: IntArray, beams: IntArray) -> FloatArray:
+    """[cells] hits of the column's beams that ended in the cell, within [0, 1]."""
+    columns = len(beams)
+    share = np.zeros(len(hits))
+    for cell in range(len(hits)):
+        count = beams[cell % columns]
+        if count > 0 and hits[cell] > 0:
+            share[cell] = min(1.0, hits[cell] / count)
+    return share
+
+
+@compiled
+def hindrance_of(
+    hindering: IntArray, blocked: IntArray, beams: IntArray, layers_in_range: int
+) -> tuple[FloatArray, FloatArray]:
+    """Hindrance and visibility [cells]; beams that the own airframe stops see no cell at all."""
+    hindrance = share_of(hindering, beams)
+    start = np.zeros(len(beams))
+    for column in range(len(beams)):
+        if beams[column] > 0:
+            start[column] = max(0.0, 1.0 - blocked[column] / beams[column])
+    return hindrance, visible_behind(hindrance, start, layers_in_range)
