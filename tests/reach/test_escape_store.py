@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from clearway.reach.escape_store import FoundWays, load_or_search, search
 from clearway.reach.legs import Legs, legs_from_level
 from clearway.reach.standard import standard_automata
 from clearway.reach.store import SHIPPED
-from clearway.reach.ways import BEGINNINGS, Ways
+from clearway.reach.ways import MOST_CHANGES, MOST_DEPTH, Ways
 from clearway.vehicle.automaton import MovementAutomaton
 
 OTHER = MovementAutomaton.plane(turn_step_deg=30.0)
@@ -112,14 +112,10 @@ def test_beginnings_come_by_their_length_and_change_no_oftener_than_allowed():
         assert ways.parent[at] < at
         movements, pose = flown(ways, legs, at)
         lengths.append(len(movements))
-        changes = len(movements) and 1 + sum(a != b for a, b in itertools.pairwise(movements))
-        assert any(changes <= most and len(movements) <= depth for most, depth in BEGINNINGS)
+        changes = min(len(movements), 1) + sum(a != b for a, b in pairwise(movements))
+        assert changes <= MOST_CHANGES
+        assert len(movements) <= MOST_DEPTH
         places.add((*np.round(pose, 3).tolist(), int(ways.attitude[at])))
     assert lengths == sorted(lengths)
     assert len(places) == len(lengths)
     assert np.all(np.diff(ways.begins) >= 0)
-    # Three changes are allowed in short ones, and lead where two do not.
-    assert any(
-        len(movements) == 4 and len(set(itertools.pairwise(movements))) == 3
-        for movements in (flown(ways, legs, at)[0] for at in range(len(lengths)))
-    )
