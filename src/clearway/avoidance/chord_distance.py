@@ -10,10 +10,12 @@ from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import distance_beyond, local_point
+from clearway.obstacles.rounded_box import distance_beyond, local_point, local_vector
 
 TERNARY_STEPS = 24
 """Cuts of a chord by a third each: enough for 1e-4 of its length."""
+DOUBT = 1e-12
+"""More than rounding takes from a distance, as a share of all the lengths that it comes from."""
 
 
 @borrowing
@@ -75,7 +77,8 @@ def shape_chord_distance(
 
     Balls and capsules have a closed form. A rounded box is convex, so its distance along a straight
     line is too: a ternary search finds the smallest, and ends where what is left of the segment is
-    too short to come below `enough`.
+    too short to come below `enough`. It goes along the segment in the shape's own axes, and looks
+    more closely where rounding could lead it another way.
     """
     half = shapes.half_m[s]
     if (half[0] > 0.0) + (half[1] > 0.0) + (half[2] > 0.0) <= 1:
@@ -85,19 +88,51 @@ def shape_chord_distance(
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if 0.5 * (at_a + at_b - length) >= enough:
         return min(at_a, at_b)
-    low, high = 0.0, 1.0
+    center, turn, radius = shapes.center_m[s], shapes.rotation[s], shapes.radius_m[s]
+    x, y, z = local_point(a[0], a[1], a[2], center, turn)
+    ux, uy, uz = local_vector(dx, dy, dz, turn)
+    doubt = _doubt(a, b, center, half, radius)
+    low, high, ends = 0.0, 1.0, min(at_a, at_b)
     for _ in range(TERNARY_STEPS):
         first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
-        at_first = _distance_at(a, b, first, shapes, s)
-        at_second = _distance_at(a, b, second, shapes, s)
+        at_first = _beside(x + first * ux, y + first * uy, z + first * uz, half) - radius
+        at_second = _beside(x + second * ux, y + second * uy, z + second * uz, half) - radius
         farthest = SURELY * (high - second) * length
-        if min(at_first, at_second) - farthest >= enough and min(at_a, at_b) >= enough:
-            return min(at_a, at_b)
+        beyond = min(at_first, at_second) - farthest - enough
+        if abs(at_first - at_second) <= doubt or abs(beyond) <= doubt:
+            at_first = _distance_at(a, b, first, shapes, s)
+            at_second = _distance_at(a, b, second, shapes, s)
+            beyond = min(at_first, at_second) - farthest - enough
+        if beyond >= 0.0 and ends >= enough:
+            return ends
         if at_first < at_second:
             high = second
         else:
             low = first
-    return min(at_a, at_b, _distance_at(a, b, 0.5 * (low + high), shapes, s))
+    return min(ends, _distance_at(a, b, 0.5 * (low + high), shapes, s))
+
+
+@borrowing
+def _beside(x: float, y: float, z: float, half: FloatArray) -> float:
+    """Distance of a local point from a box before it is inflated: beside one face without a root,
+    and so but for rounding that of `box_distance`."""
+    qx, qy, qz = abs(x) - half[0], abs(y) - half[1], abs(z) - half[2]
+    nearest_face: float = max(qx, max(qy, qz))
+    if max(min(qx, qy), min(max(qx, qy), qz)) <= 0.0:
+        return nearest_face
+    ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
+    return math.sqrt(ox * ox + oy * oy + oz * oz)
+
+
+@borrowing
+def _doubt(
+    a: FloatArray, b: FloatArray, center: FloatArray, half: FloatArray, radius: float
+) -> float:
+    """Metres by which distances from a chord worked out in a shape's axes may be off, and more."""
+    size = radius
+    for axis in range(3):
+        size += abs(a[axis]) + abs(b[axis]) + abs(center[axis]) + half[axis]
+    return DOUBT * size
 
 
 @borrowing
