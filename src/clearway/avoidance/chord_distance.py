@@ -10,7 +10,7 @@ from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import distance_beyond, local_point, local_vector
+from clearway.obstacles.rounded_box import local_point, local_vector
 
 TERNARY_STEPS = 24
 """Cuts of a chord by a third each: enough for 1e-4 of its length."""
@@ -58,7 +58,7 @@ def chord_distance2(
 
 
 @borrowing
-def _distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
+def distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
     """Distance of shape `s` from the point at a share of the segment a-b."""
     return shape_distance(
         a[0] + share * (b[0] - a[0]),
@@ -83,7 +83,7 @@ def shape_chord_distance(
     half = shapes.half_m[s]
     if (half[0] > 0.0) + (half[1] > 0.0) + (half[2] > 0.0) <= 1:
         return _capsule_chord_distance(a, b, shapes, s)
-    at_a, at_b = _distance_at(a, b, 0.0, shapes, s), _distance_at(a, b, 1.0, shapes, s)
+    at_a, at_b = distance_at(a, b, 0.0, shapes, s), distance_at(a, b, 1.0, shapes, s)
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if 0.5 * (at_a + at_b - length) >= enough:
@@ -91,7 +91,7 @@ def shape_chord_distance(
     center, turn, radius = shapes.center_m[s], shapes.rotation[s], shapes.radius_m[s]
     x, y, z = local_point(a[0], a[1], a[2], center, turn)
     ux, uy, uz = local_vector(dx, dy, dz, turn)
-    doubt = _doubt(a, b, center, half, radius)
+    doubt = chord_doubt(a, b, shapes, s)
     low, high, ends = 0.0, 1.0, min(at_a, at_b)
     for _ in range(TERNARY_STEPS):
         first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
@@ -100,8 +100,8 @@ def shape_chord_distance(
         farthest = SURELY * (high - second) * length
         beyond = min(at_first, at_second) - farthest - enough
         if abs(at_first - at_second) <= doubt or abs(beyond) <= doubt:
-            at_first = _distance_at(a, b, first, shapes, s)
-            at_second = _distance_at(a, b, second, shapes, s)
+            at_first = distance_at(a, b, first, shapes, s)
+            at_second = distance_at(a, b, second, shapes, s)
             beyond = min(at_first, at_second) - farthest - enough
         if beyond >= 0.0 and ends >= enough:
             return ends
@@ -109,7 +109,7 @@ def shape_chord_distance(
             high = second
         else:
             low = first
-    return min(ends, _distance_at(a, b, 0.5 * (low + high), shapes, s))
+    return min(ends, distance_at(a, b, 0.5 * (low + high), shapes, s))
 
 
 @borrowing
@@ -125,35 +125,13 @@ def _beside(x: float, y: float, z: float, half: FloatArray) -> float:
 
 
 @borrowing
-def _doubt(
-    a: FloatArray, b: FloatArray, center: FloatArray, half: FloatArray, radius: float
-) -> float:
-    """Metres by which distances from a chord worked out in a shape's axes may be off, and more."""
-    size = radius
+def chord_doubt(a: FloatArray, b: FloatArray, shapes: Shapes, s: int) -> float:
+    """Metres by which distances of the segment a-b worked out in the axes of shape `s` may be off,
+    and more."""
+    size = shapes.radius_m[s]
     for axis in range(3):
-        size += abs(a[axis]) + abs(b[axis]) + abs(center[axis]) + half[axis]
-    return DOUBT * size
-
-
-@borrowing
-def box_bound(corners: FloatArray, shapes: Shapes, s: int) -> float:
-    """No point of the way through corners [n, 3] is nearer to shape `s`: how far the box around the
-    corners, along the shape's own axes, is from the shape. Tight for what is large or flat."""
-    center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
-    lx, ly, lz = local_point(corners[0, 0], corners[0, 1], corners[0, 2], center, turn)
-    hx, hy, hz = lx, ly, lz
-    for q in range(1, len(corners)):
-        x, y, z = local_point(corners[q, 0], corners[q, 1], corners[q, 2], center, turn)
-        lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
-        hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
-    return float(
-        distance_beyond(
-            max(lx, max(-hx, 0.0)) - half[0],
-            max(ly, max(-hy, 0.0)) - half[1],
-            max(lz, max(-hz, 0.0)) - half[2],
-        )
-        - shapes.radius_m[s]
-    )
+        size += abs(a[axis]) + abs(b[axis]) + abs(shapes.center_m[s, axis]) + shapes.half_m[s, axis]
+    return float(DOUBT * size)
 
 
 @borrowing

@@ -14,13 +14,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.chord_distance import box_bound, shape_chord_distance
+from clearway.avoidance.chord_distance import shape_chord_distance
 from clearway.avoidance.clearance import (
     Found,
     Span,
     moving_clearance,
     points_clearance,
     shapes_clearance,
+)
+from clearway.avoidance.crossings import (
+    Crossings,
+    collect,
+    crossing_distance,
+    crossings_for,
+    others_distance,
+    own_axes_bound,
+    search,
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.compiled import borrowing, compiled
@@ -50,11 +59,12 @@ class Crowd(NamedTuple):
     """[shapes] those that could be nearest."""
     bound_m: FloatArray
     """[shapes] of each of these, no distance from the movement is less."""
+    crossings: Crossings
 
 
 @compiled
-def crowd_of(shapes: Shapes) -> Crowd:
-    """The shapes laid out, if there are many."""
+def crowd_of(shapes: Shapes, corners: int) -> Crowd:
+    """The shapes laid out, if there are many, for movements through so many corners."""
     many = len(shapes.radius_m)
     many = many if many > FEW else 0
     rows = np.empty((DEEP + 1, many))
@@ -65,7 +75,8 @@ def crowd_of(shapes: Shapes) -> Crowd:
                 rows[3 + 3 * i + j, s] = shapes.rotation[s, i, j]
         rows[15, s] = shapes.radius_m[s]
         rows[DEEP, s] = rows[15, s] + min(rows[12, s], min(rows[13, s], rows[14, s]))
-    return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many))
+    crossings = crossings_for(many, corners)
+    return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many), crossings)
 
 
 @borrowing
@@ -114,10 +125,13 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         if best < enough - alike and deepest >= best - alike:
             least = min(least, deepest)
             continue
-        bound = box_bound(corners, shapes, s)
+        bound = own_axes_bound(corners, shapes, s, crowd.crossings.local_m)
         if bound < best + ROUNDING_M:
             crowd.near[many], crowd.bound_m[many] = s, bound
             many += 1
+    best, index, many = _among_crossed(corners, shapes, crowd, many, best, index)
+    if best < stop:
+        return best, 2, index
     for m in range(many):
         bound = crowd.bound_m[m]
         if bound >= best + ROUNDING_M:
@@ -127,12 +141,34 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
             continue
         s = crowd.near[m]
         # A little more than the best, so that of equals the first is told.
-        distance, found = _shape_clearance(corners, shapes, s, best + ROUNDING_M)
-        if found >= 0 and (distance < best or (distance == best and s < index)):
+        distance = others_distance(corners, shapes, s, best + ROUNDING_M, crowd.crossings.local_m)
+        if distance < best or (distance == best and s < index):
             best, index = distance, s
             if best < stop:
                 return best, 2, index
     return min(best, least), 2 if index >= 0 else 0, index
+
+
+@borrowing
+def _among_crossed(
+    corners: FloatArray, shapes: Shapes, crowd: Crowd, many: int, best: float, index: int
+) -> tuple[float, int, int]:
+    """The nearest by what the chords cross of the first `many` that are near, if below the best;
+    those that other chords may come near are left: how many."""
+    crossings, crossing, left = crowd.crossings, 0, 0
+    for m in range(many):
+        s, bound = crowd.near[m], crowd.bound_m[m]
+        own_axes_bound(corners, shapes, s, crossings.local_m)
+        crossing, others = collect(corners, shapes, s, best + ROUNDING_M, crossings, crossing)
+        crowd.near[left], crowd.bound_m[left] = s, bound
+        left += others
+    search(crossings, crossing)
+    for m in range(crossing):
+        distance = crossing_distance(corners, shapes, crossings, m, best + ROUNDING_M)
+        s = crossings.shape[m]
+        if distance < best or (distance == best and s < index):
+            best, index = distance, s
+    return best, index, left
 
 
 @borrowing
