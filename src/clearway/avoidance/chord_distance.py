@@ -91,7 +91,8 @@ def shape_chord_distance(
     center, turn, radius = shapes.center_m[s], shapes.rotation[s], shapes.radius_m[s]
     x, y, z = local_point(a[0], a[1], a[2], center, turn)
     ux, uy, uz = local_vector(dx, dy, dz, turn)
-    doubt = chord_doubt(a, b, shapes, s)
+    ends_size = abs(a[0]) + abs(a[1]) + abs(a[2]) + abs(b[0]) + abs(b[1]) + abs(b[2])
+    doubt = DOUBT * (ends_size + shape_size(shapes, s))
     low, high, ends = 0.0, 1.0, min(at_a, at_b)
     for _ in range(TERNARY_STEPS):
         first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
@@ -125,13 +126,11 @@ def _beside(x: float, y: float, z: float, half: FloatArray) -> float:
 
 
 @borrowing
-def chord_doubt(a: FloatArray, b: FloatArray, shapes: Shapes, s: int) -> float:
-    """Metres by which distances of the segment a-b worked out in the axes of shape `s` may be off,
-    and more."""
-    size = shapes.radius_m[s]
-    for axis in range(3):
-        size += abs(a[axis]) + abs(b[axis]) + abs(shapes.center_m[s, axis]) + shapes.half_m[s, axis]
-    return float(DOUBT * size)
+def shape_size(shapes: Shapes, s: int) -> float:
+    """The lengths of a shape that its distances come from, for `DOUBT`."""
+    center, half = shapes.center_m[s], shapes.half_m[s]
+    size = abs(center[0]) + abs(center[1]) + abs(center[2]) + half[0] + half[1] + half[2]
+    return float(size + shapes.radius_m[s])
 
 
 @borrowing

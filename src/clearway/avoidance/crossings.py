@@ -13,12 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.chord_distance import (
+    DOUBT,
     TERNARY_STEPS,
-    chord_doubt,
     distance_at,
     shape_chord_distance,
+    shape_size,
 )
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
@@ -72,7 +73,7 @@ def crossings_for(shapes: int, corners: int) -> Crossings:
     )
 
 
-@borrowing
+@inlined
 def own_axes_bound(corners: FloatArray, shapes: Shapes, s: int, local: FloatArray) -> float:
     """No point of the way through corners [n, 3] is nearer to shape `s`: how far the box around the
     corners, along the shape's own axes, is from the shape. Tight for what is large or flat.
@@ -84,13 +85,14 @@ def own_axes_bound(corners: FloatArray, shapes: Shapes, s: int, local: FloatArra
         local[q, 0], local[q, 1], local[q, 2] = local_point(
             corners[q, 0], corners[q, 1], corners[q, 2], center, turn
         )
-    return _box_bound(local, 0, len(corners), shapes, s)
+    return _box_bound(local, 0, len(corners), shapes.half_m[s], shapes.radius_m[s])
 
 
-@borrowing
-def _box_bound(local: FloatArray, first: int, last: int, shapes: Shapes, s: int) -> float:
-    """How far the box around some corners is from shape `s`."""
-    half = shapes.half_m[s]
+@inlined
+def _box_bound(
+    local: FloatArray, first: int, last: int, half: FloatArray, radius: float
+) -> float:
+    """How far the box around some corners is from a rounded one."""
     lx, ly, lz = local[first, 0], local[first, 1], local[first, 2]
     hx, hy, hz = lx, ly, lz
     for q in range(first + 1, last):
@@ -103,30 +105,28 @@ def _box_bound(local: FloatArray, first: int, last: int, shapes: Shapes, s: int)
             max(ly, max(-hy, 0.0)) - half[1],
             max(lz, max(-hz, 0.0)) - half[2],
         )
-        - shapes.radius_m[s]
+        - radius
     )
 
 
-@borrowing
-def is_crossing(
-    corners: FloatArray, q: int, shapes: Shapes, s: int, local: FloatArray, doubt: float
-) -> bool:
-    """Whether chord `q` crosses the middle between the nearest two faces of shape `s` and stays
-    over them, beyond doubt. local: [corners, 3] in the shape's axes."""
-    half = shapes.half_m[s]
+@inlined
+def _is_crossing(q: int, half: FloatArray, local: FloatArray, doubt: float) -> bool:
+    """Whether chord `q` crosses the middle between the nearest two faces of a box and stays over
+    them, beyond doubt. local: [corners, 3] in the box's axes."""
     axis, one, other = _axes(half)
+    if not local[q, axis] * local[q + 1, axis] < 0.0:
+        return False
     beside = max(
         max(abs(local[q, one]), abs(local[q + 1, one])) - half[one],
         max(abs(local[q, other]), abs(local[q + 1, other])) - half[other],
     )
-    step = abs(local[q + 1, axis] - local[q, axis])
-    crosses = local[q, axis] * local[q + 1, axis] < 0.0
     # Balls and capsules have a closed form already.
     flat = min(half[one], half[other]) > 0.0
-    return crosses and flat and beside < -half[axis] - doubt and step > STEEP * doubt
+    steep = abs(local[q + 1, axis] - local[q, axis]) > STEEP * doubt
+    return flat and steep and beside < -half[axis] - doubt
 
 
-@borrowing
+@inlined
 def _axes(half: FloatArray) -> tuple[int, int, int]:
     """The axis across the faces that are nearest to each other, and the other two."""
     axis = 0 if half[0] <= min(half[1], half[2]) else 1 if half[1] <= half[2] else 2
@@ -134,28 +134,41 @@ def _axes(half: FloatArray) -> tuple[int, int, int]:
 
 
 @borrowing
+def way_size(corners: FloatArray) -> float:
+    """Of a way through corners [n, 3], for `DOUBT`: no less than that of any of its chords."""
+    size = 0.0
+    for axis in range(3):
+        farthest = 0.0
+        for q in range(len(corners)):
+            farthest = max(farthest, abs(corners[q, axis]))
+        size += 2.0 * farthest
+    return size
+
+
+@inlined
 def collect(
-    corners: FloatArray, shapes: Shapes, s: int, enough: float, crossings: Crossings, many: int
+    size: float, shapes: Shapes, s: int, enough: float, crossings: Crossings, many: int
 ) -> tuple[int, bool]:
     """Put chords that cross shape `s` after the first `many` crossings; how many these are then,
     and whether other chords may be nearer to it than `enough`.
 
-    Corners are as `own_axes_bound` has left them for this shape.
+    Corners are as `own_axes_bound` has left them for this shape. size: by `way_size`.
     """
-    local, half, others = crossings.local_m, shapes.half_m[s], False
+    local, half, radius = crossings.local_m, shapes.half_m[s], shapes.radius_m[s]
+    others = False
     axis, _, _ = _axes(half)
-    for q in range(len(corners) - 1):
-        doubt = chord_doubt(corners[q], corners[q + 1], shapes, s)
-        if _box_bound(local, q, q + 2, shapes, s) >= enough + doubt:
+    doubt = DOUBT * (size + shape_size(shapes, s))
+    for q in range(len(local) - 1):
+        if _box_bound(local, q, q + 2, half, radius) >= enough + doubt:
             continue
-        if not is_crossing(corners, q, shapes, s, local, doubt):
+        if not _is_crossing(q, half, local, doubt):
             others = True
             continue
         x, end = local[q, axis], local[q + 1, axis]
         crossings.shape[many], crossings.chord[many] = s, q
         crossings.middle[many], crossings.step_m[many] = x / (x - end), abs(end - x)
         nearer = min(abs(x), abs(end))
-        crossings.least_m[many] = nearer - half[axis] - shapes.radius_m[s]
+        crossings.least_m[many] = nearer - half[axis] - radius
         crossings.doubt_m[many] = doubt
         many += 1
     return many, others
@@ -163,24 +176,25 @@ def collect(
 
 @borrowing
 def others_distance(
-    corners: FloatArray, shapes: Shapes, s: int, enough: float, local: FloatArray
+    corners: FloatArray, size: float, shapes: Shapes, s: int, enough: float, local: FloatArray
 ) -> float:
     """Distance of shape `s` from the chords that do not cross it so; exact below `enough`.
 
-    local: room for the corners [n, 3] in the shape's axes.
+    size: by `way_size`. local: room for the corners [n, 3] in the shape's axes.
     """
     best = enough
     if own_axes_bound(corners, shapes, s, local) >= best:
         return best
+    half, radius = shapes.half_m[s], shapes.radius_m[s]
+    doubt = DOUBT * (size + shape_size(shapes, s))
     for q in range(len(corners) - 1):
-        doubt = chord_doubt(corners[q], corners[q + 1], shapes, s)
-        is_other = not is_crossing(corners, q, shapes, s, local, doubt)
-        if is_other and _box_bound(local, q, q + 2, shapes, s) < best + doubt:
+        is_other = not _is_crossing(q, half, local, doubt)
+        if is_other and _box_bound(local, q, q + 2, half, radius) < best + doubt:
             best = min(best, shape_chord_distance(corners[q], corners[q + 1], shapes, s, best))
     return best
 
 
-@borrowing
+@inlined
 def search(crossings: Crossings, many: int) -> None:
     """Fill in where the searches of so many chords end, all step by step."""
     middle, low, high = crossings.middle[:many], crossings.low[:many], crossings.high[:many]
@@ -197,7 +211,7 @@ def search(crossings: Crossings, many: int) -> None:
             low[m], high[m] = (low[m], second) if off < 0.0 else (first, high[m])
 
 
-@borrowing
+@inlined
 def crossing_distance(
     corners: FloatArray, shapes: Shapes, crossings: Crossings, m: int, enough: float
 ) -> float:

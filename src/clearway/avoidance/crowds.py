@@ -30,6 +30,7 @@ from clearway.avoidance.crossings import (
     others_distance,
     own_axes_bound,
     search,
+    way_size,
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.compiled import borrowing, compiled
@@ -118,6 +119,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         return best, 2, index
     # Among very many, what may be nearer by so much at most does not matter.
     alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
+    crossings, crossing, size = crowd.crossings, 0, way_size(corners)
     for s in range(len(off)):
         if off[s] - span.reach_m >= best + ROUNDING_M or s == nearest:
             continue
@@ -125,11 +127,12 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         if best < enough - alike and deepest >= best - alike:
             least = min(least, deepest)
             continue
-        bound = own_axes_bound(corners, shapes, s, crowd.crossings.local_m)
+        bound = own_axes_bound(corners, shapes, s, crossings.local_m)
         if bound < best + ROUNDING_M:
+            crossing, others = collect(size, shapes, s, best + ROUNDING_M, crossings, crossing)
             crowd.near[many], crowd.bound_m[many] = s, bound
-            many += 1
-    best, index, many = _among_crossed(corners, shapes, crowd, many, best, index)
+            many += others
+    best, index = _among_crossings(corners, shapes, crossings, crossing, best, index)
     if best < stop:
         return best, 2, index
     for m in range(many):
@@ -141,7 +144,9 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
             continue
         s = crowd.near[m]
         # A little more than the best, so that of equals the first is told.
-        distance = others_distance(corners, shapes, s, best + ROUNDING_M, crowd.crossings.local_m)
+        distance = others_distance(
+            corners, size, shapes, s, best + ROUNDING_M, crossings.local_m
+        )
         if distance < best or (distance == best and s < index):
             best, index = distance, s
             if best < stop:
@@ -150,25 +155,17 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
 
 
 @borrowing
-def _among_crossed(
-    corners: FloatArray, shapes: Shapes, crowd: Crowd, many: int, best: float, index: int
-) -> tuple[float, int, int]:
-    """The nearest by what the chords cross of the first `many` that are near, if below the best;
-    those that other chords may come near are left: how many."""
-    crossings, crossing, left = crowd.crossings, 0, 0
+def _among_crossings(
+    corners: FloatArray, shapes: Shapes, crossings: Crossings, many: int, best: float, index: int
+) -> tuple[float, int]:
+    """The nearest by the chords that cross a shape, if below the best."""
+    search(crossings, many)
     for m in range(many):
-        s, bound = crowd.near[m], crowd.bound_m[m]
-        own_axes_bound(corners, shapes, s, crossings.local_m)
-        crossing, others = collect(corners, shapes, s, best + ROUNDING_M, crossings, crossing)
-        crowd.near[left], crowd.bound_m[left] = s, bound
-        left += others
-    search(crossings, crossing)
-    for m in range(crossing):
         distance = crossing_distance(corners, shapes, crossings, m, best + ROUNDING_M)
         s = crossings.shape[m]
         if distance < best or (distance == best and s < index):
             best, index = distance, s
-    return best, index, left
+    return best, index
 
 
 @borrowing
