@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.avoidance.clearance import shapes_clearance, span_of
-from clearway.avoidance.crossings import own_axes_bound
 from clearway.avoidance.crowds import ALIKE_M, FEW, ROUNDING_M, clearance_among, crowd_of
+from clearway.avoidance.faces_crossed import own_axes_bound
 from clearway.obstacles.obstacle import Obstacle, Shapes, shape_distance, shapes_of
 
 
@@ -85,6 +85,28 @@ def test_through_a_stack_of_walls_it_is_as_deep_as_half_of_one(thick_m):
     found, cause, _ = clearance_among(span, shapes, crowd_of(shapes, 5), 0.65, -np.inf)
     assert (found, cause) == (pytest.approx(-0.5 * thick_m, abs=ALIKE_M), 2)
     assert found <= -0.5 * thick_m + 1e-4
+
+
+@given(seed=st.integers(0, 10_000), thick_m=st.sampled_from([1e-4, 0.01, 0.3, 2.0]))
+@settings(max_examples=60, deadline=None)
+def test_what_is_flown_through_is_told_to_the_bit(seed, thick_m):
+    """Large walls through a movement: some through its corners, some along it, some at places where
+    a search could as well go the other way."""
+    rng = np.random.default_rng(seed)
+    corners = np.linspace([0, 0, 0], [1, 0, 0], 5) if seed % 2 else movement(rng)
+    told = []
+    for _ in range(FEW - 10):
+        q, share = rng.integers(4), rng.choice([0.0, 0.5, 0.25, 1e-7, rng.uniform(-0.5, 1.5)])
+        turn = rng.normal(size=3) * rng.choice([0.0, 1e-9, 1.0])
+        place = corners[q] + share * (corners[q + 1] - corners[q])
+        size = np.roll([thick_m, rng.uniform(3, 40), rng.uniform(0.5, 40)], rng.integers(3))
+        told.append(Obstacle.cuboid(place, tuple(size), rng.choice([0.0, 0.05]), turn))
+    told += [Obstacle.ball([0, 0, 9.0], 0.1)] * 20  # Many, but few of them matter.
+    shapes, span = shapes_of(told), span_of(corners, 0, 1)
+    expected = shapes_clearance(span, shapes, 0.65, -np.inf)
+    found = clearance_among(span, shapes, crowd_of(shapes, 5), 0.65, -np.inf)
+    assert left(span, shapes, 0.65) <= FEW < len(shapes.radius_m)
+    assert found == expected
 
 
 @given(seed=st.integers(0, 10_000))

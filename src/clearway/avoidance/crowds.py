@@ -22,7 +22,7 @@ from clearway.avoidance.clearance import (
     points_clearance,
     shapes_clearance,
 )
-from clearway.avoidance.crossings import (
+from clearway.avoidance.faces_crossed import (
     Crossings,
     collect,
     crossing_distance,
@@ -144,9 +144,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
             continue
         s = crowd.near[m]
         # A little more than the best, so that of equals the first is told.
-        distance = others_distance(
-            corners, size, shapes, s, best + ROUNDING_M, crossings.local_m
-        )
+        distance = others_distance(corners, size, shapes, s, best + ROUNDING_M, crossings.local_m)
         if distance < best or (distance == best and s < index):
             best, index = distance, s
             if best < stop:

@@ -89,9 +89,7 @@ def own_axes_bound(corners: FloatArray, shapes: Shapes, s: int, local: FloatArra
 
 
 @inlined
-def _box_bound(
-    local: FloatArray, first: int, last: int, half: FloatArray, radius: float
-) -> float:
+def _box_bound(local: FloatArray, first: int, last: int, half: FloatArray, radius: float) -> float:
     """How far the box around some corners is from a rounded one."""
     lx, ly, lz = local[first, 0], local[first, 1], local[first, 2]
     hx, hy, hz = lx, ly, lz
@@ -123,7 +121,7 @@ def _is_crossing(q: int, half: FloatArray, local: FloatArray, doubt: float) -> b
     # Balls and capsules have a closed form already.
     flat = min(half[one], half[other]) > 0.0
     steep = abs(local[q + 1, axis] - local[q, axis]) > STEEP * doubt
-    return flat and steep and beside < -half[axis] - doubt
+    return bool(flat and steep and beside < -half[axis] - doubt)
 
 
 @inlined
