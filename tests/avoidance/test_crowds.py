@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.chord_distance import box_bound
 from clearway.avoidance.clearance import shapes_clearance, span_of
 from clearway.avoidance.crowds import ALIKE_M, FEW, ROUNDING_M, clearance_among, crowd_of
+from clearway.avoidance.faces_crossed import own_axes_bound
 from clearway.obstacles.obstacle import Obstacle, Shapes, shape_distance, shapes_of
 
 
@@ -45,6 +45,11 @@ def left(span, shapes, enough):
     return int(np.sum(off_m - span.reach_m < best))
 
 
+def bound(corners, shapes, s):
+    """No point of a movement is nearer to one shape."""
+    return own_axes_bound(corners, shapes, s, np.empty_like(corners))
+
+
 @given(
     seed=st.integers(0, 10_000),
     count=st.sampled_from([5, FEW, 60, 200]),
@@ -58,7 +63,7 @@ def test_it_tells_what_looking_at_each_tells_or_where_very_many_are_hardly_less(
     rng = np.random.default_rng(seed)
     shapes, span = crowd(rng, count, apart_m, rng.choice([1.0, 30.0])), span_of(movement(rng), 0, 1)
     expected = shapes_clearance(span, shapes, enough, -np.inf)
-    found = clearance_among(span, shapes, crowd_of(shapes), enough, -np.inf)
+    found = clearance_among(span, shapes, crowd_of(shapes, 5), enough, -np.inf)
     if left(span, shapes, enough) <= FEW:
         assert found == expected
     else:
@@ -67,7 +72,7 @@ def test_it_tells_what_looking_at_each_tells_or_where_very_many_are_hardly_less(
         assert (found[0] < enough) == (expected[0] < enough)
     # Below where it may stop, only that it is below counts.
     stop = expected[0] + rng.choice([-0.01, 0.01])
-    stopped = clearance_among(span, shapes, crowd_of(shapes), enough, stop)
+    stopped = clearance_among(span, shapes, crowd_of(shapes, 5), enough, stop)
     assert (stopped[0] < stop) == (found[0] < stop)
 
 
@@ -77,9 +82,31 @@ def test_through_a_stack_of_walls_it_is_as_deep_as_half_of_one(thick_m):
     places = np.arange(-1.0, 1.0, 0.002)
     walls = [Obstacle.cuboid([x, 0.0, 0.0], (thick_m, 40.0, 40.0)) for x in places]
     shapes, span = shapes_of(walls), span_of(np.linspace([-1, 0, 0], [1, 0.2, 0.1], 5), 0, 1)
-    found, cause, _ = clearance_among(span, shapes, crowd_of(shapes), 0.65, -np.inf)
+    found, cause, _ = clearance_among(span, shapes, crowd_of(shapes, 5), 0.65, -np.inf)
     assert (found, cause) == (pytest.approx(-0.5 * thick_m, abs=ALIKE_M), 2)
     assert found <= -0.5 * thick_m + 1e-4
+
+
+@given(seed=st.integers(0, 10_000), thick_m=st.sampled_from([1e-4, 0.01, 0.3, 2.0]))
+@settings(max_examples=60, deadline=None)
+def test_what_is_flown_through_is_told_to_the_bit(seed, thick_m):
+    """Large walls through a movement: some through its corners, some along it, some at places where
+    a search could as well go the other way."""
+    rng = np.random.default_rng(seed)
+    corners = np.linspace([0, 0, 0], [1, 0, 0], 5) if seed % 2 else movement(rng)
+    told = []
+    for _ in range(FEW - 10):
+        q, share = rng.integers(4), rng.choice([0.0, 0.5, 0.25, 1e-7, rng.uniform(-0.5, 1.5)])
+        turn = rng.normal(size=3) * rng.choice([0.0, 1e-9, 1.0])
+        place = corners[q] + share * (corners[q + 1] - corners[q])
+        size = np.roll([thick_m, rng.uniform(3, 40), rng.uniform(0.5, 40)], rng.integers(3))
+        told.append(Obstacle.cuboid(place, tuple(size), rng.choice([0.0, 0.05]), turn))
+    told += [Obstacle.ball([0, 0, 9.0], 0.1)] * 20  # Many, but few of them matter.
+    shapes, span = shapes_of(told), span_of(corners, 0, 1)
+    expected = shapes_clearance(span, shapes, 0.65, -np.inf)
+    found = clearance_among(span, shapes, crowd_of(shapes, 5), 0.65, -np.inf)
+    assert left(span, shapes, 0.65) <= FEW < len(shapes.radius_m)
+    assert found == expected
 
 
 @given(seed=st.integers(0, 10_000))
@@ -91,10 +118,10 @@ def test_no_point_of_a_movement_is_nearer_than_the_box_around_it(seed):
     points = np.concatenate([a + shares * (b - a) for a, b in itertools.pairwise(corners)])
     for s in range(8):
         nearest = min(shape_distance(*point, shapes, s) for point in points)
-        assert box_bound(corners, shapes, s) <= nearest + ROUNDING_M
+        assert bound(corners, shapes, s) <= nearest + ROUNDING_M
 
 
 def test_the_box_around_a_movement_is_tight_beside_a_wall():
     wall = shapes_of([Obstacle.cuboid([2.0, 0.0, 0.0], (0.2, 40.0, 40.0), 0.1)])
     corners = np.linspace([0, 0, 0], [1, 0.5, 0.3], 5)
-    assert box_bound(corners, wall, 0) == pytest.approx(0.8)
+    assert bound(corners, wall, 0) == pytest.approx(0.8)

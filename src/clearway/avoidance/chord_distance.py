@@ -10,10 +10,12 @@ from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import distance_beyond, local_point
+from clearway.obstacles.rounded_box import local_point, local_vector
 
 TERNARY_STEPS = 24
 """Cuts of a chord by a third each: enough for 1e-4 of its length."""
+DOUBT = 1e-12
+"""More than rounding takes from a distance, as a share of all the lengths that it comes from."""
 
 
 @borrowing
@@ -56,7 +58,7 @@ def chord_distance2(
 
 
 @borrowing
-def _distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
+def distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
     """Distance of shape `s` from the point at a share of the segment a-b."""
     return shape_distance(
         a[0] + share * (b[0] - a[0]),
@@ -75,50 +77,60 @@ def shape_chord_distance(
 
     Balls and capsules have a closed form. A rounded box is convex, so its distance along a straight
     line is too: a ternary search finds the smallest, and ends where what is left of the segment is
-    too short to come below `enough`.
+    too short to come below `enough`. It goes along the segment in the shape's own axes, and looks
+    more closely where rounding could lead it another way.
     """
     half = shapes.half_m[s]
     if (half[0] > 0.0) + (half[1] > 0.0) + (half[2] > 0.0) <= 1:
         return _capsule_chord_distance(a, b, shapes, s)
-    at_a, at_b = _distance_at(a, b, 0.0, shapes, s), _distance_at(a, b, 1.0, shapes, s)
+    at_a, at_b = distance_at(a, b, 0.0, shapes, s), distance_at(a, b, 1.0, shapes, s)
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if 0.5 * (at_a + at_b - length) >= enough:
         return min(at_a, at_b)
-    low, high = 0.0, 1.0
+    center, turn, radius = shapes.center_m[s], shapes.rotation[s], shapes.radius_m[s]
+    x, y, z = local_point(a[0], a[1], a[2], center, turn)
+    ux, uy, uz = local_vector(dx, dy, dz, turn)
+    ends_size = abs(a[0]) + abs(a[1]) + abs(a[2]) + abs(b[0]) + abs(b[1]) + abs(b[2])
+    doubt = DOUBT * (ends_size + shape_size(shapes, s))
+    low, high, ends = 0.0, 1.0, min(at_a, at_b)
     for _ in range(TERNARY_STEPS):
         first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
-        at_first = _distance_at(a, b, first, shapes, s)
-        at_second = _distance_at(a, b, second, shapes, s)
+        at_first = _beside(x + first * ux, y + first * uy, z + first * uz, half) - radius
+        at_second = _beside(x + second * ux, y + second * uy, z + second * uz, half) - radius
         farthest = SURELY * (high - second) * length
-        if min(at_first, at_second) - farthest >= enough and min(at_a, at_b) >= enough:
-            return min(at_a, at_b)
+        beyond = min(at_first, at_second) - farthest - enough
+        if abs(at_first - at_second) <= doubt or abs(beyond) <= doubt:
+            at_first = distance_at(a, b, first, shapes, s)
+            at_second = distance_at(a, b, second, shapes, s)
+            beyond = min(at_first, at_second) - farthest - enough
+        if beyond >= 0.0 and ends >= enough:
+            return ends
         if at_first < at_second:
             high = second
         else:
             low = first
-    return min(at_a, at_b, _distance_at(a, b, 0.5 * (low + high), shapes, s))
+    return min(ends, distance_at(a, b, 0.5 * (low + high), shapes, s))
 
 
 @borrowing
-def box_bound(corners: FloatArray, shapes: Shapes, s: int) -> float:
-    """No point of the way through corners [n, 3] is nearer to shape `s`: how far the box around the
-    corners, along the shape's own axes, is from the shape. Tight for what is large or flat."""
-    center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
-    lx, ly, lz = local_point(corners[0, 0], corners[0, 1], corners[0, 2], center, turn)
-    hx, hy, hz = lx, ly, lz
-    for q in range(1, len(corners)):
-        x, y, z = local_point(corners[q, 0], corners[q, 1], corners[q, 2], center, turn)
-        lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
-        hx, hy, hz = max(hx, x), max(hy, y), max(hz, z)
-    return float(
-        distance_beyond(
-            max(lx, max(-hx, 0.0)) - half[0],
-            max(ly, max(-hy, 0.0)) - half[1],
-            max(lz, max(-hz, 0.0)) - half[2],
-        )
-        - shapes.radius_m[s]
-    )
+def _beside(x: float, y: float, z: float, half: FloatArray) -> float:
+    """Distance of a local point from a box before it is inflated: beside one face without a root,
+    and so but for rounding that of `box_distance`."""
+    qx, qy, qz = abs(x) - half[0], abs(y) - half[1], abs(z) - half[2]
+    nearest_face: float = max(qx, max(qy, qz))
+    if max(min(qx, qy), min(max(qx, qy), qz)) <= 0.0:
+        return nearest_face
+    ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
+    return math.sqrt(ox * ox + oy * oy + oz * oz)
+
+
+@borrowing
+def shape_size(shapes: Shapes, s: int) -> float:
+    """The lengths of a shape that its distances come from, for `DOUBT`."""
+    center, half = shapes.center_m[s], shapes.half_m[s]
+    size = abs(center[0]) + abs(center[1]) + abs(center[2]) + half[0] + half[1] + half[2]
+    return float(size + shapes.radius_m[s])
 
 
 @borrowing

@@ -14,13 +14,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.chord_distance import box_bound, shape_chord_distance
+from clearway.avoidance.chord_distance import shape_chord_distance
 from clearway.avoidance.clearance import (
     Found,
     Span,
     moving_clearance,
     points_clearance,
     shapes_clearance,
+)
+from clearway.avoidance.faces_crossed import (
+    Crossings,
+    collect,
+    crossing_distance,
+    crossings_for,
+    others_distance,
+    own_axes_bound,
+    search,
+    way_size,
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.compiled import borrowing, compiled
@@ -50,11 +60,12 @@ class Crowd(NamedTuple):
     """[shapes] those that could be nearest."""
     bound_m: FloatArray
     """[shapes] of each of these, no distance from the movement is less."""
+    crossings: Crossings
 
 
 @compiled
-def crowd_of(shapes: Shapes) -> Crowd:
-    """The shapes laid out, if there are many."""
+def crowd_of(shapes: Shapes, corners: int) -> Crowd:
+    """The shapes laid out, if there are many, for movements through so many corners."""
     many = len(shapes.radius_m)
     many = many if many > FEW else 0
     rows = np.empty((DEEP + 1, many))
@@ -65,7 +76,8 @@ def crowd_of(shapes: Shapes) -> Crowd:
                 rows[3 + 3 * i + j, s] = shapes.rotation[s, i, j]
         rows[15, s] = shapes.radius_m[s]
         rows[DEEP, s] = rows[15, s] + min(rows[12, s], min(rows[13, s], rows[14, s]))
-    return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many))
+    crossings = crossings_for(many, corners)
+    return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many), crossings)
 
 
 @borrowing
@@ -107,6 +119,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         return best, 2, index
     # Among very many, what may be nearer by so much at most does not matter.
     alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
+    crossings, crossing, size = crowd.crossings, 0, way_size(corners)
     for s in range(len(off)):
         if off[s] - span.reach_m >= best + ROUNDING_M or s == nearest:
             continue
@@ -114,10 +127,14 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         if best < enough - alike and deepest >= best - alike:
             least = min(least, deepest)
             continue
-        bound = box_bound(corners, shapes, s)
+        bound = own_axes_bound(corners, shapes, s, crossings.local_m)
         if bound < best + ROUNDING_M:
+            crossing, others = collect(size, shapes, s, best + ROUNDING_M, crossings, crossing)
             crowd.near[many], crowd.bound_m[many] = s, bound
-            many += 1
+            many += others
+    best, index = _among_crossings(corners, shapes, crossings, crossing, best, index)
+    if best < stop:
+        return best, 2, index
     for m in range(many):
         bound = crowd.bound_m[m]
         if bound >= best + ROUNDING_M:
@@ -127,12 +144,26 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
             continue
         s = crowd.near[m]
         # A little more than the best, so that of equals the first is told.
-        distance, found = _shape_clearance(corners, shapes, s, best + ROUNDING_M)
-        if found >= 0 and (distance < best or (distance == best and s < index)):
+        distance = others_distance(corners, size, shapes, s, best + ROUNDING_M, crossings.local_m)
+        if distance < best or (distance == best and s < index):
             best, index = distance, s
             if best < stop:
                 return best, 2, index
     return min(best, least), 2 if index >= 0 else 0, index
+
+
+@borrowing
+def _among_crossings(
+    corners: FloatArray, shapes: Shapes, crossings: Crossings, many: int, best: float, index: int
+) -> tuple[float, int]:
+    """The nearest by the chords that cross a shape, if below the best."""
+    search(crossings, many)
+    for m in range(many):
+        distance = crossing_distance(corners, shapes, crossings, m, best + ROUNDING_M)
+        s = crossings.shape[m]
+        if distance < best or (distance == best and s < index):
+            best, index = distance, s
+    return best, index
 
 
 @borrowing

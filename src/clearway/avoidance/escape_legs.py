@@ -88,7 +88,7 @@ class LegRoom(NamedTuple):
 def leg_room(samples: int, shapes: Shapes) -> LegRoom:
     """For movements of so many samples among shapes."""
     level, grid = np.empty((samples + 1, 3)), np.empty((samples + 1, 3))
-    return LegRoom(level, grid, np.empty(3), crowd_of(shapes))
+    return LegRoom(level, grid, np.empty(3), crowd_of(shapes, samples + 1))
 
 
 @compiled

@@ -205,7 +205,7 @@ def clearances(paths: Paths, hazards: Hazards, cap_m: float) -> FloatArray:
 def movement_room(paths: Paths, shapes: Shapes) -> MovementRoom:
     """For one movement at a time."""
     corners = np.empty((paths.samples_m.shape[1] + 1, 3))
-    return MovementRoom(corners, np.empty(3), crowd_of(shapes))
+    return MovementRoom(corners, np.empty(3), crowd_of(shapes, len(corners)))
 
 
 @borrowing

@@ -19,14 +19,19 @@ from clearway.obstacles.rounded_box import (
     local_vector,
     outward_normal,
 )
+from clearway.obstacles.some_shapes import (
+    AT_ONCE,
+    SomeShapes,
+    lay_out,
+    some_shapes,
+    touching,
+)
 
 FEWEST = 6
 """Parts of a cell that are looked at, however many shapes meet in it."""
 MANY = 80
 """Shapes beyond which the parts that are looked at become fewer faster than the shapes become more:
 the more meet, the more alike are the parts."""
-AT_ONCE = 16
-"""Parts up to which it is quicker to look at one after the other."""
 SPREAD = 0.618
 """Parts are taken this share of all of them apart: no side of the cell is left out."""
 
@@ -49,6 +54,7 @@ class Parts(NamedTuple):
     """[parts] how far beyond the faces of the shape that is looked at, before it is inflated."""
     touched: IntArray
     """[parts] those that it may add to."""
+    some: SomeShapes
 
 
 @compiled
@@ -63,6 +69,7 @@ def parts_of(nodes: CellNodes) -> Parts:
         np.empty((most, 6)),
         np.empty(most),
         np.empty(most, dtype=np.int64),
+        some_shapes(),
     )
 
 
@@ -76,8 +83,8 @@ def share_of(
     count = _take_parts(nodes, cell, max(FEWEST, most), parts)
     parts.filled[:] = 0.0
     parts.main[:] = 0.0
-    if many > MANY and count <= AT_ONCE:
-        _fill_few_parts(shapes, count, found, parts)
+    if many > MANY:
+        _fill_by_part(shapes, count, found, parts)
     else:
         for s in found:
             if _fill_parts(shapes, count, s, many > 1, parts) == count:
@@ -139,37 +146,57 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
 
 
 @borrowing
-def _fill_few_parts(shapes: Shapes, count: int, found: IntArray, parts: Parts) -> None:
-    """Add several shapes to few parts, as `_fill_parts` does to many: quicker there, since nothing
-    is called with all the arrays for every shape."""
-    centers, turns = shapes.center_m, shapes.rotation
-    halves, radii = shapes.half_m, shapes.radius_m
-    x, y, z, widths = parts.place_m[0], parts.place_m[1], parts.place_m[2], parts.width_m
-    filled, main = parts.filled, parts.main
-    for s in found:
-        cx, cy, cz, turn = centers[s, 0], centers[s, 1], centers[s, 2], turns[s]
-        hx, hy, hz, half, radius = halves[s, 0], halves[s, 1], halves[s, 2], halves[s], radii[s]
+def _fill_by_part(shapes: Shapes, count: int, found: IntArray, parts: Parts) -> None:
+    """Add many shapes to a cell's parts, as `_fill_parts` adds one after the other: to the bit,
+    since to each part they are added in the same order, but quicker where many meet."""
+    some, filled = parts.some, parts.filled
+    for first in range(0, len(found), AT_ONCE):
+        these = found[first : first + AT_ONCE]
+        lay_out(shapes, these, some.rows)
         full = 0
         for p in range(count):
-            width = widths[p]
-            if filled[p] == 1.0:
-                full += 1
-                continue
-            lx, ly, lz = local_vector(x[p] - cx, y[p] - cy, z[p] - cz, turn)
-            if max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz)) >= radius + 0.5 * width:
-                continue
-            share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
-            nx, ny, nz = outward_normal(lx, ly, lz, half, turn)
-            high = radius - box_distance(lx, ly, lz, hx, hy, hz)
-            low = high - 2.0 * (radius + min(hx, min(hy, hz)))
-            aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
-            common = _common_length(main[p, 4], main[p, 5], low, high, aligned, 0.5 * width)
-            filled[p] = _united(filled[p], share, aligned, common / width)
-            if share > main[p, 0]:
-                main[p, 0], main[p, 1], main[p, 2], main[p, 3] = share, nx, ny, nz
-                main[p, 4], main[p, 5] = low, high
+            if filled[p] < 1.0:
+                width = parts.width_m[p]
+                x, y, z = parts.place_m[0, p], parts.place_m[1, p], parts.place_m[2, p]
+                touched = touching(x, y, z, 0.5 * width, len(these), some)
+                filled[p] = _fill_part(
+                    shapes, these, touched, width, filled[p], parts.main[p], some
+                )
+            full += filled[p] == 1.0
         if full == count:
             break
+
+
+@inlined
+def _fill_part(
+    shapes: Shapes,
+    these: IntArray,
+    touched: int,
+    width: float,
+    filled: float,
+    main: FloatArray,
+    some: SomeShapes,
+) -> float:
+    """What a part is filled by after some shapes more; main [6]: its row of `Parts.main`."""
+    rows, at = some.rows, some.local_m
+    # On their own, so that they need not be read and written for every shape.
+    most, mx, my, mz, before, behind = main[0], main[1], main[2], main[3], main[4], main[5]
+    for k in some.touched[:touched]:
+        if filled == 1.0:
+            break
+        lx, ly, lz, radius = at[0, k], at[1, k], at[2, k], rows[15, k]
+        hx, hy, hz, s = rows[12, k], rows[13, k], rows[14, k], these[k]
+        share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
+        nx, ny, nz = outward_normal(lx, ly, lz, shapes.half_m[s], shapes.rotation[s])
+        high = radius - box_distance(lx, ly, lz, hx, hy, hz)
+        low = high - 2.0 * (radius + min(hx, min(hy, hz)))
+        aligned = mx * nx + my * ny + mz * nz
+        common = _common_length(before, behind, low, high, aligned, 0.5 * width)
+        filled = _united(filled, share, aligned, common / width)
+        if share > most:
+            most, before, behind, mx, my, mz = share, low, high, nx, ny, nz
+    main[0], main[1], main[2], main[3], main[4], main[5] = most, mx, my, mz, before, behind
+    return filled
 
 
 @borrowing

@@ -18,6 +18,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
+from clearway.traffic.models.beyond import ball_around, passes_by
 from clearway.traffic.models.borders import (
     CELL,
     ENTRY,
@@ -76,8 +77,9 @@ def disc_nodes(inner: int, ring: int) -> DiscNodes:
 
 
 NODES = {"fast": (220, 20), "fine": (5_000, 400), "reference": (200_000, 4_000)}
-"""Inner and ring nodes; fast keeps P_T and Q of nearly all cones within 0.015 (0.004 in the mean),
-reference within 1e-4."""
+"""Inner and ring nodes, a ray each. Of thousands of random cones, fast keeps P_T within 0.017 and Q
+within 0.025 in every cell (0.0015 and 0.0035 in the mean over a grid's cells) of what twenty times
+the rays tell; reference within 1e-4."""
 
 CUT_TOLERANCE = {"fast": 0.01, "fine": 1e-4, "reference": 1e-9}
 """Of the times at which the cone's surface cuts an edge, as a share of the cone's width."""
@@ -148,12 +150,15 @@ def _spreads(
     sums = np.empty((arrays.dwell_s.shape[1], 5))
     corners = np.empty((borders.layers + 1, borders.columns + 1, borders.rows + 1, 3))
     sides = np.empty(corners.shape[:3], dtype=np.uint8)
+    middle_m, radius_m = ball_around(borders)
     for n in range(len(position)):
         if not np.any(velocity[n]):
             cell = cell_of_point(position[n, 0], position[n, 1], position[n, 2], edges)
             stay(n, cell, arrays)
             if cell >= 0:
                 meeting[n, cell] = 1.0
+            continue
+        if passes_by(position[n], velocity[n], np.max(sine[n]), middle_m, radius_m):
             continue
         along, level, across = cone_axes(velocity[n], up)
         speed = np.sqrt(np.sum(velocity[n] ** 2))

@@ -1,0 +1,74 @@
+"""Some map shapes by coordinate, so that all of them are held against a place at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.compiled import compiled, inlined
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.obstacles.obstacle import Shapes
+
+AT_ONCE = 128
+"""Shapes that are held against a part at once; once all parts are full, no more are."""
+
+
+class SomeShapes(NamedTuple):
+    """Some of the shapes of a cell by coordinate, and how one part of the cell lies to them."""
+
+    rows: FloatArray
+    """[16, shapes] centre 3, rotation 9, half lengths 3, radius."""
+    local_m: FloatArray
+    """[3, shapes] where the part is in their axes."""
+    beyond_m: FloatArray
+    """[shapes] how far it is beyond their faces, before they are inflated."""
+    touched: IntArray
+    """[shapes] those that may add to it."""
+
+
+@compiled
+def some_shapes() -> SomeShapes:
+    """Room for as many as are looked at at once."""
+    return SomeShapes(
+        np.empty((16, AT_ONCE)),
+        np.empty((3, AT_ONCE)),
+        np.empty(AT_ONCE),
+        np.empty(AT_ONCE, dtype=np.int64),
+    )
+
+
+@inlined
+def lay_out(shapes: Shapes, found: IntArray, rows: FloatArray) -> None:
+    """Fill in some shapes by coordinate."""
+    for k in range(len(found)):
+        s = found[k]
+        for i in range(3):
+            rows[i, k], rows[12 + i, k] = shapes.center_m[s, i], shapes.half_m[s, i]
+            for j in range(3):
+                rows[3 + 3 * i + j, k] = shapes.rotation[s, i, j]
+        rows[15, k] = shapes.radius_m[s]
+
+
+@inlined
+def touching(px: float, py: float, pz: float, reach: float, many: int, some: SomeShapes) -> int:
+    """How many of some shapes may add to a part at a place that reaches so far, and how it lies to
+    all of them: no branch asks, and the first loop takes several at once."""
+    rows, beyond, touched = some.rows, some.beyond_m, some.touched
+    at_x, at_y, at_z = some.local_m[0], some.local_m[1], some.local_m[2]
+    cx, cy, cz, hx, hy, hz = rows[0], rows[1], rows[2], rows[12], rows[13], rows[14]
+    xx, xy, xz, yx, yy, yz = rows[3], rows[4], rows[5], rows[6], rows[7], rows[8]
+    zx, zy, zz, radius = rows[9], rows[10], rows[11], rows[15]
+    for k in range(many):
+        x, y, z = px - cx[k], py - cy[k], pz - cz[k]
+        lx = xx[k] * x + yx[k] * y + zx[k] * z
+        ly = xy[k] * x + yy[k] * y + zy[k] * z
+        lz = xz[k] * x + yz[k] * y + zz[k] * z
+        at_x[k], at_y[k], at_z[k] = lx, ly, lz
+        beyond[k] = max(abs(lx) - hx[k], max(abs(ly) - hy[k], abs(lz) - hz[k]))
+    count = 0
+    for k in range(many):
+        touched[count] = k
+        count += beyond[k] < radius[k] + reach
+    return count

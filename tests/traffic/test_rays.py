@@ -1,0 +1,107 @@
+"""Rays of the spread model: how much fewer of them cost, and which are not followed at all."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from clearway.base.grid import AvoidanceGrid
+from clearway.traffic import Intruder, spread_cells
+from clearway.traffic.models.beyond import ball_around, passes_by
+from clearway.traffic.models.borders import borders_of, scratch
+from clearway.traffic.models.spread import NODES, cone_axes, disc_nodes
+from clearway.traffic.models.traverse import traverse
+from intruders_for_tests import KINDS, random_intruder
+
+UP = np.array([0.0, 0.0, 1.0])
+GRIDS = [
+    AvoidanceGrid.uniform(),
+    AvoidanceGrid.uniform(layers=4, azimuth_deg=20.0, columns=3, elevation_deg=10.0, rows=3),
+    AvoidanceGrid.uniform(layers=3, azimuth_deg=60.0, columns=3, elevation_deg=40.0, rows=2),
+    AvoidanceGrid.uniform(layers=2, azimuth_deg=110.0, columns=6, elevation_deg=40.0, rows=4),
+    AvoidanceGrid.uniform(layers=1, azimuth_deg=180.0, columns=24, elevation_deg=85.0, rows=12),
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_twenty_times_the_rays_tell_hardly_more(kind: str) -> None:
+    grid = AvoidanceGrid.uniform()
+    intruders = [random_intruder(kind, seed) for seed in range(40)]
+    fast = spread_cells(grid, intruders, UP)
+    fine = spread_cells(grid, intruders, UP, "fine")
+    assert sum(NODES["fine"]) > 20 * sum(NODES["fast"])
+    assert fast.meeting is not None
+    assert fine.meeting is not None
+    of_time = np.abs(fast.probability - fine.probability)
+    of_meeting = np.abs(fast.meeting - fine.meeting)
+    assert of_time.max() <= 0.017
+    assert of_time.mean(axis=1).max() <= 0.0015
+    assert of_meeting.max() <= 0.025
+    assert of_meeting.mean(axis=1).max() <= 0.0035
+
+
+@pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
+def test_all_cells_are_in_the_ball_around_them(grid: AvoidanceGrid) -> None:
+    middle_m, radius_m = ball_around(borders_of(grid))
+    ranges, azimuths, elevations = np.meshgrid(
+        *(np.linspace(edges[0], edges[-1], 41) for edges in grid.edges), indexing="ij"
+    )
+    level = ranges * np.cos(elevations)
+    x, y, z = level * np.cos(azimuths), level * np.sin(azimuths), ranges * np.sin(elevations)
+    off_m = np.sqrt((x - middle_m) ** 2 + y**2 + z**2)
+    assert off_m.max() <= radius_m * (1.0 + 1e-12)
+    assert 0.0 <= middle_m <= radius_m <= grid.range_m
+
+
+def aimed(seed: int) -> Intruder:
+    """One that flies near the grid, past it or away from it."""
+    rng = np.random.default_rng(seed)
+    away = rng.normal(size=3)
+    place = np.exp(rng.uniform(0.0, 5.0)) * away / np.linalg.norm(away)
+    towards = rng.normal(scale=8.0, size=3) - place
+    velocity = rng.choice([-1.0, 1.0]) * towards * np.exp(rng.uniform(-3.0, 1.0))
+    return Intruder(place, velocity, rng.uniform(0.0, rng.choice([0.05, 0.4, 1.5]), 2))
+
+
+@pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
+@given(seed=st.integers(0, 100_000))
+@settings(max_examples=100, deadline=None)
+def test_rays_that_are_not_followed_meet_no_cell(grid: AvoidanceGrid, seed: int) -> None:
+    intruder, borders = aimed(seed), borders_of(grid)
+    position, velocity = intruder.position_m.copy(), intruder.velocity_mps.copy()
+    sine, ball = np.sin(intruder.spread_rad), ball_around(borders)
+    if not passes_by(position, velocity, float(sine.max()), *ball):
+        return
+    _, level, across = cone_axes(velocity, UP)
+    wide, narrow = level * intruder.speed_mps * sine[0], across * intruder.speed_mps * sine[1]
+    nodes, pieces = disc_nodes(*NODES["fine"]), scratch(borders)
+    for u, w in zip(nodes.wide[::7], nodes.narrow[::7], strict=True):
+        ray = velocity + u * wide + w * narrow
+        start, way = (position[0], position[1], position[2]), (ray[0], ray[1], ray[2])
+        assert traverse(start, way, np.inf, borders, pieces) == 0
+
+
+def test_about_all_cones_that_miss_the_ball_are_told_so() -> None:
+    """Against rays to points all over the ball: some of them lie within the cone."""
+    grid = AvoidanceGrid.uniform()
+    middle_m, radius_m = ball_around(borders_of(grid))
+    points = np.random.default_rng(0).normal(size=(4000, 3))
+    points *= radius_m / np.linalg.norm(points, axis=1, keepdims=True)
+    points[:, 0] += middle_m
+    told = missed = 0
+    for seed in range(600):
+        intruder = aimed(seed)
+        position, velocity = intruder.position_m.copy(), intruder.velocity_mps.copy()
+        tangent = float(np.sin(intruder.spread_rad).max())
+        to_points = points - position
+        along = to_points @ velocity / np.linalg.norm(velocity)
+        beside = np.sqrt(np.maximum(np.sum(to_points**2, axis=1) - along**2, 0.0))
+        misses = not np.any((along > 0.0) & (beside <= tangent * along))
+        by = passes_by(position, velocity, tangent, middle_m, radius_m)
+        # Thin cones, and those from within, pass between the points.
+        assert misses or not by
+        told, missed = told + by, missed + misses
+    assert told > 150
+    assert told > 0.8 * missed
