@@ -19,17 +19,18 @@ from clearway.avoidance.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.tiers import NO_LOITER as LAST
 from clearway.avoidance.tiers import NodeRatings, in_order, picked
-from clearway.avoidance.verify import RoomPrice, first_clear
 from clearway.base.errors import ClearwayError
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach.tree import ReachSet
 from clearway.sensors import coated_cells
+from first_clear import RoomPrice, first_clear
 from situations_for_tests import Draws, situation
 from worlds_for_tests import GRID, LIBRARY, LIDAR, planner
 
 PREPARED = PreparedReachSet.of(
     LIBRARY.reach_sets[0], planner().settings.prices, turning_radius_m=3.8
 )
+
 REACH_SET: ReachSet = PREPARED.reach_set
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from clearway.avoidance.candidates import Candidates
 from clearway.avoidance.emergency import EMERGENCY_MARGINS, best_clearances, emergency
 from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
-from clearway.avoidance.verify import KnownClearances, clearances, first_clear, paths_of
+from clearway.avoidance.verify import KnownClearances, clearances, paths_of
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
+from first_clear import first_clear
 
 GRID = AvoidanceGrid.uniform()
 PATHS = paths_of(build_reach_set(MovementAutomaton.plane(), GRID, "primitives", 0.0))

@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 
 from clearway.avoidance.hazards import Cause, Hazards, PointHazards
 from clearway.avoidance.loiter import EARLY_MOVEMENTS, NO_LOITER, loiter_circles, room_to_circle
-from clearway.avoidance.verify import RoomPrice, first_clear, path_clearance, paths_of
+from clearway.avoidance.verify import path_clearance, paths_of
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach import build_reach_set
 from clearway.reach.tree import SIDE
 from clearway.vehicle.automaton import MovementAutomaton
+from first_clear import RoomPrice, first_clear
 
 AUTOMATON = MovementAutomaton.plane()
 RADIUS_M = AUTOMATON.turning_radius_m

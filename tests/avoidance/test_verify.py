@@ -6,12 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointHazards
-from clearway.avoidance.verify import clearances, first_clear, path_clearance, paths_of
+from clearway.avoidance.verify import clearances, path_clearance, paths_of
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
+from first_clear import first_clear
 
 AUTOMATON = MovementAutomaton.plane()
 PITCH = float(np.radians(15.0))

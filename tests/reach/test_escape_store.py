@@ -14,6 +14,7 @@ from clearway.reach.standard import standard_automata
 from clearway.reach.store import SHIPPED
 from clearway.reach.ways import MOST_CHANGES, MOST_DEPTH, Ways
 from clearway.vehicle.automaton import MovementAutomaton
+from damage import DAMAGES
 
 OTHER = MovementAutomaton.plane(turn_step_deg=30.0)
 """Of which nothing ships."""
@@ -52,17 +53,7 @@ def test_what_ships_serves_every_speed(tmp_path, speed_mps):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda data: data[:-1],
-        lambda data: data[:10],
-        lambda data: data[:0],
-        lambda data: data[:200] + bytes([data[200] ^ 1]) + data[201:],
-        lambda data: b"something else" + data,
-    ],
-    ids=["truncated", "header", "empty", "flipped", "foreign"],
-)
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_a_damaged_file_is_searched_anew(tmp_path, damage):
     legs = legs_for(OTHER)
     searched = load_or_search(OTHER, legs, tmp_path)

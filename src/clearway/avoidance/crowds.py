@@ -37,6 +37,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
+from clearway.obstacles.some_shapes import lay_out
 
 FEW = 40
 """Shapes up to which each that could be nearest is looked at."""
@@ -69,12 +70,8 @@ def crowd_of(shapes: Shapes, corners: int) -> Crowd:
     many = len(shapes.radius_m)
     many = many if many > FEW else 0
     rows = np.empty((DEEP + 1, many))
+    lay_out(shapes, np.arange(many), rows)
     for s in range(many):
-        for i in range(3):
-            rows[i, s], rows[12 + i, s] = shapes.center_m[s, i], shapes.half_m[s, i]
-            for j in range(3):
-                rows[3 + 3 * i + j, s] = shapes.rotation[s, i, j]
-        rows[15, s] = shapes.radius_m[s]
         rows[DEEP, s] = rows[15, s] + min(rows[12, s], min(rows[13, s], rows[14, s]))
     crossings = crossings_for(many, corners)
     return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many), crossings)

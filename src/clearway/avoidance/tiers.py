@@ -93,7 +93,7 @@ def picked(
     loiter: LoiterCircles,
     known: FloatArray,
 ) -> Picked:
-    """The first candidate that keeps the margin, tier by tier; known: as of `first_clear`."""
+    """The first candidate that keeps the margin, tier by tier; known: as of `first_clear_of`."""
     order, passes = in_order(candidates, ratings, False)
     count = len(order)
     below = count - int(np.count_nonzero(passes))

@@ -16,7 +16,7 @@ import numpy as np
 from clearway.avoidance.clearance import Found, Span, reach_about
 from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
-from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, early_room, room_to_circle
+from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
@@ -69,8 +69,7 @@ def sloping(paths: Paths, slope: float) -> Paths:
     return paths._replace(sagitta_m=paths.sagitta_m + slope * farthest)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Verification:
+class Verification(NamedTuple):
     """Outcome for candidates in the order in which they were held against the evidence."""
 
     chosen: int
@@ -83,6 +82,9 @@ class Verification:
     """[tried] which point, shape or intruder."""
     shortfall_m: FloatArray
     """[tried] clearance found there."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 class KnownClearances:
@@ -106,55 +108,6 @@ class KnownClearances:
     def note(self, hazards: Hazards, margin_m: float, known: FloatArray) -> None:
         """Take over what somebody else has found; known: as of `at`."""
         self._known[id(hazards), margin_m] = hazards, known
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RoomPrice:
-    """What it costs candidates to have no room to circle early on their way."""
-
-    cost_m: FloatArray
-    """[candidates] their cost otherwise, ascending."""
-    price_m: FloatArray
-    """[candidates] the price; 0 for those that need no room."""
-
-    @classmethod
-    def none(cls, candidates: int) -> RoomPrice:
-        return cls(np.zeros(candidates), np.zeros(candidates))
-
-
-def first_clear(
-    paths: Paths,
-    candidates: IntArray,
-    hazards: Hazards,
-    margin_m: float,
-    loiter: LoiterCircles = NO_LOITER,
-    room_price: RoomPrice | None = None,
-    known: FloatArray | None = None,
-) -> Verification:
-    """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
-
-    With a loiter, a trajectory out through the side must also leave room to circle at its end. With
-    a price, one that has no room to circle early is taken only where all that have it cost as much
-    more: what is entered without room to turn round may be a dead end. known: of the same hazards
-    and margin, by `KnownClearances.at`.
-    """
-    price = room_price or RoomPrice.none(len(candidates))
-    if known is None:
-        known = np.full((len(paths.parent), 3), np.nan)
-    return Verification(
-        *first_clear_of(
-            paths,
-            candidates,
-            hazards.bins,
-            hazards.shapes,
-            hazards.moving,
-            margin_m,
-            loiter,
-            price.cost_m,
-            price.price_m,
-            known,
-        )
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,8 +240,15 @@ def first_clear_of(
     cost: FloatArray,
     price: FloatArray,
     known: FloatArray,
-) -> tuple[int, IntArray, IntArray, IntArray, FloatArray]:
-    """The values of `Verification`; cost, price: [candidates] as of `RoomPrice`."""
+) -> Verification:
+    """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
+
+    With a loiter, a trajectory out through the side must also leave room to circle at its end.
+    cost: [candidates] what they cost otherwise, ascending. price: [candidates] what it costs to
+    have no room to circle early on the way: such a one is taken only where all that have it cost as
+    much more, since what is entered without room to turn round may be a dead end; 0 for those that
+    need none. known: of the same hazards and margin, by `KnownClearances.at`.
+    """
     nodes, tried = len(paths.parent), len(candidates)
     circling = np.full((nodes, 3), np.nan)
     room = movement_room(paths, shapes)
@@ -318,7 +278,9 @@ def first_clear_of(
             break
         blocked_at[c], causes[c], cause_index[c], shortfall[c] = at, cause, index, found
     told = tried if chosen < 0 else chosen
-    return chosen, blocked_at[:told], causes[:told], cause_index[:told], shortfall[:told]
+    return Verification(
+        chosen, blocked_at[:told], causes[:told], cause_index[:told], shortfall[:told]
+    )
 
 
 @compiled

@@ -34,12 +34,7 @@ from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import (
-    is_new,
-    warm_up_moments,
-    warm_up_more,
-    with_something_near,
-)
+from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Lidar, Scan
 from clearway.sensors.detection import Rule

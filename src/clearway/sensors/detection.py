@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -274,10 +275,16 @@ def _filters(
     )
 
 
-@lru_cache(maxsize=16)
+_at_scan: WeakKeyDictionary[Lidar, Filters] = WeakKeyDictionary()
+"""As of `_filters_at_scan`, for as long as there is the sensor."""
+
+
 def _filters_at_scan(lidar: Lidar) -> Filters:
-    """Where nothing has moved since the scan, and no ground is told; of the last few sensors."""
-    return _filters(lidar, IDENTITY, NO_GROUND)
+    """Where nothing has moved since the scan, and no ground is told."""
+    found = _at_scan.get(lidar)
+    if found is None:
+        found = _at_scan[lidar] = _filters(lidar, IDENTITY, NO_GROUND)
+    return found
 
 
 @lru_cache(maxsize=16)
