@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.way_out import Escape
 from clearway.live.dead_end import full_circle, straight_again
@@ -53,11 +55,16 @@ class Insistence:
         return self._now.bold
 
     def decides(self, knowledge: Knowledge, now_s: float) -> Planner:
-        """Who does at a moment; where that changes, the goal is gone straight for once more."""
+        """Who does at a moment; where that changes, all ways are tried once more: by who insists no
+        more the best of them at once, since that may be a gap far behind."""
         before, (_, turn_s) = self._now, full_circle(knowledge)
-        self._now = before.after(knowledge.progress, now_s, turn_s)
+        progress = knowledge.progress
+        self._now = before.after(progress, now_s, turn_s)
         if self.bold != before.bold:
-            knowledge.progress = straight_again(knowledge.progress, now_s)
+            anew = straight_again(progress, now_s)
+            if self.bold and progress.stuck_m is not None:
+                anew = replace(anew, stuck_m=progress.stuck_m, planned_s=-np.inf)
+            knowledge.progress = anew
             assert knowledge.route_map is not None  # Seen space is kept where ways out need it.
             knowledge.route_map.try_all_again()
         return self._bold if self.bold else self._careful

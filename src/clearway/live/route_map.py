@@ -91,7 +91,8 @@ class RouteMap:
 
     voxel_m: of the free space that it is told of. margin_m, turning_radius_m: of the vehicle; 0
     for one that turns on the spot. obstacle_map: what is known before. narrow: whether what leaves
-    no room to turn may be flown through. sees_m: how far sensors see, where that is known.
+    no room to turn may be flown through; coarse cells have no gap where that is. sees_m: how far
+    sensors see, where that is known.
     """
 
     def __init__(
@@ -106,7 +107,7 @@ class RouteMap:
     ) -> None:
         self._no_room, self._hardly_room = NARROW if narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
-        coarse &= sees_m < SEES_BEHIND * turning_radius_m
+        coarse &= sees_m < SEES_BEHIND * turning_radius_m and not narrow
         self._per_cell = COARSE if coarse else FINE
         self.width_m = float(self._per_cell * voxel_m)
         # No gap between cells leads through a wall, however thin.

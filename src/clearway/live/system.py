@@ -29,7 +29,7 @@ from clearway.live.danger import endangered
 from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
-from clearway.live.mission import Detour, Mission, Progress
+from clearway.live.mission import Detour, Mission, Mode, Progress
 from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
@@ -425,6 +425,13 @@ class AvoidanceSystem:
             )
         return situation, scan_age
 
+    @property
+    def _escapes_on(self) -> bool:
+        """Whether the way out has been flown twice in a row: once is but a step aside, from which
+        the goal may lie open. Before there was a certain one, nothing had been seen yet."""
+        mode = self._mode
+        return mode is not None and mode.mode is Mode.ESCAPE is mode.before
+
     def _situation(self, now: float) -> tuple[Situation, float]:
         state = self._known.own_state(now)
         last = self._plan.decision
@@ -434,8 +441,7 @@ class AvoidanceSystem:
             state,
             now,
             self._detour,
-            # Before there was a certain way out, nothing had been seen yet.
-            escaped=last is not None and last.escapes and self._plan.had_certain,
+            escaped=self._escapes_on and self._plan.had_certain,
             gives_way=afar is not None and afar.gives_way,
         )
         return self._known.with_detections(state, now)

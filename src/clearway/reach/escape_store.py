@@ -22,7 +22,7 @@ from clearway.base.kept_file import KeptKind, read_kept, write_kept
 from clearway.reach.legs import Legs
 from clearway.reach.loops import extent_m, loops_from
 from clearway.reach.store import SHIPPED
-from clearway.reach.ways import MOST_CHANGES, MOST_DEPTH, MOST_ESCAPES, Ways, ways_from
+from clearway.reach.ways import BEGINNINGS, MOST_ESCAPES, Ways, ways_from
 from clearway.vehicle.automaton import MovementAutomaton
 
 KIND = KeptKind(b"clearway ways out\n", 1)
@@ -74,8 +74,7 @@ def content_key(automaton: MovementAutomaton, legs: Legs) -> bytes:
     """Hash of all that the search follows from, lengths in steps and rounded: no file holds any."""
     pitch_limit = automaton.pitch_limit_rad
     limit = None if pitch_limit is None else round(pitch_limit, 9)
-    most = (MOST_DEPTH, MOST_CHANGES, MOST_ESCAPES)
-    told = (automaton.names, sorted(automaton.forbidden), limit, most)
+    told = (automaton.names, sorted(automaton.forbidden), limit, BEGINNINGS, MOST_ESCAPES)
     digest = hashlib.sha256(repr(told).encode())
     size = np.array([*[automaton.step_m or 1.0] * 3, 1.0])
     digest.update((np.round(legs.path / size, 9) + 0.0).tobytes())

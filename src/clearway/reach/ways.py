@@ -13,11 +13,12 @@ from clearway.base.state import IntArray
 from clearway.reach.legs import Legs, pose_on
 from clearway.vehicle.automaton import MovementAutomaton
 
-MOST_DEPTH = 6
+BEGINNINGS = ((2, 6), (3, 4))
+"""How often another movement follows in a beginning at most, and how many movements it has at most:
+one more change leads past what is near, and pays in short beginnings alone."""
+MOST_DEPTH = max(depth for _, depth in BEGINNINGS)
 """Movements of a beginning."""
-MOST_CHANGES = 2
-"""Of movement in a beginning."""
-MOST_ESCAPES = 8000
+MOST_ESCAPES = 24000
 """From one attitude."""
 
 
@@ -65,20 +66,16 @@ def ways_from(
     loops: list[tuple[tuple[int, ...], ...]],
     start: int,
 ) -> Ways:
-    """Beginnings breadth first, each place and attitude once, with every loop after each."""
-    tree = [_Begun(-1, -1, start, np.zeros(4), 0, 0)]
-    known = {_key(np.zeros(4), start, 1.0)}
+    """Beginnings, the shorter ones first, each place and attitude once, with every loop after
+    each."""
+    tree = _beginnings(automaton, legs, start)
     chosen: list[tuple[int, int]] = []
     numbers: dict[tuple[int, tuple[int, ...]], int] = {}
-    for at, begun in enumerate(tree):  # It grows as it is gone through.
-        if len(chosen) >= MOST_ESCAPES:
-            break
+    for at, begun in enumerate(tree):
         for loop in loops[begun.attitude]:
             if _may_follow(automaton, begun.movement, loop[0]):
                 which = numbers.setdefault((begun.attitude, loop), len(numbers))
                 chosen.append((at, which))
-        if begun.depth < MOST_DEPTH:
-            tree += _grown(automaton, legs, begun, at, known)
     chosen = chosen[:MOST_ESCAPES]
     lengths = [len(loop) for _, loop in numbers]
     return Ways(
@@ -93,17 +90,31 @@ def ways_from(
     )
 
 
+def _beginnings(automaton: MovementAutomaton, legs: Legs, start: int) -> list[_Begun]:
+    """All beginnings from an attitude by their length, parents first."""
+    tree = [_Begun(-1, -1, start, np.zeros(4), 0, 0)]
+    known = {_key(np.zeros(4), start, 1.0)}
+    for most_changes, most_depth in BEGINNINGS:
+        for at, begun in enumerate(tree):  # It grows as it is gone through.
+            if begun.depth < most_depth:
+                tree += _grown(automaton, legs, begun, at, known, most_changes)
+    order = sorted(range(len(tree)), key=lambda at: tree[at].depth)
+    number = {at: place for place, at in enumerate(order)}
+    return [tree[at]._replace(parent=number.get(tree[at].parent, -1)) for at in order]
+
+
 def _grown(
     automaton: MovementAutomaton,
     legs: Legs,
     begun: _Begun,
     at: int,
     known: set[tuple[int, ...]],
+    most_changes: int,
 ) -> Iterator[_Begun]:
     """Beginnings that are longer by one movement and lead where none has led; they become known."""
     for m, end in enumerate(legs.following[begun.attitude].tolist()):
         changes = begun.changes + (m != begun.movement)
-        if end < 0 or changes > MOST_CHANGES or not _may_follow(automaton, begun.movement, m):
+        if end < 0 or changes > most_changes or not _may_follow(automaton, begun.movement, m):
             continue
         pose = pose_on(begun.pose, legs.path[begun.attitude, m, -1])
         key = _key(pose, end, automaton.step_m or 1.0)
