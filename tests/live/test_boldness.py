@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -77,6 +78,46 @@ def test_a_new_goal_of_whoever_flies_begins_with_patience() -> None:
     assert system.decide(1.0).mode is not Mode.NARROW
 
 
+@pytest.mark.parametrize(
+    ("gap_m", "aside_m", "length_m"), [(5.0, 40.0, 6.0), (4.0, 8.0, 24.0), (4.0, -20.0, 6.0)]
+)
+def test_a_gap_far_from_the_straight_way_is_found_and_flown(
+    gap_m: float, aside_m: float, length_m: float
+) -> None:
+    """In coarse cells there was none, and straight again meant never again so far aside."""
+    beside_m = 0.5 * (200.0 + gap_m)
+    walls = ObstacleMap(
+        [
+            Obstacle.cuboid(
+                [20.0 + 0.5 * length_m, aside_m + side * beside_m, 0.0], (length_m, 200.0, 200.0)
+            )
+            for side in (-1.0, 1.0)
+        ]
+    )
+    run = flown(walls, BEYOND, settings={"escape": "known"}, time_limit_s=600.0)
+    assert run.reached
+    assert run.metrics.margin_violations == 0
+
+
+def test_finer_cells_are_looked_for_ways_in_once_insisting_came_to_nothing() -> None:
+    system = AvoidanceSystem(planner(escape="known"), BEYOND, [LIDAR])
+    system.update(State(np.zeros(3)))
+
+    def width_m(now_s: float) -> float:
+        system.decide(now_s)
+        assert system._known.route_map is not None
+        return system._known.route_map.width_m
+
+    widths = []
+    for now_s in (0.0, 1.0, 2.0):
+        widths.append(width_m(now_s))
+        in_vain_s = LONGEST * TURN_S if now_s == 0.0 else 0.0
+        system.progress = replace(system.progress, in_vain_s=in_vain_s)
+    assert widths[1:] == [0.5 * widths[0]] * 2
+    system.fly_to(np.array([0.0, 40.0, 0.0]), 3.0)
+    assert width_m(3.0) == widths[0]
+
+
 # Who insists --------------------------------------------------------------------------------
 
 
@@ -118,7 +159,8 @@ def test_it_is_insisted_on_while_the_goal_or_a_way_to_it_comes_nearer() -> None:
 def test_each_way_is_given_up_for_the_other_in_the_end_and_a_new_goal_begins_anew() -> None:
     in_vain = Progress(in_vain_s=PATIENCE * TURN_S + 1.0)
     bold = Boldness().after(in_vain, 100.0, TURN_S)
-    assert bold == Boldness(bold=True, since_s=100.0)
+    assert bold == Boldness(bold=True, since_s=100.0, finer=True)
+    assert bold.after(in_vain, 200.0, TURN_S).finer
     assert not bold.after(in_vain, 200.0, TURN_S).bold
     assert bold.after(Progress(goal=1), 101.0, TURN_S) == Boldness(since_s=101.0, goal=1)
 
@@ -139,4 +181,4 @@ def test_neither_is_given_up_before_its_time(
     if in_vain_s <= PATIENCE * TURN_S and idle_s < LONGEST * TURN_S - 1e-6:
         assert after == before
     if in_vain_s > PATIENCE * TURN_S or idle_s > LONGEST * TURN_S + 1e-6:
-        assert after == Boldness(not bold, now)
+        assert after == Boldness(not bold, now, finer=True)

@@ -28,9 +28,9 @@ def wall_with_gap(middle_m: float) -> PointHazards:
     return PointHazards(np.stack([np.full(len(y), 10.0), y, z], axis=1), np.full(len(y), 0.1))
 
 
-def crossed_m(sees_m: float, middle_m: float) -> float:
+def crossed_m(sees_m: float, middle_m: float, *, finer: bool = False) -> float:
     """Where the way leads through the wall's plane."""
-    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M, sees_m=sees_m)
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M, narrow=finer, sees_m=sees_m, finer=finer)
     routes.take(NOTHING_SEEN, wall_with_gap(middle_m), START, 100.0)
     corners = np.concatenate([START[None], seen_route(routes.cells(), START, GOAL).corners_m])
     return float(np.interp(10.0, corners[:, 0], corners[:, 1]))
@@ -47,6 +47,11 @@ def test_for_others_cells_are_as_wide_as_a_turn_allows() -> None:
     assert RouteMap(VOXEL_M, MARGIN_M, RADIUS_M, sees_m=15.0).width_m == 4 * VOXEL_M
     off_m = [abs(crossed_m(10.0, at) - at) for at in np.arange(4.0, 8.0, 0.5)]
     assert max(off_m) > GAP_M
+
+
+@pytest.mark.parametrize("middle_m", np.arange(4.0, 8.0, 0.5).tolist())
+def test_finer_ones_show_the_gap_to_whoever_may_fly_through_it(middle_m: float) -> None:
+    assert abs(crossed_m(10.0, middle_m, finer=True) - middle_m) < 0.5 * GAP_M - MARGIN_M
 
 
 def test_an_escape_before_anything_was_seen_is_no_dead_end(tmp_path: Path) -> None:

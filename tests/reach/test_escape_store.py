@@ -106,6 +106,11 @@ def test_beginnings_come_by_their_length_and_change_no_oftener_than_allowed():
         changes = min(len(movements), 1) + sum(a != b for a, b in pairwise(movements))
         assert any(changes <= most and len(movements) <= deep for most, deep in BEGINNINGS)
         places.add((*np.round(pose, 3).tolist(), int(ways.attitude[at])))
+    # Three changes are allowed in short ones, and lead where two do not.
+    assert any(
+        len(movements) == 4 and len(set(pairwise(movements))) == 3
+        for movements in (flown(ways, legs, at)[0] for at in range(len(lengths)))
+    )
     assert lengths == sorted(lengths)
     assert len(places) == len(lengths)
     assert np.all(np.diff(ways.begins) >= 0)

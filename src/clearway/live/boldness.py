@@ -13,7 +13,8 @@ import numpy as np
 
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.way_out import Escape
-from clearway.live.dead_end import full_circle, straight_again
+from clearway.base.frames import length_of
+from clearway.live.dead_end import MISSED, full_circle, straight_again
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Progress
 
@@ -29,6 +30,8 @@ class Boldness:
     bold: bool = False
     since_s: float = 0.0
     goal: int = 0
+    finer: bool = False
+    """Whether insisting has come to nothing once: ways are looked for in finer cells ever since."""
 
     def after(self, progress: Progress, now_s: float, turn_s: float) -> Boldness:
         """At a moment; turn_s: time of a full circle."""
@@ -37,7 +40,7 @@ class Boldness:
         idle_s = now_s - max(progress.nearest_s, self.since_s)
         if progress.in_vain_s <= PATIENCE * turn_s and idle_s <= LONGEST * turn_s:
             return self
-        return Boldness(not self.bold, now_s, self.goal)
+        return Boldness(not self.bold, now_s, self.goal, finer=True)
 
 
 class Insistence:
@@ -55,16 +58,22 @@ class Insistence:
         return self._now.bold
 
     def decides(self, knowledge: Knowledge, now_s: float) -> Planner:
-        """Who does at a moment; where that changes, all ways are tried once more: by who insists no
-        more the best of them at once, since that may be a gap far behind."""
-        before, (_, turn_s) = self._now, full_circle(knowledge)
-        progress = knowledge.progress
-        self._now = before.after(progress, now_s, turn_s)
-        if self.bold != before.bold:
-            anew = straight_again(progress, now_s)
-            if self.bold and progress.stuck_m is not None:
-                anew = replace(anew, stuck_m=progress.stuck_m, planned_s=-np.inf)
-            knowledge.progress = anew
-            assert knowledge.route_map is not None  # Seen space is kept where ways out need it.
-            knowledge.route_map.try_all_again()
+        """Who does at a moment; where that changes, all ways are tried once more."""
+        assert knowledge.routes is not None  # Seen space is kept where ways out need it.
+        before, (radius, turn_s) = self._now, full_circle(knowledge)
+        now = self._now = before.after(knowledge.progress, now_s, turn_s)
+        routes = knowledge.routes.use(finer=now.finer)
+        if (now.bold, now.finer) != (before.bold, before.finer):
+            knowledge.progress = self._anew(knowledge, now_s, MISSED * radius)
+            routes.try_all_again()
         return self._bold if self.bold else self._careful
+
+    def _anew(self, knowledge: Knowledge, now_s: float, near_m: float) -> Progress:
+        """Progress straight for the goal; by who insists no more the best way at once, since that
+        may be a gap far behind, unless the goal is near."""
+        before, place_m = knowledge.progress, knowledge.own_states.latest.position_m
+        anew = straight_again(before, now_s)
+        away_m = length_of(knowledge.mission.goals_m[before.goal] - place_m)
+        if self.bold and before.stuck_m is not None and away_m > near_m:
+            return replace(anew, stuck_m=before.stuck_m, planned_s=-np.inf)
+        return anew

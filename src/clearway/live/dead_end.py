@@ -69,12 +69,12 @@ def out_of_dead_end(
 def kept_up(knowledge: Knowledge, state: State, now_s: float) -> Progress:
     """Progress after taking in early what ways are looked for in, where that is soon due: between
     decisions, so that none takes longer for it."""
-    free, routes, progress = knowledge.sensing.free_space, knowledge.route_map, knowledge.progress
-    if free is None or routes is None or progress.stuck_m is not None:
+    free, progress = knowledge.sensing.free_space, knowledge.progress
+    if free is None or progress.stuck_m is not None:
         return progress
     if now_s - progress.planned_s <= EARLY * MAPPED * full_circle(knowledge)[1]:
         return progress
-    _take_in(knowledge, routes, free.seen, state)
+    _take_in(knowledge, free.seen, state)
     return replace(progress, planned_s=now_s)
 
 
@@ -118,12 +118,12 @@ def _through_seen(
     if progress.stuck_m is None and not (escaped or waited):
         # Who was measured takes its time to turn: each corner would cost it a stop.
         if radius == 0.0 and planner.automaton.pairs is None:
-            _take_in(knowledge, routes, seen, state)
+            _take_in(knowledge, seen, state)
             before = (*progress.detour, goal) if progress.detour else ()
             past = early_way(routes.cells(), state.position_m, goal, before, planner.grid.range_m)
             return replace(progress, detour=past, planned_s=now_s)
         if since_s > MAPPED * turn_s:
-            _take_in(knowledge, routes, seen, state)
+            _take_in(knowledge, seen, state)
             progress = replace(progress, planned_s=now_s)
         return progress
     if progress.runs_up:
@@ -135,7 +135,7 @@ def _through_seen(
         progress = replace(progress, runs_up=False, detour=(), in_vain_s=in_vain_s)
     if progress.stuck_m is not None and since_s < RENEWED * turn_s:
         return progress
-    _take_in(knowledge, routes, seen, state)
+    _take_in(knowledge, seen, state)
     flown: tuple[FloatArray, ...] = ()
     if progress.stuck_m is not None and not progress.closed:
         if not routes.came_nearer(state.position_m, planner.speed_mps * since_s):
@@ -221,9 +221,10 @@ def _closed_or_not(
     return replace(progress, closed=True, closed_s=now_s)
 
 
-def _take_in(knowledge: Knowledge, routes: RouteMap, seen: SeenSpace, state: State) -> None:
+def _take_in(knowledge: Knowledge, seen: SeenSpace, state: State) -> None:
     sensing = knowledge.sensing
-    routes.take(seen, sensing.remembered, state.position_m, sensing.memory_reach_m)
+    assert knowledge.routes is not None  # There are some where there is seen space.
+    knowledge.routes.take(seen, sensing.remembered, state.position_m, sensing.memory_reach_m)
 
 
 def full_circle(knowledge: Knowledge) -> tuple[float, float]:
@@ -242,7 +243,7 @@ def warm_up_ways(knowledge: Knowledge, state: State) -> None:
     if free is None or routes is None:
         way_round(knowledge, state.position_m, goal)
         return
-    _take_in(knowledge, routes, free.seen, state)
+    _take_in(knowledge, free.seen, state)
     routes.aim(state.position_m[None])
     routes.came_nearer(state.position_m, 1.0)
     radius, _ = full_circle(knowledge)

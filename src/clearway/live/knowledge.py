@@ -13,7 +13,6 @@ import numpy as np
 
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, widest_margin_m
-from clearway.avoidance.way_out import Escape, Narrow
 from clearway.avoidance.way_out_terms import carried_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
@@ -27,7 +26,8 @@ from clearway.live.own_states import Flown, OwnStates
 from clearway.live.range_sensing import RangeSensing
 from clearway.live.readings import DataLimits, Reading, reading_of
 from clearway.live.reports import reports_for
-from clearway.live.route_map import RouteMap, turning_room_m
+from clearway.live.route_map import RouteMap
+from clearway.live.route_maps import RouteMaps
 from clearway.live.waiting import Waiting
 from clearway.live.wind import WindEstimate
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -84,19 +84,14 @@ class Knowledge:
             start_m=mission.start.position_m,
             complete_m=None if obstacle_map is None else obstacle_map.complete_m,
         )
-        self.route_map: RouteMap | None = None
+        self.routes = RouteMaps.of(planner, self.sensing, obstacle_map)
         """For ways through seen space, where that is kept."""
-        if self.sensing.free_space is not None:
-            self.route_map = RouteMap(
-                self.sensing.free_space.seen.voxel_m,
-                planner.settings.safety_margin_m,
-                turning_room_m(planner.automaton),
-                obstacle_map,
-                narrow=planner.settings.narrow == Narrow.ALLOW
-                or planner.settings.escape == Escape.KNOWN,
-                sees_m=self.sensing.sees_m,
-            )
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
+
+    @property
+    def route_map(self) -> RouteMap | None:
+        """The cells that ways through seen space are looked for in now, where that is kept."""
+        return None if self.routes is None else self.routes.used
 
     # --- readings -------------------------------------------------------------------------
 

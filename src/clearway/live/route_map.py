@@ -43,11 +43,11 @@ NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
 TALL, TALL_FINE = 100.0, 200.0
-"""Price of a metre that nobody has seen above or below what stands, in coarse cells and in fine
-ones: most of it stands on."""
+"""Price of a metre that nobody has seen above or below what stands, for who turns in much room and
+for others: most of it stands on."""
 MOST_FINE = 60.0
-"""Price of a metre in fine cells at most, when a way is looked for: who can stop may look, but not
-for longer than it takes to fly back out of a room."""
+"""Price of a metre at most for others, when a way is looked for: who can stop may look, but not for
+longer than it takes to fly back out of a room."""
 IN_VAIN_VOXELS = 12
 """About a place that a way came no nearer to, those within so many cost more, at least."""
 IN_VAIN = 1.0
@@ -91,8 +91,8 @@ class RouteMap:
 
     voxel_m: of the free space that it is told of. margin_m, turning_radius_m: of the vehicle; 0
     for one that turns on the spot. obstacle_map: what is known before. narrow: whether what leaves
-    no room to turn may be flown through; coarse cells have no gap where that is. sees_m: how far
-    sensors see, where that is known.
+    no room to turn may be flown through. sees_m: how far sensors see, where that is known. finer:
+    cells are small whatever room a turn takes: coarse ones have no gap where narrow ones are.
     """
 
     def __init__(
@@ -104,11 +104,13 @@ class RouteMap:
         *,
         narrow: bool = False,
         sees_m: float = 0.0,
+        finer: bool = False,
     ) -> None:
         self._no_room, self._hardly_room = NARROW if narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
-        coarse &= sees_m < SEES_BEHIND * turning_radius_m and not narrow
-        self._per_cell = COARSE if coarse else FINE
+        coarse &= sees_m < SEES_BEHIND * turning_radius_m
+        self._turns_wide = coarse
+        self._per_cell = COARSE if coarse and not finer else FINE
         self.width_m = float(self._per_cell * voxel_m)
         # No gap between cells leads through a wall, however thin.
         self._barred_m = max(margin_m, HALF_DIAGONAL * self.width_m)
@@ -210,7 +212,7 @@ class RouteMap:
         reach = max(self.rooms_m[1] / self.width_m, IN_VAIN_VOXELS / self._per_cell)
         # Who turns in little room climbs in it too: to such another height is another way.
         height = int(cell[2])
-        heights = self._alike(cell, reach) if self._per_cell == COARSE else (height, height)
+        heights = self._alike(cell, reach) if self._turns_wide else (height, height)
         add_ball(self._in_vain, cell, reach, *heights, IN_VAIN)
         return False
 
@@ -254,8 +256,7 @@ class RouteMap:
         price = np.where(self._seen, 1.0, UNSEEN)
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
-        coarse = self._per_cell == COARSE
-        price[~self._seen & stands] = TALL if coarse else TALL_FINE
+        price[~self._seen & stands] = TALL if self._turns_wide else TALL_FINE
         price[nearest < self.rooms_m[1]] *= self._no_room
         price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
         price += self._in_vain
@@ -266,7 +267,7 @@ class RouteMap:
             price,
             self._in_vain,
             nearest,
-            np.inf if coarse else MOST_FINE,
+            np.inf if self._turns_wide else MOST_FINE,
         )
 
 
