@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 from clearway.avoidance.hazards import PointHazards, no_points
+from clearway.live.cell_marking import leaves_no_room
 from clearway.live.route_map import UNSEEN, Cells, RouteMap
 from clearway.live.seen_route import (
     BARRED,
@@ -239,7 +241,9 @@ def test_a_door_that_is_never_come_nearer_to_gives_way_to_another() -> None:
             wall((12.0, 10.0), (12.0, 30.0)),
         ]
     )
-    routes = mapped(two_doors)
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
+    seen = FreeSpace(VOXEL_M, START).seen
+    routes.take(seen._replace(free=packed(np.ones(SHAPE))), balls(two_doors), START, 100.0)
     route = seen_route(routes.cells(), START, GOAL)
     assert 2.0 < crossed_m(route, 12.0) < 10.0
     for _ in range(40):
@@ -250,6 +254,35 @@ def test_a_door_that_is_never_come_nearer_to_gives_way_to_another() -> None:
             break
     assert -18.0 < crossed_m(route, 12.0) < -10.0
     assert routes.cells().in_vain.max() > 0.0
+
+
+@given(
+    nearest=hnp.arrays(np.float64, (5, 6, 4), elements=st.floats(0.0, 6.0)),
+    room=st.floats(1.0, 5.0),
+    within=st.floats(0.0, 4.0),
+)
+def test_a_cell_has_room_where_one_about_it_is_far_enough_from_what_stands(
+    nearest: np.ndarray, room: float, within: float
+) -> None:
+    barred, width = 0.8, 1.5
+    at = np.stack(np.indices(nearest.shape), axis=-1).reshape(-1, 3)
+    wide = at[nearest.ravel() >= room]
+    none = np.zeros(len(at), dtype=bool)
+    for n, cell in enumerate(at):
+        away = np.linalg.norm((wide - cell) * width, axis=1)
+        none[n] = nearest.ravel()[n] >= barred and not np.any(away <= within)
+    assert np.array_equal(leaves_no_room(nearest, barred, room, within, width).ravel(), none)
+
+
+def test_who_passes_a_lone_trunk_beside_open_space_keeps_off_it_no_farther_than_it_must() -> None:
+    """The price of no room to turn is for where there is none, not for what stands alone."""
+    trunk = wall((12.0, 0.0), (12.0, 0.5))
+    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M, sees_m=15.0)
+    seen = FreeSpace(VOXEL_M, START).seen
+    routes.take(seen._replace(free=packed(np.ones(SHAPE))), balls(trunk), START, 100.0)
+    route = seen_route(routes.cells(), START, GOAL)
+    assert MARGIN_M < abs(crossed_m(route, 12.0)) < 3.0
+    assert route.in_vain_m == 0.0
 
 
 @pytest.mark.parametrize(("top_m", "above"), [(17.0, True), (4.0, False)])

@@ -191,6 +191,35 @@ def _mark_gathered(
             nearest[a, b, c] = known
 
 
+@compiled
+def leaves_no_room(
+    nearest: FloatArray, barred: float, room: float, within: float, width: float
+) -> BoolArray:
+    """[nx, ny, nz] of cells that are not barred, whether no centre `within` their own is as far as
+    `room` from what stands: off something beside a wide place nobody has to keep for a turn."""
+    nx, ny, nz = nearest.shape
+    none = np.zeros((nx, ny, nz), dtype=np.bool_)
+    steps = _outwards(int(within / width))
+    reached = 0
+    while reached < len(steps) and np.sum(steps[reached] ** 2) * width * width <= within * within:
+        reached += 1
+    for a in range(nx):
+        for b in range(ny):
+            for c in range(nz):
+                if nearest[a, b, c] >= room or nearest[a, b, c] < barred:
+                    continue
+                narrow = True
+                for k in range(1, reached):
+                    u, v, w = a + steps[k, 0], b + steps[k, 1], c + steps[k, 2]
+                    if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz:
+                        continue
+                    if nearest[u, v, w] >= room:
+                        narrow = False
+                        break
+                none[a, b, c] = narrow
+    return none
+
+
 @borrowing
 def _cells_within(
     middle: float, low: float, width: float, far: float, count: int

@@ -16,7 +16,7 @@ from clearway.avoidance.hazards import PointHazards
 from clearway.base.arrays import BoolArray, IntArray
 from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
-from clearway.live.cell_marking import add_ball, mark_balls, mostly_seen
+from clearway.live.cell_marking import add_ball, leaves_no_room, mark_balls, mostly_seen
 from clearway.live.distance_field import HALF_DIAGONAL
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.seen_space import SeenSpace
@@ -38,7 +38,7 @@ ROLL_WITHIN = 8
 """Cells move along once the vehicle is off their middle by this part of their number."""
 UNSEEN = 2.0
 """Price of a metre that nobody has seen."""
-NO_ROOM_TO_TURN, HARDLY_ROOM = 2.0, 6.0
+NO_ROOM_TO_TURN, HARDLY_ROOM = 3.0, 9.0
 """Price of a metre within a turning radius, and half of one, of something, beside the margin."""
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
@@ -115,6 +115,7 @@ class RouteMap:
         # No gap between cells leads through a wall, however thin.
         self._barred_m = max(margin_m, HALF_DIAGONAL * self.width_m)
         self.rooms_m = (margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
+        self._turning_radius_m = turning_radius_m
         self._obstacle_map = obstacle_map
         self._low: IntArray | None = None
         self._shape = SHAPE
@@ -257,8 +258,14 @@ class RouteMap:
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
         price[~self._seen & stands] = TALL if self._turns_wide else TALL_FINE
-        price[nearest < self.rooms_m[1]] *= self._no_room
-        price[nearest < self.rooms_m[0]] *= self._hardly_room / self._no_room
+        if self._turning_radius_m > 0.0:
+            radii = (0.5 * self._turning_radius_m, self._turning_radius_m)
+            hardly, none = (
+                leaves_no_room(nearest, self._barred_m, room, radius, self.width_m)
+                for room, radius in zip(self.rooms_m, radii, strict=True)
+            )
+            price[none] *= self._no_room
+            price[hardly] *= self._hardly_room / self._no_room
         price += self._in_vain
         price[barred] = np.inf
         return Cells(
