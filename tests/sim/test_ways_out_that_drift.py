@@ -90,6 +90,46 @@ def test_wind_takes_no_way_out_before_a_wall(tmp_path: Path, wind: list[float]) 
     assert run.summary()["without_way_out"] == 0
 
 
+DRIFTS_OFF = """
+[mission]
+name = "drifts-off"
+waypoints_m = [[30.0, 0.0, 0.0]]
+[vehicle]
+kind = "multirotor"
+turn_step_deg = {turn}
+body_radius_m = 0.2
+[grid]
+range_m = 10.6
+azimuth_deg = 30.0
+elevation_deg = 25.0
+[safety]
+margin_m = 0.3
+wind_mps = {wind}
+[simulation]
+time_limit_s = 60.0
+wind_mps = {wind}
+[[lidar]]
+beams_per_cell = [20, 10]
+"""
+
+
+@pytest.mark.parametrize(
+    ("turn", "wind"), [(20.0, [-0.176, 0.095, 0.0]), (20.0, [-0.176, -0.095, 0.0])]
+)
+def test_a_hold_that_is_blown_off_the_start_is_no_way_out(
+    tmp_path: Path, turn: float, wind: list[float]
+) -> None:
+    """It was one for some seconds of those asked for; then nothing certain was left, and the ball
+    where nobody had looked was touched."""
+    ball = '\n[[obstacle]]\nshape = "ball"\nposition_m = [1.0, 3.6, -0.07]\nradius_m = 0.9'
+    run = of_mission(tmp_path, DRIFTS_OFF.format(turn=turn, wind=wind) + ball)
+    told = run.summary()
+    assert told["escape"] == "strict"
+    assert told["without_way_out"] == 0
+    assert run.metrics.margin_violations == 0
+    assert run.reached
+
+
 def test_a_tilt_between_two_steps_leads_into_no_wall_of_a_room(tmp_path: Path) -> None:
     vehicle = VEHICLE.format(turn=20.0) + "\nattitude_deg = [0.0, 10.0, 0.0]"
     scene = {"range": 10.0, "wind": [0.0, 0.0, 0.0], "margin": 0.4}

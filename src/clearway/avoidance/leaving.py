@@ -281,7 +281,9 @@ class Leaving:
             for share in (1.0, *LESSER_MARGINS):
                 for looked in (surely, surely.for_less(0.5)) if surely.drift else (surely,):
                     yield from self._with_share(looked, share)
-        for surely in kinds if ways.drift else ():
+        # The first one has to last: who is blown off the place where it began has been promised
+        # nothing yet, and flies on to where there is one.
+        for surely in kinds if ways.drift and self.had_certain else ():
             for shorter in SHORTER:
                 for share in (1.0, *LESSER_MARGINS):
                     yield from self._with_share(surely.for_less(shorter), share)

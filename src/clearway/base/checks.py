@@ -7,12 +7,15 @@ number would be kept by every trajectory.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import FloatArray
 from clearway.base.errors import ClearwayError
+
+Kind = TypeVar("Kind")
 
 LARGEST = 1e9
 """Nothing that is said in metres, metres a second or radians is larger."""
@@ -79,6 +82,33 @@ def array_problem(
     except (TypeError, ValueError):
         pass
     return f"{name}: must hold numbers from {low:g} to {high:g} only"
+
+
+def points_of(name: str, values: Any) -> FloatArray:
+    """Places [n, 3] of one [3] or several; masked ones are NaN. Raises ClearwayError for any other
+    shape, which laid out anew would be other places, and for what are no numbers."""
+    try:
+        points = np.array(np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan))
+    except (TypeError, ValueError) as cause:
+        raise ClearwayError(f"{name}: places [n, 3] are needed, got {_shown(values)}") from cause
+    if not points.size and points.shape in ((0,), (0, 3)):
+        return np.zeros((0, 3))
+    if points.shape == (3,):
+        return points[None]
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ClearwayError(f"{name}: must have shape [n, 3], got {list(points.shape)}")
+    return points
+
+
+def kind_of(name: str, value: Any, kind: type[Kind]) -> Kind:
+    """The value; raises ClearwayError where it is of another type."""
+    if not isinstance(value, kind):
+        raise ClearwayError(f"{name}: takes {_article(kind)}, got {type(value).__name__}")
+    return value
+
+
+def _article(kind: type) -> str:
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
 
 
 def found(problems: Iterable[str | None]) -> list[str]:

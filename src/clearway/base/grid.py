@@ -80,11 +80,11 @@ class AvoidanceGrid:
     ) -> AvoidanceGrid:
         """Evenly spaced cells; a single angle means plus and minus it, a single range from 0."""
         for name, count in (("layers", layers), ("columns", columns), ("rows", rows)):
-            if count < 1:
-                raise ClearwayError(f"grid {name}: {count} cells; at least 1 is needed")
-        near, far = (0.0, range_m) if not isinstance(range_m, tuple) else range_m
-        right, left = _span(azimuth_deg)
-        bottom, top = _span(elevation_deg)
+            if not isinstance(count, int | np.integer) or count < 1:
+                raise ClearwayError(f"grid {name}: a whole number from 1 is needed, got {count!r}")
+        near, far = _span("range_m", range_m, from_zero=True)
+        right, left = _span("azimuth_deg", azimuth_deg)
+        bottom, top = _span("elevation_deg", elevation_deg)
         with np.errstate(invalid="ignore"):  # What is infinite is refused like all that is no edge.
             return cls(
                 np.linspace(near, far, layers + 1),
@@ -176,6 +176,8 @@ class AvoidanceGrid:
     def cell_of(self, points_m: npt.ArrayLike) -> IntArray:
         """[n] flat cell index of points [n, 3] in the grid frame; -1 outside the grid."""
         points = np.ascontiguousarray(points_m, dtype=np.float64)
+        if points.shape[-1:] != (3,):
+            raise ClearwayError(f"grid: points must have shape [n, 3], got {list(points.shape)}")
         return _cells_of(points.reshape(-1, 3), self.edges).reshape(points.shape[:-1])
 
     def shaped(self, per_cell: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
@@ -183,10 +185,14 @@ class AvoidanceGrid:
         return per_cell.reshape(self.shape)
 
 
-def _span(half_or_both: float | tuple[float, float]) -> tuple[float, float]:
-    if isinstance(half_or_both, tuple):
-        return half_or_both
-    return -half_or_both, half_or_both
+def _span(
+    name: str, end_or_both: float | tuple[float, float], *, from_zero: bool = False
+) -> tuple[float, float]:
+    """First and last edge; raises ClearwayError for what is neither a number nor two."""
+    both = end_or_both if isinstance(end_or_both, tuple) else (end_or_both,)
+    if len(both) > 2 or not all(isinstance(each, int | float | np.number) for each in both):
+        raise ClearwayError(f"grid {name}: a number or two are needed, got {end_or_both!r}")
+    return (0.0 if from_zero else -both[0], both[0]) if len(both) == 1 else (both[0], both[1])
 
 
 def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:

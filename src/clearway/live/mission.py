@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
-from clearway.base.checks import above_zero_problem, array_problem, found
+from clearway.base.checks import above_zero_problem, array_problem, found, kind_of, points_of
 from clearway.base.errors import InputError
 from clearway.base.frames import IN_SPACE, LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -62,8 +62,9 @@ class Mission:
     turns back for a waypoint that had to be passed at a distance."""
 
     def __post_init__(self) -> None:
+        kind_of(f"mission {self.name!r}: start", self.start, State)
         for name in ("waypoints_m", "landing_m"):
-            points = np.array(getattr(self, name), dtype=np.float64).reshape(-1, 3)
+            points = points_of(f"mission {self.name!r}: {name}", getattr(self, name))
             points.setflags(write=False)
             object.__setattr__(self, name, points)
         problems = self._problems()

@@ -115,6 +115,7 @@ class RouteMap:
         # No gap between cells leads through a wall, however thin.
         self._barred_m = max(margin_m, HALF_DIAGONAL * self.width_m)
         self.rooms_m = (margin_m + 0.5 * turning_radius_m, margin_m + turning_radius_m)
+        self._matters_m = max(self.rooms_m[1] + self.width_m, MOST_ROOM * self.width_m)
         self._turning_radius_m = turning_radius_m
         self._obstacle_map = obstacle_map
         self._low: IntArray | None = None
@@ -139,7 +140,7 @@ class RouteMap:
             read_only(remembered.radius_m),
             np.asarray(low * self.width_m, dtype=np.float64),
             self.width_m,
-            max(self.rooms_m[1] + self.width_m, MOST_ROOM * self.width_m),
+            self._matters_m,
         )
         ticks = [
             (low[axis] + np.arange(count) + 0.5) * self.width_m - position_m[axis]
@@ -191,7 +192,7 @@ class RouteMap:
         shape = self._shape
         ticks = [(low[axis] + np.arange(n) + 0.5) * self.width_m for axis, n in enumerate(shape)]
         centers = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
-        return self._obstacle_map.distance_m(centers).reshape(shape)
+        return self._obstacle_map.distance_m(centers, self._matters_m).reshape(shape)
 
     # --- what came to nothing -------------------------------------------------------------
 

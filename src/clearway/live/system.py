@@ -13,14 +13,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.avoidance.decide import decide, warm_up_steps
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line
+from clearway.base.checks import LARGEST, points_of
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture, traffic_picture
@@ -92,6 +93,10 @@ class AvoidanceSystem:
         follow_movers: bool = False,
         volumes: VolumeSet | None = None,
     ) -> None:
+        if not ground_m <= LARGEST:
+            raise ClearwayError(
+                f"ground_m: must be a number up to {LARGEST:g}, or -inf for none, got {ground_m}"
+            )
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which ways out this flight keeps in hand, and why."""
         self._asked_for, self._lidars = planner, tuple(lidars)
@@ -368,12 +373,15 @@ class AvoidanceSystem:
         """Nobody flies the plan any more: the next question asks for a decision."""
         self._plan = Plan(self.planner.automaton, had_certain=self._plan.had_certain)
 
-    def fly_to(self, place_m: FloatArray, now_s: float) -> None:
-        """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due."""
+    def fly_to(self, place_m: npt.ArrayLike, now_s: float) -> None:
+        """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due.
+
+        Raises ClearwayError for what are no such places, and before an own state has come.
+        """
         known = self._known
         radius = self.mission.reach_radius_m
         known.mission = Mission(
-            "a new goal", known.own_states.latest, place_m.reshape(-1, 3), radius
+            "a new goal", known.own_states.latest, points_of("fly_to", place_m), radius
         )
         known.progress = Progress(nearest_s=known.clock.own(now_s))
         self._insistence = Insistence(self.planner) if self.escape.insists else None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
+from clearway.base.checks import kind_of, points_of
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -49,7 +50,10 @@ class ObstacleMap:
     def __init__(
         self, obstacles: Sequence[Obstacle] = (), *, complete_m: npt.ArrayLike | None = None
     ) -> None:
-        self.obstacles = tuple(obstacles)
+        if isinstance(obstacles, Obstacle) or not isinstance(obstacles, Iterable):
+            kind = type(obstacles).__name__
+            raise ClearwayError(f"obstacle map: takes a sequence of obstacles, got {kind}")
+        self.obstacles = tuple(kind_of("obstacle map", each, Obstacle) for each in obstacles)
         self.shapes = shapes_of(self.obstacles)
         self.tree = build_box_tree(self.shapes)
         self.complete_m = None if complete_m is None else _box(complete_m)
@@ -74,12 +78,16 @@ class ObstacleMap:
 
     def nearest(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
         """Signed distance [n] in metres of world points [n, 3] and whose it is [n]; -1 for none."""
-        points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
-        return nearest_obstacles(points, self.shapes, self.tree)
+        return self._nearest(points_m, np.inf)
 
-    def distance_m(self, points_m: npt.ArrayLike) -> FloatArray:
-        """Signed distance [n] of world points [n, 3] to the nearest surface; inf without any."""
-        return self.nearest(points_m)[0]
+    def distance_m(self, points_m: npt.ArrayLike, within_m: float = np.inf) -> FloatArray:
+        """Signed distance [n] of world points [n, 3] to the nearest surface; inf without any, and
+        where it is not below `within_m`, which is found sooner."""
+        return self._nearest(points_m, within_m)[0]
+
+    def _nearest(self, points_m: npt.ArrayLike, within_m: float) -> tuple[FloatArray, IntArray]:
+        points = points_of("obstacle map: points", points_m)
+        return nearest_obstacles(points, float(within_m), self.shapes, self.tree)
 
     def cast(
         self, origin_m: npt.ArrayLike, directions: npt.ArrayLike, max_range_m: float
@@ -87,7 +95,7 @@ class ObstacleMap:
         """Range [n] from a world point [3] along unit directions [n, 3]; inf where none is met."""
         return cast_rays(
             np.ascontiguousarray(origin_m, dtype=np.float64),
-            np.ascontiguousarray(directions, dtype=np.float64).reshape(-1, 3),
+            points_of("obstacle map: directions", directions),
             float(max_range_m),
             self.shapes,
             self.tree,

@@ -105,10 +105,11 @@ def obstacles_within(
 
 @compiled
 def nearest_obstacles(
-    points: FloatArray, shapes: Shapes, tree: BoxTree
+    points: FloatArray, within: float, shapes: Shapes, tree: BoxTree
 ) -> tuple[FloatArray, IntArray]:
-    """Signed distance [n] of points [n, 3] to the nearest obstacle, and its index (-1: none)."""
-    distances = np.full(len(points), np.inf)
+    """Signed distance [n] of points [n, 3] to the nearest obstacle, and its index; inf and -1 where
+    none is nearer than `within`."""
+    distances = np.full(len(points), within)
     nearest = np.full(len(points), -1, dtype=np.int64)
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
@@ -124,4 +125,6 @@ def nearest_obstacles(
                     distances[p] = distance
                     nearest[p] = n
             node += 1
+        if nearest[p] < 0:
+            distances[p] = np.inf
     return distances, nearest

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.checks import array_problem, found, number_problem
+from clearway.base.checks import array_problem, found, number_problem, points_of
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
@@ -210,25 +210,26 @@ def detection_of_cells(
     grid frame and the balls [n] that they stand for. Cells beyond `max_range_m` are not seen.
     """
     blocked = np.ascontiguousarray(np.clip(probability, 0.0, 1.0), dtype=np.float64)
+    points = points_of(f"detection of {sensor}: points_m", points_m)
     layers = _layers_within(grid, float(max_range_m))
     return Detection(
         grid,
         sensor,
         float(time_s),
-        hits=np.bincount(_inside(grid, points_m), minlength=grid.cells).astype(np.int64),
+        hits=np.bincount(_inside(grid, points), minlength=grid.cells).astype(np.int64),
         beams=np.asarray(looks, dtype=np.int64).ravel(),
         probability=blocked,
         hindrance=blocked,
         visibility=visible_behind(blocked, np.asarray(looks, dtype=np.float64).ravel(), layers),
-        points_m=np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3),
+        points_m=points,
         radius_m=np.ascontiguousarray(radius_m, dtype=np.float64).ravel(),
-        counts=MappingProxyType(dict.fromkeys(REASONS, 0) | {"kept": len(points_m)}),
+        counts=MappingProxyType(dict.fromkeys(REASONS, 0) | {"kept": len(points)}),
     )
 
 
 def _inside(grid: AvoidanceGrid, points_m: FloatArray) -> IntArray:
     """Cells of the points that lie in the grid."""
-    cells = grid.cell_of(np.reshape(points_m, (-1, 3)))
+    cells = grid.cell_of(points_m)
     return cells[cells >= 0]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
-from clearway.base.checks import time_problem
+from clearway.base.checks import kind_of, time_problem
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -74,6 +74,7 @@ class Lidar:
         return one_line("Lidar", (in_brief(self.name), beams, f"sigma {self.sigma_m:g} m"))
 
     def __post_init__(self) -> None:
+        kind_of(f"lidar {self.name}: pattern", self.pattern, BeamPattern)
         if not 0.0 <= self.dropout < 1.0:
             raise ClearwayError(f"lidar {self.name}: dropout must be in [0, 1), got {self.dropout}")
         for name in ("sigma_m", "airframe_radius_m"):
@@ -127,7 +128,10 @@ class Scan:
         if late:
             raise ClearwayError(f"scan {self.sensor}: {late}")
         try:
-            points = read_only(self.points_m)
+            # What is masked is no place: NaN points are counted and skipped.
+            given = self.points_m
+            masked = isinstance(given, np.ma.MaskedArray)
+            points = read_only(np.ma.filled(given, np.nan) if masked else given)
         except (TypeError, ValueError) as cause:
             raise ClearwayError(f"scan {self.sensor}: points must be numbers") from cause
         if points.ndim != 2 or points.shape[1] != 3:

@@ -7,6 +7,7 @@ which places it shows to be empty. `LidarSensor` answers for a `Lidar`; docs/sen
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -14,6 +15,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from clearway.base.compiled import read_only
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, State
@@ -156,7 +158,11 @@ AnySensor = Lidar | RangeSensor
 
 
 def range_sensors(sensors: Sequence[AnySensor]) -> dict[str, RangeSensor]:
-    """Sensors by name, in their order."""
+    """Sensors by name, in their order; raises ClearwayError where two have the same."""
+    names = Counter(sensor.name for sensor in sensors)
+    shared = [name for name, times in names.items() if times > 1]
+    if shared:
+        raise ClearwayError(f"sensors: each needs a name of its own, {shared[0]!r} is there twice")
     return {
         sensor.name: LidarSensor(sensor) if isinstance(sensor, Lidar) else sensor
         for sensor in sensors

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from clearway.base.checks import points_of
 from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 from clearway.live.flight_decision import FlightDecision
@@ -63,7 +64,7 @@ class Session(Hearing):
 
     def hear_goal(self, place_m: FloatArray, wall_s: float) -> str | None:
         """A goal [3], or several [n, 3], in place of the mission; why it is refused, or None."""
-        goals = np.asarray(place_m, dtype=np.float64).reshape(-1, 3)
+        goals = points_of("goal", place_m)
         radius = self.system.mission.reach_radius_m
         if self._own is None:
             return "the own place is not known"
