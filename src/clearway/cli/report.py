@@ -157,15 +157,6 @@ def _check_name(name: str | Path) -> None:
         refuse_special(name)
 
 
-def number_pair(option: str, text: str, example: str) -> tuple[float, float]:
-    """Two numbers with a comma between; raises InputError that names the option."""
-    try:
-        first, second = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(option, f"two numbers are needed, as in {example}; got {text!r}") from None
-    return first, second
-
-
 def folder_of_file(name_or_path: str) -> Path | None:
     """Where modules of the user may lie beside the current folder: with a file that was given."""
     path = Path(name_or_path)

@@ -10,8 +10,9 @@ import typer
 
 from clearway.base.verdict import DemandVerdict
 from clearway.cli import picture_options as drawn
+from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import leave_by, number_pair, print_json, say, sourced
+from clearway.cli.report import leave_by, print_json, say, sourced
 from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ def risk(
         typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
     ] = None,
     count: Annotated[
-        int, typer.Option(min=1, help="Number of encounters.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_COUNTED, help="Number of encounters.", rich_help_panel=RUN),
     ] = 500,
     first: Annotated[
         int, typer.Option(min=0, help="Number of the first one.", rich_help_panel=RUN)
@@ -55,7 +57,8 @@ def risk(
         typer.Option(min=0, help="Fly this one alone, draw and explain it.", rich_help_panel=RUN),
     ] = None,
     workers: Annotated[
-        int, typer.Option(min=1, help="Processes side by side.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_WORKERS, help="Processes side by side.", rich_help_panel=RUN),
     ] = 2,
     own_kt: Annotated[
         float, typer.Option(help="Speed of the ownship in knots.", rich_help_panel=KIND)
@@ -136,7 +139,7 @@ def risk(
     Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
     neither is shown.
     """
-    from clearway.studies.risk.ratios import RiskLimits
+    from clearway.studies.risk.ratios import LARGEST_LIMIT, RiskLimits
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.summary import summary
 
@@ -144,7 +147,7 @@ def risk(
         _draw_curves(curves, out, drawn.pictures_of(form, dpi))
         return
     position_std, velocity_std = number_pair("--noise", noise, "15,1")
-    asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40"))
+    asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40", LARGEST_LIMIT))
     if vehicle is not None or surveillance is not None:
         settings = RiskSettings.real_scale(
             vehicle or "wing",
