@@ -38,6 +38,14 @@ def test_a_file_of_nearly_that_name(tmp_path: Path) -> None:
     assert file_nearby(tmp_path / "absent" / "stret.pcd") == ""
 
 
+def test_a_file_of_another_kind_only_where_its_name_is_the_same(tmp_path: Path) -> None:
+    for name in ("encounter.scn", "nothere.csv", "sweeps.pcd"):
+        (tmp_path / name).write_text("")
+    assert file_nearby(tmp_path / "encountr.pcd") == ""
+    assert "encounter.scn" in file_nearby(tmp_path / "encounter.pcd")
+    assert "sweeps.pcd" in file_nearby(tmp_path / "sweep.pcd")
+
+
 def _table(path: Path) -> None:
     path.write_text("lattitude,longitude,height\n1,2,3\n")
     read_maps([path])

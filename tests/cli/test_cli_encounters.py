@@ -45,7 +45,8 @@ def test_one_encounter_is_replayed_with_its_decisions(tmp_path):
     ("arguments", "said"),
     [
         (("--noise", "much"), "--noise"),
-        (("--scale", "-2"), "scale"),
+        (("--scale", "-2"), "scale: must be a number from 0.001 to 10000"),
+        (("--scale", "1e8"), "scale: must be a number from 0.001 to 10000"),
         (("--detected-at", "nan"), "detected"),
     ],
 )

@@ -173,3 +173,16 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path):
     assert done.returncode == 2
     assert "cannot be written" in done.stderr
     assert Path(tmp_path / "file").read_text() == ""
+
+
+def test_results_into_a_device_are_refused_as_what_cannot_be_written(tmp_path):
+    done = run_here("fly", mission(tmp_path), "--out", "/dev/null", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "/dev/null: cannot be written: --out is a device; a folder is needed\n"
+
+
+@pytest.mark.parametrize("tables", ["[rules]\nterrain_m = 30\n", "[vehicle]\nspeed_mps = 1e-9\n"])
+def test_a_mission_that_is_called_as_its_file_is_told_with_the_file(tmp_path, tables):
+    done = run_here("fly", mission(tmp_path, SHORT + tables), cwd=tmp_path)
+    assert done.returncode == 2
+    assert "short.toml: mission 'short': " in done.stderr

@@ -64,6 +64,7 @@ def test_the_real_files_of_cologne_in_one_frame(tmp_path, data_dir):
         (["none.csv"], "none.csv: cannot be read"),
         (["bad.csv"], "bad.csv: line 2: latitude"),
         (["masts.csv", "--origin", "here"], "--origin: latitude,longitude,height are needed"),
+        (["masts.csv", "--radius", "1e8"], "'--radius'"),
         (["masts.csv", "--at", "noon"], "--at: 'noon' is no date and time"),
     ],
 )

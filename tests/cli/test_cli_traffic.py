@@ -149,3 +149,9 @@ def test_a_recording_without_positions_has_a_picture_too(tmp_path: Path) -> None
     assert run.exit_code == 0, run.stderr
     assert "no position" in run.stdout
     assert (tmp_path / "out" / "a.png").read_bytes().startswith(PNG)
+
+
+def test_a_margin_that_no_mission_could_keep_is_refused_by_its_option(tmp_path: Path) -> None:
+    done = run_here("traffic", "encounter.daa", "--fly", "1", "--margin", "1e9", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "'--margin'" in done.stderr

@@ -93,6 +93,10 @@ def test_a_file_is_no_folder_and_a_folder_no_file(tmp_path: Path) -> None:
         ResultsFolder.checked(tmp_path / "file", "fly", "a")
     with pytest.raises(InputError, match="cannot be written"):
         ResultsFolder.checked(tmp_path / "file" / "inner", "fly", "a")
+    with pytest.raises(InputError, match="--out is a device; a folder is needed"):
+        ResultsFolder.checked(Path("/dev/null"), "fly", "a")
+    with pytest.raises(InputError, match="--html is a device; a file is needed"):
+        refuse_unwritable_file(Path("/dev/null"), "--html")
     with pytest.raises(InputError, match="--html is a folder; a file is needed"):
         refuse_unwritable_file(tmp_path, "--html")
     with pytest.raises(InputError, match="cannot be written"):

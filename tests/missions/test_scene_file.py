@@ -67,6 +67,7 @@ from scenes_for_tests import CROSSING, TWO_BALLS, problems_of, result_of
         ({"intruder": [CROSSING | {"models": []}]}, "at least one of line, body, spread"),
         ({"intruder": [CROSSING | {"up": [0, 0, 0]}]}, "up: a direction is needed"),
         ({"vehicle_timing": {"speed_mps": 0}}, "vehicle_timing.speed_mps: should be greater than"),
+        ({"reach_set": {"speed_mps": 1e9}}, "reach_set.speed_mps: should be less than or equal to"),
         ({"reach_set": {"spread": 3}}, "spread tunes chaotic, combined or dispersion, not flying"),
         ({"rating": {"name": "totl"}}, "rating.name: should be 'total', 'printed', 'visible'"),
         ({"rating": {"unknown": 1.5}}, "rating.unknown: should be less than or equal to 1"),

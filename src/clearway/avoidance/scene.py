@@ -47,6 +47,8 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 100
 """In a row; reach sets of more would not fit into memory."""
+FARTHEST_OUT = 10
+"""Ranges of the grid that one movement may lead: all of it is traced, however little is inside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,18 +263,29 @@ def situation_of(scene: Scene) -> Situation:
     )
 
 
-def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
-    """The scene's reach set: from the user's cache where it is the one for flying."""
-    settings = scene.reach
+def automaton_of(scene: Scene) -> MovementAutomaton:
+    """What the vehicle of its reach set can do; raises ClearwayError where no grid is for it."""
     movements = scene.grid.range_m / scene.speed_mps
     if movements > MOST_MOVEMENTS:
         raise ClearwayError(
             f"reach set: {scene.speed_mps:g} m/s need {movements:,.0f} movements of 1 s to cross "
             f"{scene.grid.range_m:g} m; at most {MOST_MOVEMENTS} are possible"
         )
-    automaton = MovementAutomaton.plane(
+    if movements * FARTHEST_OUT < 1.0:
+        raise ClearwayError(
+            f"reach set: {scene.speed_mps:g} m/s are through a grid of {scene.grid.range_m:g} m "
+            f"in {movements:.3g} s; at most {FARTHEST_OUT * scene.grid.range_m:g} m/s are rated, "
+            f"{FARTHEST_OUT} times its range in a movement of 1 s"
+        )
+    settings = scene.reach
+    return MovementAutomaton.plane(
         scene.speed_mps, settings.turn_step_deg, pitch_limit_deg=settings.pitch_limit_deg
     )
+
+
+def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
+    """The scene's reach set: from the user's cache where it is the one for flying."""
+    settings, automaton = scene.reach, automaton_of(scene)
     pitch = settings.start_pitch_rad
     wanted = float(scene.state.attitude_rad[1]) if pitch is None else pitch
     nearest = min(automaton.start_pitches_rad, key=lambda start: (abs(start - wanted), abs(start)))

@@ -62,19 +62,24 @@ class SeveralErrors(ClearwayError):
         return type(self), (self.errors,)
 
 
+def special_kind(path: str | Path) -> str | None:
+    """ "a pipe", "a socket" or "a device"; None for files, folders, and what may not be asked."""
+    try:
+        mode = Path(path).stat().st_mode
+    except (OSError, ValueError):
+        return None
+    if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
+        return None
+    return "a pipe" if stat.S_ISFIFO(mode) else "a socket" if stat.S_ISSOCK(mode) else "a device"
+
+
 def refuse_special(path: str | Path) -> None:
     """Raise InputError for what is neither a file nor a folder, which to open may block for ever.
 
     What is not there, or may not be asked about, is for the opening to tell.
     """
-    try:
-        mode = Path(path).stat().st_mode
-    except (OSError, ValueError):
-        return
-    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        kind = (
-            "a pipe" if stat.S_ISFIFO(mode) else "a socket" if stat.S_ISSOCK(mode) else "a device"
-        )
+    kind = special_kind(path)
+    if kind is not None:
         raise InputError(str(path), f"cannot be read: it is {kind}; a file is needed")
 
 
@@ -95,7 +100,7 @@ def naming(path: str | Path, doing: Literal["read", "written"]) -> Iterator[None
         problem = f"cannot be {doing}: {cause.strerror or cause}{near}"
         raise InputError(str(path), problem) from cause
     except ValueError as cause:  # a name with a null character
-        if "null" not in str(cause):
+        if isinstance(cause, ClearwayError) or "null" not in str(cause):
             raise
         raise InputError(str(path), f"cannot be {doing}: no file has such a name") from cause
 

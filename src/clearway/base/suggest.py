@@ -28,13 +28,18 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
 
 
 def file_nearby(path: str | Path) -> str:
-    """The same of a file that is not there: one of its folder that is called nearly so."""
+    """The same of a file that is not there: one of its folder that is called nearly so.
+
+    One of another ending, which is mostly of another kind, only where all else is the same.
+    """
+    wanted = Path(path)
     try:
-        there = islice(Path(path).parent.iterdir(), MOST_SEEN)
-        names = {entry.stem: entry.name for entry in there}  # An ending alone is no likeness.
+        there = [entry.name for entry in islice(wanted.parent.iterdir(), MOST_SEEN)]
     except (OSError, ValueError):
         return ""
-    near = nearest(Path(path).stem, names)
-    if near is None:
-        return ""
-    return f" (did you mean {str(Path(path).with_name(names[near]))!r}?)"
+    # An ending alone is no likeness: stems are compared.
+    alike = {Path(one).stem: one for one in there if Path(one).suffix == wanted.suffix}
+    same = (one for one in there if Path(one).stem.lower() == wanted.stem.lower())
+    near = nearest(wanted.stem, alike)
+    name = alike[near] if near is not None else next(same, None)
+    return "" if name is None else f" (did you mean {str(wanted.with_name(name))!r}?)"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from clearway.base.errors import ClearwayError, InputError
+from clearway.base.units import FASTEST_MPS
 from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, show, sourced
 
@@ -103,7 +104,10 @@ def assess(
         typer.Option(help="Reach set: {methods}."),
     ] = None,
     speed: Annotated[
-        float | None, typer.Option(help="Speed of the vehicle in m/s; default: one layer a second.")
+        float | None,
+        typer.Option(
+            max=FASTEST_MPS, help="Speed of the vehicle in m/s; default: one layer a second."
+        ),
     ] = None,
     rating: Annotated[str | None, typer.Option(help="How safe a cell is: {ratings}.")] = None,
     unknown: Annotated[

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.numbers import MOST_COUNTED
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import print_json, say
 
@@ -17,17 +18,23 @@ if TYPE_CHECKING:
 def measure(
     plant: Annotated[str, typer.Argument(help="A plant by name, or your own as module:name.")],
     out: Annotated[Path, typer.Option(help="The automaton file to write.")],
-    flights: Annotated[int, typer.Option(min=1, help="Flights that make the table.")] = 6,
+    flights: Annotated[
+        int, typer.Option(min=1, max=MOST_COUNTED, help="Flights that make the table.")
+    ] = 6,
     held_out: Annotated[
-        int, typer.Option(min=1, help="Flights that predictions are held against.")
+        int,
+        typer.Option(min=1, max=MOST_COUNTED, help="Flights that predictions are held against."),
     ] = 3,
     speed: Annotated[
-        float | None, typer.Option(help="Speed in m/s; default: its usual one.")
+        float | None, typer.Option(max=1e3, help="Speed in m/s; default: its usual one.")
     ] = None,
     movement_s: Annotated[
-        float | None, typer.Option(help="Duration of a movement; default: its usual one.")
+        float | None,
+        typer.Option(max=100.0, help="Duration of a movement; default: its usual one."),
     ] = None,
-    gusts: Annotated[float, typer.Option(min=0.0, help="Standard deviation of gusts, m/s.")] = 0.0,
+    gusts: Annotated[
+        float, typer.Option(min=0.0, max=100.0, help="Standard deviation of gusts, m/s.")
+    ] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="Of all noise.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:

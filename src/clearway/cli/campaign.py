@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from clearway.cli.numbers import MOST_WORKERS
 from clearway.cli.progress import Beside, progress_bar
 from clearway.cli.report import NOT_REACHED, NOT_SHOWN, leave, print_json, say
 
@@ -31,7 +32,10 @@ def campaign(
     workers: Annotated[
         int | None,
         typer.Option(
-            min=1, help="Processes side by side; default: one per core.", rich_help_panel=RUN
+            min=1,
+            max=MOST_WORKERS,
+            help="Processes side by side; default: one per core.",
+            rich_help_panel=RUN,
         ),
     ] = None,
     engine: Annotated[

@@ -12,6 +12,7 @@ from typing import Any
 from typer.core import TyperCommand, TyperGroup
 
 from clearway.base.variants import in_words
+from clearway.cli.numbers import refuse_absurd
 
 
 def _ratings() -> str:
@@ -145,11 +146,16 @@ def _fill(params: list[Any]) -> None:
 
 
 class Command(TyperCommand):
-    """A command whose help lists what there is."""
+    """A command whose help lists what there is, and whose numbers are some that can be."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         _fill(self.params)
         super().format_help(ctx, formatter)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        rest = super().parse_args(ctx, args)
+        refuse_absurd(ctx, self.params)
+        return rest
 
 
 class Group(TyperGroup):
@@ -158,3 +164,8 @@ class Group(TyperGroup):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         _fill(self.params)
         super().format_help(ctx, formatter)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        rest = super().parse_args(ctx, args)
+        refuse_absurd(ctx, self.params)
+        return rest

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
+from clearway.cli.numbers import MOST_COUNTED
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
@@ -39,7 +40,9 @@ def compare(
             help="Names with commas between, of {planners}; default: all that come with clearway."
         ),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Flights of each planner.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=MOST_COUNTED, help="Flights of each planner.")
+    ] = 1,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first flight.")] = 0,
     out: Annotated[
         Path | None,

@@ -12,12 +12,12 @@ import typer
 
 from clearway.base.own_code import shown
 from clearway.base.verdict import DemandVerdict
+from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import (
     NOT_REACHED,
     leave,
     leave_by,
-    number_pair,
     print_json,
     say,
     table_console,
@@ -86,7 +86,8 @@ def encounters(
         typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
     ] = None,
     count: Annotated[
-        int, typer.Option(min=1, help="Number of encounters.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_COUNTED, help="Number of encounters.", rich_help_panel=RUN),
     ] = 1000,
     seed: Annotated[
         int, typer.Option(min=0, help="Seed of the first one.", rich_help_panel=RUN)
@@ -98,7 +99,8 @@ def encounters(
         ),
     ] = None,
     workers: Annotated[
-        int, typer.Option(min=1, help="Processes side by side.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_WORKERS, help="Processes side by side.", rich_help_panel=RUN),
     ] = 2,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)

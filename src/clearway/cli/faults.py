@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
+from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced, table_console
 from clearway.io.json_values import finite
@@ -29,12 +30,15 @@ def faults(
     ] = None,
     list_all: Annotated[bool, typer.Option("--list", help="List the faults there are.")] = False,
     flights: Annotated[
-        int, typer.Option(min=1, help="Worlds at each level.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_COUNTED, help="Worlds at each level.", rich_help_panel=RUN),
     ] = 40,
     seed: Annotated[int, typer.Option(min=0, help="Of the first world.", rich_help_panel=RUN)] = 0,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, help="Processes; default: one per core.", rich_help_panel=RUN),
+        typer.Option(
+            min=1, max=MOST_WORKERS, help="Processes; default: one per core.", rich_help_panel=RUN
+        ),
     ] = None,
     missions: Annotated[
         bool,

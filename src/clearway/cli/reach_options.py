@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.base.errors import ClearwayError
+from clearway.base.units import FASTEST_MPS
 
 if TYPE_CHECKING:
     from clearway.base.grid import AvoidanceGrid
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
 MOST_CELLS = 100_000
+LONGEST_S = 1e3
+"""A movement of a quarter of an hour."""
 
 Layers = Annotated[int, typer.Option(help="Cells along the range.", rich_help_panel=GRID)]
 RangeM = Annotated[
@@ -76,10 +79,12 @@ def automaton_of(
 
     if movements not in (5, 9):
         raise ClearwayError(f"--movements: {movements} is neither 5 nor 9")
-    if not (0.0 < speed_mps < 1e6):
-        raise ClearwayError(f"--speed: {speed_mps} is not a speed in m/s above 0")
-    if not (0.0 < duration_s < 1e6):
-        raise ClearwayError(f"--duration: {duration_s} is not a time in s above 0")
+    for option, value, most, unit in (
+        ("--speed", speed_mps, FASTEST_MPS, "m/s"),
+        ("--duration", duration_s, LONGEST_S, "s"),
+    ):
+        if not 0.0 < value <= most:
+            raise ClearwayError(f"{option}: {value:g} is not above 0 and at most {most:g} {unit}")
     if not (0.0 <= abs(turn_step_deg) <= 180.0):
         raise ClearwayError(f"--turn-step-deg: {turn_step_deg} is not within [-180, 180]")
     limit = None

@@ -30,6 +30,8 @@ BROKEN = 70
 NOT_SHOWN = 3
 """Neither shown nor missed, or something that was asked for was skipped."""
 INTERRUPTED = 130
+WRITTEN = ("out", "video", "html", "layout", "docs", "download", "fetch", "folder")
+"""Options of files and folders that commands leave."""
 COMMANDS = {"show_map": "map", "mavlink": "fly", "compare": "fly", "alerts": "traffic"}
 """By the name of their function: what their files are taken by too."""
 
@@ -46,6 +48,11 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
         try:
             for name in _names(given):
                 _check_name(name)
+            # What is written is looked at by who writes it.
+            read = [value for option, value in options.items() if option not in WRITTEN]
+            for name in _names([*args, *read]):
+                if isinstance(name, Path):
+                    refuse_special(name)
             return command(*args, **options)
         except ClearwayError as error:
             told = [
@@ -116,11 +123,20 @@ def _with_file(message: str, given: Iterable[object]) -> str:
     """The message, after the first file that was given where it names none of them."""
     names = [str(name) for name in _names(given)]
     files = [name for name in names if Path(name).is_file()]
-    if not files or message.startswith("-") or any(Path(one).stem in message for one in files):
+    if not files or message.startswith("-") or any(_is_named(one, message) for one in files):
         return message
     if any(message.startswith(f"{name}: ") for name in names):  # of one that is not there
         return message
     return f"{plain(files[0], '')}: {message}"
+
+
+def _is_named(file: str, message: str) -> bool:
+    """Whether a message names a file, or one beside it that is called the same but for the end.
+
+    The name of a mission, which is mostly that of its file, names none.
+    """
+    path = Path(file)
+    return path.name in message or f"{path.stem}." in message
 
 
 def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -> Iterator[str]:
@@ -148,22 +164,11 @@ def _with_room(told: list[str], hints: tuple[str, ...]) -> Iterator[str]:
 
 
 def _check_name(name: str | Path) -> None:
-    """Refuse what is no file, and names that cannot be written into the results."""
+    """Refuse names that cannot be written into the results."""
     try:
         str(name).encode()
     except UnicodeEncodeError:
         raise InputError(str(name), "this name is not UTF-8: rename the file") from None
-    if isinstance(name, Path):
-        refuse_special(name)
-
-
-def number_pair(option: str, text: str, example: str) -> tuple[float, float]:
-    """Two numbers with a comma between; raises InputError that names the option."""
-    try:
-        first, second = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(option, f"two numbers are needed, as in {example}; got {text!r}") from None
-    return first, second
 
 
 def folder_of_file(name_or_path: str) -> Path | None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from clearway.base.verdict import DemandVerdict
 from clearway.cli import picture_options as drawn
+from clearway.cli.given import refuse_given
+from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import leave_by, number_pair, print_json, say, sourced
+from clearway.cli.report import leave_by, print_json, say
+from clearway.cli.risk_files import draw_curves, results_folder, write_study
 from clearway.cli.risk_table import print_tables
 
 if TYPE_CHECKING:
@@ -22,9 +25,13 @@ if TYPE_CHECKING:
     from clearway.view.plot.style import Pictures
 
 KIND, SCALE, RUN, OUTPUT = "Kind of encounter", "Real scale", "Run", "Output"
+STRETCHED_ALONE = ("own_kt", "noise", "report_s", "stretch")
+REAL_ALONE = ("range_m", "reaction_s", "floor_ft", "ceiling_ft")
+"""Options of one of both worlds, see docs/risk.md: the other would fly without a word of them."""
 
 
 def risk(
+    context: typer.Context,
     model: Annotated[
         Path | None,
         typer.Argument(
@@ -44,7 +51,8 @@ def risk(
         typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
     ] = None,
     count: Annotated[
-        int, typer.Option(min=1, help="Number of encounters.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_COUNTED, help="Number of encounters.", rich_help_panel=RUN),
     ] = 500,
     first: Annotated[
         int, typer.Option(min=0, help="Number of the first one.", rich_help_panel=RUN)
@@ -55,7 +63,8 @@ def risk(
         typer.Option(min=0, help="Fly this one alone, draw and explain it.", rich_help_panel=RUN),
     ] = None,
     workers: Annotated[
-        int, typer.Option(min=1, help="Processes side by side.", rich_help_panel=RUN)
+        int,
+        typer.Option(min=1, max=MOST_WORKERS, help="Processes side by side.", rich_help_panel=RUN),
     ] = 2,
     own_kt: Annotated[
         float, typer.Option(help="Speed of the ownship in knots.", rich_help_panel=KIND)
@@ -136,16 +145,21 @@ def risk(
     Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
     neither is shown.
     """
-    from clearway.studies.risk.ratios import RiskLimits
+    from clearway.studies.risk.ratios import LARGEST_LIMIT, RiskLimits
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.summary import summary
 
     if curves:
-        _draw_curves(curves, out, drawn.pictures_of(form, dpi))
+        draw_curves(curves, out, drawn.pictures_of(form, dpi))
         return
     position_std, velocity_std = number_pair("--noise", noise, "15,1")
-    asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40"))
+    asked = RiskLimits(*number_pair("--limits", limits, "0.18,0.40", LARGEST_LIMIT))
     if vehicle is not None or surveillance is not None:
+        refuse_given(
+            context,
+            STRETCHED_ALONE,
+            "is of the stretched world: leave out --vehicle and --surveillance",
+        )
         settings = RiskSettings.real_scale(
             vehicle or "wing",
             surveillance or "ads-b",
@@ -157,6 +171,7 @@ def risk(
             layers=_layers(layers),
         )
     else:
+        refuse_given(context, REAL_ALONE, "is for --vehicle or --surveillance")
         settings = RiskSettings(
             own_kt=own_kt,
             stretch=stretch,
@@ -167,7 +182,7 @@ def risk(
         )
     planners = _planners(planner, settings)
     network = _model(model, settings)
-    folder, pictures = _folder(out, model, only), drawn.pictures_of(form, dpi)
+    folder, pictures = results_folder(out, model, only), drawn.pictures_of(form, dpi)
     if only is not None:
         _fly_one(network, only, planners, settings, seed, folder, as_json, pictures)
         return
@@ -179,38 +194,12 @@ def risk(
     else:
         print_tables(result, told)
     if folder is not None:
-        _write(result, told, folder)
+        write_study(result, told, folder)
     leave_by(
         DemandVerdict(measure["verdict"])
         for measure in told["planners"][planners[0]].values()
         if isinstance(measure, dict) and "verdict" in measure
     )
-
-
-def _draw_curves(files: Sequence[Path], out: Path | None, pictures: Pictures) -> None:
-    from clearway.base.errors import InputError
-    from clearway.io.staging import staged
-    from clearway.studies.figures.risk_curves import draw_risk_curves, read_study
-    from clearway.view.plot.style import house_style
-
-    if out is None:
-        raise InputError("--curves", "needs --out, a folder for the picture")
-    studies = [read_study(file) for file in files]
-    with staged(out) as scratch, house_style():
-        name = pictures.save(draw_risk_curves(studies), scratch, "risk-curves")
-    say(f"wrote {name} to {out}")
-
-
-def _folder(out: Path | None, model: Path | None, only: int | None) -> ResultsFolder | None:
-    """Where results go, looked at before anything is flown; nowhere unless asked for."""
-    from clearway.io.results_folder import ResultsFolder
-
-    if out is None:
-        return None
-    of = "made-up numbers" if model is None else model.name
-    if only is not None:
-        return ResultsFolder.checked(out, "risk --only", of, adds=True)
-    return ResultsFolder.checked(out, "risk", of)
 
 
 def _layers(text: str) -> tuple[int, ...]:
@@ -294,16 +283,3 @@ def _fly_one(
         with folder.written() as scratch, house_style():
             name = pictures.save(draw_encounter(told.tracks), scratch, f"encounter-{number}")
         say(f"wrote {name} to {folder.path}")
-
-
-def _write(result: RiskStudy, told: dict[str, Any], folder: ResultsFolder) -> None:
-    import json
-
-    from clearway.studies.risk.summary import write_encounters
-
-    with folder.written() as scratch:
-        write_encounters(result, scratch / "encounters.csv")
-        (scratch / "risk.json").write_text(
-            json.dumps(sourced(told), indent=2, allow_nan=False) + "\n"
-        )
-    say(f"wrote encounters.csv, risk.json to {folder.path}")

@@ -50,7 +50,11 @@ def traffic(
     margin_m: Annotated[
         float,
         typer.Option(
-            "--margin", min=1.0, help="Distance to keep, in metres.", rich_help_panel=FLYING
+            "--margin",
+            min=1.0,
+            max=1e5,
+            help="Distance to keep, in metres.",
+            rich_help_panel=FLYING,
         ),
     ] = 304.8,
     bank_deg: Annotated[

@@ -6,13 +6,17 @@ from typing import Annotated, Any
 
 import typer
 
+from clearway.cli.numbers import MOST_WORKERS
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import print_json, say, show
 
 
 def warm_up(
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
+        int | None,
+        typer.Option(
+            min=1, max=MOST_WORKERS, help="Processes side by side; default: one per core."
+        ),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from clearway.base.errors import InputError, naming
+from clearway.base.errors import InputError, naming, special_kind
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.staging import nearest_folder, staged
 
@@ -111,8 +111,9 @@ def refuse_unwritable(path: Path, option: str = "--out") -> None:
     with naming(path, "written"):
         target = path.absolute()
         if target.exists() and not target.is_dir():
+            kind = special_kind(target) or "a file"
             raise InputError(
-                str(path), f"cannot be written: {option} is a file; a folder is needed"
+                str(path), f"cannot be written: {option} is {kind}; a folder is needed"
             )
         # Asking for permission is no proof: read-only media, and users that may do everything.
         probe = tempfile.mkdtemp(prefix=".clearway-", suffix=".part", dir=nearest_folder(target))
@@ -121,8 +122,9 @@ def refuse_unwritable(path: Path, option: str = "--out") -> None:
 
 def refuse_unwritable_file(path: Path, option: str) -> None:
     """Raise InputError unless a file can be written there."""
-    if path.is_dir():
-        raise InputError(str(path), f"cannot be written: {option} is a folder; a file is needed")
+    kind = "a folder" if path.is_dir() else special_kind(path)
+    if kind is not None:
+        raise InputError(str(path), f"cannot be written: {option} is {kind}; a file is needed")
     refuse_unwritable(path.absolute().parent, option)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.scene import Scene
+from clearway.avoidance.scene import Scene, automaton_of
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
@@ -21,7 +21,6 @@ from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import SceneInput, cloud_notes, lidar_of, open_section
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.sensors import Lidar, Scan
-from clearway.vehicle.automaton import MovementAutomaton
 
 NO_POSE, INCOMPLETE = "no pose at its time", "incomplete: its missing beams say nothing"
 OUT_OF_ORDER = "not later than the one before"
@@ -115,9 +114,7 @@ def _lidar(
 def _system(
     scene: Scene, lidar: Lidar, states: list[State], start_s: float, notice: Notice | None
 ) -> AvoidanceSystem:
-    automaton = MovementAutomaton.plane(
-        scene.speed_mps, scene.reach.turn_step_deg, pitch_limit_deg=scene.reach.pitch_limit_deg
-    )
+    automaton = automaton_of(scene)
     rating = scene.rating
     settings = AvoidanceSettings(
         rating=rating.rating,

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.avoidance.fusion import RATINGS
+from clearway.base.units import FASTEST_MPS
 from clearway.base.variants import in_words
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.choices import OneOf
@@ -179,7 +180,7 @@ class TimingSection(Section):
 
     model: Literal["radial", "reach-set"] = "radial"
     """radial: straight away through the layers; reach-set: as its trajectories pass."""
-    speed_mps: float | None = Field(default=None, gt=0.0)
+    speed_mps: float | None = Field(default=None, gt=0.0, le=FASTEST_MPS)
     """Default: the reach set's."""
 
 
@@ -194,7 +195,7 @@ class SceneReachSetSection(Section):
     """The same, of harmonic nodes."""
     start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
     """Nose down positive; default: the start pitch nearest to the vehicle's."""
-    speed_mps: float | None = Field(default=None, gt=0.0)
+    speed_mps: float | None = Field(default=None, gt=0.0, le=FASTEST_MPS)
     """Default: one layer a movement of 1 s."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
     """Turn in one movement."""

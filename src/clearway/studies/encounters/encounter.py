@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clearway.base.checks import found, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import frozen_array
@@ -23,6 +24,15 @@ SLOWEST_CLOSING = 0.2
 """Least closing speed as a share of the ownship's: slower conflicts are a minute away."""
 FASTEST_CLOSING = 1.0 + SPEEDS[1]
 """Closing speed head on."""
+VALID = {
+    "detected_at_m": (0.1, 1e3),
+    "scale": (1e-3, 1e4),
+    "position_noise_m": (0.0, 1e3),
+    "velocity_noise_mps": (0.0, 1e3),
+    "late_s": (0.0, 1e3),
+    "miss_m": (0.0, 1e3),
+}
+"""From and to, at scale 1: half an hour of flight before the encounter is the most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +55,10 @@ class EncounterSettings:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        problems = []
-        for name in ("detected_at_m", "scale"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                problems.append(f"{name}: must be a number above 0, got {getattr(self, name)}")
-        for name in ("position_noise_m", "velocity_noise_mps", "late_s", "miss_m"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                problems.append(f"{name}: must be a number >= 0, got {getattr(self, name)}")
+        problems = found(
+            number_problem(name, getattr(self, name), low, high)
+            for name, (low, high) in VALID.items()
+        )
         if not self.miss_m < self.nearest_m:
             problems.append(
                 f"miss_m, late_s: the first decision may come {self.nearest_m:g} m from the "

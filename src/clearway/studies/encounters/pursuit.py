@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.checks import found, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
@@ -23,6 +24,8 @@ from clearway.studies.encounters.avoidable import Opponent, search
 from clearway.studies.encounters.encounter import closing_speed
 from clearway.vehicle.automaton import MovementAutomaton
 
+LENGTHS_M, MOST_MPS2 = (0.1, 100.0), 1e3
+"""Of a vehicle that flies 1 m/s: flights over larger lengths take as much longer to look at."""
 CHOSEN_MOVEMENTS, MOST_MOVEMENTS = 4, 14
 """The first movements are chosen freely, the last of them is held for as many as these in all."""
 
@@ -101,18 +104,16 @@ def _check(
     speeds: Sequence[float],
     keep_m: float,
 ) -> None:
-    problems = [
-        f"accelerations: must be numbers >= 0, got {value}"
-        for value in accelerations_mps2
-        if not 0.0 <= value < math.inf
-    ]
+    given = (
+        ("detected_at_m", detected_at_m, *LENGTHS_M),
+        ("keep_m", keep_m, *LENGTHS_M),
+        *(("accelerations", value, 0.0, MOST_MPS2) for value in accelerations_mps2),
+    )
+    problems = found(number_problem(*one) for one in given)
     problems += [
         f"speeds: must be shares within (0, 1), got {value}"
         for value in speeds
         if not 0.0 < value < 1.0
     ]
-    for name, length in (("detected_at_m", detected_at_m), ("keep_m", keep_m)):
-        if not 0.0 < length < math.inf:
-            problems.append(f"{name}: must be a number above 0, got {length}")
     if problems:
         raise InputError("win map", problems)

@@ -9,10 +9,11 @@ unresolved ones are a share of the cases without avoidance, induced ones rare ev
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.checks import found, number_problem
+from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
 from clearway.base.state import BoolArray
@@ -31,15 +32,27 @@ LIMITS = {"near_collision": 0.18, "lost_well_clear": 0.40}
 """Largest risk ratios of ASTM F3442 with intruders that report themselves."""
 
 
-class RiskLimits(NamedTuple):
+LARGEST_LIMIT = 100.0
+"""A ratio of 1 is no better than straight flight: what is larger is worse."""
+
+
+@dataclass(frozen=True, slots=True)
+class RiskLimits:
     """Largest risk ratios that are asked for."""
 
     near_collision: float = LIMITS["near_collision"]
     lost_well_clear: float = LIMITS["lost_well_clear"]
 
+    def __post_init__(self) -> None:
+        problems = found(
+            number_problem(name, getattr(self, name), high=LARGEST_LIMIT) for name in LIMITS
+        )
+        if problems:
+            raise InputError("risk", problems)
+
     def of(self, measure: str) -> float | None:
         """Of a measure; None where none is asked for."""
-        return self._asdict().get(measure)
+        return getattr(self, measure) if measure in LIMITS else None
 
 
 OUTER = {

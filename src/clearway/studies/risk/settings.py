@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from clearway.base.checks import found, number_problem
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
 from clearway.studies.risk.candidates import WantedKinds, wanted
@@ -41,6 +42,24 @@ def _wider(times: float) -> Cylinder:
 
 NEAR = _wider(3.0)
 """What comes no nearer is hardly led astray by any avoidance."""
+VALID = {
+    "own_kt": (1.0, 1000.0),
+    "stretch": (0.1, 100.0),
+    "movement_s": (0.1, 100.0),
+    "turn_deg_per_s": (0.1, 360.0),
+    "pitch_limit_deg": (0.1, 89.0),
+    "position_std_m": (0.0, 1e4),
+    "velocity_std_mps": (0.0, 1e3),
+    "report_s": (0.01, 1e3),
+    "spare": (0.1, 100.0),
+    "radius_nmi": (0.1, 1e3),
+    "half_height_ft": (1.0, 1e5),
+    "within_s": (1.0, 1e5),
+    "afterwards_s": (0.0, 1e4),
+}
+"""From and to: what aircraft and their surveillance could have, with room to spare."""
+VALID_WHERE_GIVEN = {"range_m": (1.0, 1e6), "reaction_s": (0.0, 600.0)}
+HIGHEST_FT = 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,17 +118,10 @@ class RiskSettings:
     """Of each of them: one of all is flown, see `candidates`."""
 
     def __post_init__(self) -> None:
-        problems = [
-            f"{name}: must be a number above 0, got {getattr(self, name)}"
-            for name in ("own_kt", "stretch", "spare", "movement_s", "turn_deg_per_s", "report_s",
-                         "radius_nmi", "half_height_ft", "within_s", "pitch_limit_deg")
-            if not 0.0 < getattr(self, name) < math.inf
-        ]  # fmt: skip
-        problems += [
-            f"{name}: must be a number >= 0, got {getattr(self, name)}"
-            for name in ("position_std_m", "velocity_std_mps", "afterwards_s")
-            if not 0.0 <= getattr(self, name) < math.inf
-        ]
+        problems = found(
+            number_problem(name, getattr(self, name), low, high)
+            for name, (low, high) in VALID.items()
+        )
         problems += self._real_scale_problems()
         problems += [
             f"{name}: must be a whole number >= 1, got {getattr(self, name)}"
@@ -134,14 +146,15 @@ class RiskSettings:
             return []
         PERFORMANCES.named(self.vehicle)
         SURVEILLANCES.named(self.surveillance)
-        problems = []
-        if self.range_m is not None and not 0.0 < self.range_m < math.inf:
-            problems.append(f"range_m: must be a number above 0, got {self.range_m}")
-        if self.reaction_s is not None and not 0.0 <= self.reaction_s < math.inf:
-            problems.append(f"reaction_s: must be a number >= 0, got {self.reaction_s}")
-        if not 0.0 <= self.floor_ft < self.ceiling_ft < math.inf:
+        problems = found(
+            number_problem(name, getattr(self, name), low, high)
+            for name, (low, high) in VALID_WHERE_GIVEN.items()
+            if getattr(self, name) is not None
+        )
+        if not 0.0 <= self.floor_ft < self.ceiling_ft <= HIGHEST_FT:
             problems.append(
-                "floor_ft, ceiling_ft: the floor must lie below the ceiling, at 0 or above"
+                "floor_ft, ceiling_ft: the floor must lie below the ceiling, both within 0 to "
+                f"{HIGHEST_FT:,.0f} ft, got {self.floor_ft:g} and {self.ceiling_ft:g}"
             )
         return problems
 
