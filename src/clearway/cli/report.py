@@ -127,14 +127,16 @@ def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -
     """What files look like that a command could not read, where another one takes them."""
     from clearway.io.what_file import LOOKS_LIKE, what_file
 
-    command = COMMANDS.get(command, command)
+    commands = {command, COMMANDS.get(command, command)}
     read = [key for key in options if key != "out"]
     for option, name in ((key, str(name)) for key in read for name in _names([options[key]])):
-        about = [message for message in told if message.startswith((f"{name}:", f"{name} "))]
+        places = {plain(name, ""), plain(os.path.abspath(name), "")}
+        begins = tuple(f"{place}{end}" for place in places for end in ": ")
+        about = [message for message in told if message.startswith(begins)]
         if not about or any(f"; {LOOKS_LIKE} " in message for message in about):
             continue
         hint = what_file(name, likely=True).removeprefix("; ")
-        taken = (f"`clearway {command}`", f"`clearway {command} --{option}`")
+        taken = [f"`clearway {one}{end}`" for one in commands for end in ("", f" --{option}")]
         if hint and not any(one in hint for one in taken):
             yield f"{plain(name, '')}: {hint}"
 
