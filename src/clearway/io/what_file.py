@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
-from clearway.base.errors import InputError, naming
+from clearway.base.errors import InputError, SeveralErrors, naming
 from clearway.base.suggest import MOST_SEEN
 
 HEAD = 4096
@@ -131,6 +131,18 @@ def require_file(path: Path) -> None:
     """Raise InputError, with what is named alike, where nothing has that name."""
     with naming(path, "read"):
         path.stat()
+
+
+def require_files(paths: Iterable[Path]) -> None:
+    """The same for several: raises InputError for one that is not there, SeveralErrors for more."""
+    absent: list[InputError] = []
+    for path in paths:
+        try:
+            require_file(path)
+        except InputError as error:
+            absent.append(error)
+    if absent:
+        raise absent[0] if len(absent) == 1 else SeveralErrors(absent)
 
 
 Reader = TypeVar("Reader")
