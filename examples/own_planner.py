@@ -92,7 +92,7 @@ if __name__ == "__main__":
     library = cw.ReachLibrary.load_or_build(cw.MovementAutomaton.plane(speed_mps=1.0), grid)
     planner = cw.Planner.of(library)
     lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, max_range_m=10.0), sigma_m=0.02)
-    mission = cw.Mission("wood", cw.State(np.zeros(3)), np.array([[60.0, 0.0, 0.0]]))
+    mission = cw.Mission("wood", cw.State(np.zeros(3)), waypoints_m=np.array([[60.0, 0.0, 0.0]]))
     limits = cw.SimulationSettings(seed=1, time_limit_s=200.0)
 
     def system() -> cw.AvoidanceSystem:

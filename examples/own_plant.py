@@ -13,7 +13,7 @@ class Blimp:
 
     movements = staticmethod(
         lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.multirotor(
-            speed_mps, 15.0, duration_s, climb_mps=0.5, diagonals=False
+            speed_mps, 15.0, duration_s=duration_s, climb_mps=0.5, diagonals=False
         )
     )
 
@@ -35,7 +35,7 @@ class Blimp:
 
 
 if __name__ == "__main__":
-    mission = cw.read_mission("static-obstacles").changed("mission", waypoints_m=[[60, 0, 0]])
+    mission = cw.read_mission("balls-30")
     blimp = {"plant": f"{__file__}:Blimp", "speed_mps": 3.0, "movement_s": 2.0}
     mission = mission.changed("vehicle", **blimp).changed("grid", range_m=40.0)
     print(cw.fly(mission.changed("safety", margin_m=1.5)))

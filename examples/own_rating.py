@@ -58,12 +58,12 @@ if __name__ == "__main__":
     lidar = cw.Lidar("lidar", cw.BeamPattern.per_cell(grid, max_range_m=10.0))
     trees = cw.ObstacleMap(
         [
-            cw.Obstacle.ball([9.0, 1.2, 0.0], 1.6, "left tree"),
-            cw.Obstacle.ball([9.0, -3.4, 0.0], 1.6, "right tree"),
-            cw.Obstacle.ball([16.0, -1.0, 0.0], 2.0, "tree behind the gap"),
+            cw.Obstacle.ball([9.0, 1.2, 0.0], 1.6, name="left tree"),
+            cw.Obstacle.ball([9.0, -3.4, 0.0], 1.6, name="right tree"),
+            cw.Obstacle.ball([16.0, -1.0, 0.0], 2.0, name="tree behind the gap"),
         ]
     )
-    mission = cw.Mission("gap", cw.State(np.zeros(3)), np.array([[26.0, 0.0, 0.0]]))
+    mission = cw.Mission("gap", cw.State(np.zeros(3)), waypoints_m=np.array([[26.0, 0.0, 0.0]]))
 
 # %% [markdown]
 # ## Flown with both

@@ -97,7 +97,7 @@ class Radar:
         measured = ranges[echo] + rng.normal(0.0, self.sigma_m, echo.sum())
         noise = rng.normal(0.0, self.bearing_sigma_rad, (2, echo.sum()))
         directions = unit(azimuth.ravel()[echo] + noise[0], elevation.ravel()[echo] + noise[1])
-        return cw.Scan(measured[:, None] * directions, state.time_s, self.name)
+        return cw.Scan(measured[:, None] * directions, state.time_s, sensor=self.name)
 
     def balls(self, points: np.ndarray) -> np.ndarray:
         """How far to the side an echo may be off."""
@@ -153,7 +153,9 @@ if __name__ == "__main__":
     lidar = cw.Lidar(
         "lidar", cw.BeamPattern.per_cell(grid, max_range_m=15.0), sigma_m=0.03, dropout=0.05
     )
-    mission = cw.Mission("fog", cw.State(np.zeros(3)), np.array([[280.0, 0.0, 0.0]]), 7.5)
+    mission = cw.Mission(
+        "fog", cw.State(np.zeros(3)), waypoints_m=np.array([[280.0, 0.0, 0.0]]), reach_radius_m=7.5
+    )
     runs = {}
     for name, sensors in (("lidar alone", [lidar]), ("lidar and radar", [lidar, radar])):
         system = cw.AvoidanceSystem(planner, mission, lidars=sensors)

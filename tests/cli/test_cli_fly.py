@@ -57,6 +57,16 @@ def test_a_flight_leaves_its_track_log_configuration_and_pictures(tmp_path):
     assert not list(tmp_path.glob(".*part*"))
 
 
+def test_all_problems_of_a_mission_are_told_a_line_each(tmp_path):
+    keys = [f"unknown_key_number_{number}" for number in range(18)]
+    path = mission(tmp_path, SHORT + "\n[vehicle]\n" + "".join(f"{key} = 1\n" for key in keys))
+    done = run_here("fly", path, "--no-plots", cwd=tmp_path)
+    assert done.returncode == 2
+    lines = done.stderr.splitlines()
+    assert len(lines) == 18
+    assert all(f"{path}: vehicle.{key}: unknown key" in done.stderr for key in keys)
+
+
 def test_the_effective_configuration_flies_the_same_mission_again(tmp_path):
     first = run_here(
         "fly",

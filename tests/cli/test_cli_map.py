@@ -78,6 +78,15 @@ def test_bad_input_ends_with_2_and_one_line(tmp_path, arguments, cause):
     assert not (tmp_path / "out").exists()
 
 
+def test_all_files_that_are_not_there_are_told_at_once(tmp_path):
+    (tmp_path / "masts.csv").write_text(TABLE)
+    done = run_here("map", "masts.csv", "nofile.csv", "none2.tif", "--no-plots", cwd=tmp_path)
+    assert done.returncode == 2
+    first, second = done.stderr.splitlines()
+    assert first.startswith("nofile.csv: cannot be read: No such file")
+    assert second.startswith("none2.tif: cannot be read: No such file")
+
+
 @pytest.mark.parametrize(
     ("package", "file"), [("shapely", "hall.geojson"), ("rasterio", "terrain.tif")]
 )

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from in_process import Done, clearway
+from own_process import run_clearway
 from robot_messages import Message, Types, write_bag1, write_bag2, write_mcap
 
 BAG = "lidar/bag/vlp16_rosbag2"
@@ -38,6 +39,18 @@ def refused(*arguments: str | Path, cwd: Path) -> str:
     assert run.stdout == ""
     assert sorted(cwd.rglob("*")) == before
     return run.stderr
+
+
+def test_what_reads_velodyne_packets_tells_nothing_at_the_end(
+    data_dir: Path, tmp_path: Path
+) -> None:
+    if not (data_dir / BAG).is_dir():
+        pytest.skip("needs data: a bag of a Velodyne")
+    options = ("--range", "30", "--elevation-deg", "15", "--airframe-radius", "1.2", "--no-plots")
+    done = run_clearway("assess", "--scan", data_dir / BAG, *options, cwd=tmp_path)
+    assert done.returncode in (0, 1), done.stderr
+    assert "velodyne" not in done.stderr
+    assert "nanobind" not in done.stderr
 
 
 def ball(ahead_m: float) -> np.ndarray:

@@ -119,6 +119,22 @@ def test_what_was_there_stays_where_nothing_can_take_its_place(samples: Path) ->
     assert len(journal.read_text().splitlines()) == 2
 
 
+def test_a_name_that_the_terminal_lacks_letters_for_costs_no_flight(tmp_path: Path) -> None:
+    way = 'name = "ünï 🚁"\nwaypoints_m = [[3, 0, 0]]'
+    (tmp_path / "x.toml").write_text(f"[mission]\n{way}\n", encoding="utf-8")
+    done = subprocess.run(
+        [*CLEARWAY, "fly", "x.toml", "--no-plots", "--no-mcap", "--out", "kept"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert r"\xfcn\xef \U0001f681" in done.stdout
+    assert (tmp_path / "kept" / "summary.json").is_file()
+
+
 def test_files_are_written_although_nobody_reads_the_result(samples: Path) -> None:
     read, written = os.pipe()
     os.close(read)

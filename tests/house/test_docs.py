@@ -15,6 +15,7 @@ from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.scene_file import SceneFile
 from clearway.vehicle.automaton import MovementAutomaton
+from own_process import NO_DEPRECATED
 from repository import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
@@ -56,6 +57,7 @@ def test_every_key_of_the_reference_has_a_meaning() -> None:
     assert not [key for key, rest in rows if not rest.split("|")[-1].strip()]
 
 
+@pytest.mark.filterwarnings("error:.*arguments by position are deprecated:DeprecationWarning")
 @pytest.mark.parametrize("number", range(len(blocks(REPOSITORY / "README.md", "python"))))
 def test_the_readme_s_python_runs_as_printed(
     number: int, capsys: pytest.CaptureFixture[str]
@@ -71,13 +73,17 @@ def test_the_readme_s_python_runs_as_printed(
     assert float(clear[1]) >= 0.6
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.name)
 def test_python_of_the_documentation_runs(page: Path, tmp_path: Path) -> None:
     code = "\n".join(blocks(page, "python"))
     if not code:
         return
     ran = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
+        [sys.executable, NO_DEPRECATED, "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
     )
     assert ran.returncode == 0, ran.stderr
 

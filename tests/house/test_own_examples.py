@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import clearway
+from own_process import NO_DEPRECATED
 from repository import REPOSITORY
 
 EXAMPLES = REPOSITORY / "examples"
@@ -27,7 +28,7 @@ MODULES = {
 def printed(name: str, folder: Path) -> list[str]:
     """Lines of one example, which must draw its picture into the folder."""
     done = subprocess.run(
-        [sys.executable, str(EXAMPLES / f"{name}.py"), str(folder / "out")],
+        [sys.executable, NO_DEPRECATED, str(EXAMPLES / f"{name}.py"), str(folder / "out")],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -100,3 +101,14 @@ def test_own_sensor(tmp_path: Path) -> None:
     assert float(both[1]) >= 3.0
     assert both[3] == "0"
     assert float(both[4]) > 40.0
+
+
+def test_own_plant_flies_where_it_is_run() -> None:
+    done = subprocess.run(
+        [sys.executable, NO_DEPRECATED, str(EXAMPLES / "own_plant.py")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "safe" in done.stdout

@@ -211,6 +211,27 @@ def test_a_file_of_another_kind_brings_the_command_that_takes_it(
     assert len(done.stderr.strip()) <= LONGEST
 
 
+OWN = [
+    ("traffic masts.csv", "clearway map"),
+    ("alerts masts.csv", "clearway map"),
+    ("assess --scan masts.csv", "clearway map"),
+    ("traffic masts.dat", "clearway map"),
+    ("traffic sweep.csv", "clearway assess --scan"),
+    ("fly robot.yaml", "clearway ros2"),
+    ("fly volumes.toml", "clearway alerts --volumes"),
+]
+
+
+def test_clearways_own_samples_bring_the_command_that_takes_them(tmp_path: Path) -> None:
+    assert clearway("sample", "made", cwd=tmp_path).returncode == 0
+    for line, taken in OWN:
+        done = clearway(*line.split(), cwd=tmp_path / "made")
+        assert done.returncode == 2
+        assert f"{line.split()[-1]}: it looks like" in done.stderr, line
+        assert f"`{taken}` takes" in done.stderr, line
+        assert len(done.stderr.strip()) <= LONGEST
+
+
 def test_what_a_command_takes_is_not_sent_to_itself(tmp_path: Path) -> None:
     (tmp_path / "s.pcd").write_text("# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\n")
     (tmp_path / "m.toml").write_text("[mission]\nnmae = 'm'\n")

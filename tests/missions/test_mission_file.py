@@ -7,14 +7,17 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.base.errors import InputError
+from clearway.io.samples.plans import write_plan
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile, built_in_missions
 from clearway.missions.scene_reading import scene_of
+from in_process import clearway
 from repository import REPOSITORY
 
 SCENES = REPOSITORY / "examples" / "scenes"
@@ -89,6 +92,23 @@ def test_a_scene_with_a_wrong_value_is_read_or_refused(
     except InputError as error:
         said = str(error)
     assert said.startswith("wrong.toml: ")
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [[7, 500, 100], [95, 7, 0], [-91, 0, 0], [7, 181, 0], [50, 7, 1e12]],
+)
+@pytest.mark.parametrize("plan", [(), ("plan",)])
+def test_an_origin_that_is_no_place_is_refused(
+    origin: list[float], plan: tuple[str, ...], tmp_path: Path
+) -> None:
+    write_plan(tmp_path / "a.plan", np.random.default_rng(0))
+    way = 'plan = "a.plan"' if plan else 'name = "geo"\nwaypoints_m = [[9, 0, 0]]'
+    (tmp_path / "geo.toml").write_text(f"[mission]\n{way}\norigin_geodetic = {origin}\n")
+    done = clearway("fly", "geo.toml", "--no-plots", "--no-mcap", cwd=tmp_path)
+    assert done.returncode == 2, done.stdout
+    assert "geo.toml: mission.origin_geodetic: [" in done.stderr
+    assert "valid: latitude within +-90 degrees, longitude within +-180 degrees" in done.stderr
 
 
 @pytest.mark.parametrize("far_m", [1e7, 1e30])

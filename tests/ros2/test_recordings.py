@@ -14,6 +14,7 @@ from clearway.base.errors import InputError
 from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.loop import Loop
 from clearway.live.link.session import Session
+from clearway.missions import samples
 from clearway.missions.played_scene import play_scene
 from clearway.missions.scene_reading import scene_of
 from clearway.ros2.bag_bus import BagBus
@@ -21,6 +22,7 @@ from clearway.ros2.bus import USUAL
 from clearway.ros2.messages import message_types, packed
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
+from in_process import clearway
 from robot_messages import Message, Types, write_bag2
 from ros2_for_tests import BEGAN_S, cloud, odometry, transform
 
@@ -49,6 +51,18 @@ def recorded(folder: Path) -> list[tuple[str, bytes]]:
         for (topic, time_s, _), (_, raw) in zip(told, raws, strict=True):
             writer.write(by_topic[topic], round((BEGAN_S + time_s) * 1e9), raw)
     return raws
+
+
+@pytest.mark.parametrize("command", [("ros2", "robot.yaml"), ("guard", "guarded.yaml")])
+@pytest.mark.parametrize("name", ["nope", "nope.mcap", "nope.db3"])
+def test_a_recording_that_is_not_there_is_told_before_anything_else(
+    command: tuple[str, ...], name: str, tmp_path: Path
+) -> None:
+    (tmp_path / "robot.yaml").write_text(samples.NODE)
+    (tmp_path / "guarded.yaml").write_text(samples.GUARDED)
+    done = clearway(*command, "--bag", name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.strip() == f"{name}: cannot be read: No such file or directory"
 
 
 def test_a_recording_brings_what_was_recorded_in_its_order(tmp_path: Path) -> None:

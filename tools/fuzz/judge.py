@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 STATUSES = (0, 1, 2, 3, 130)
 LONGEST = 500
+"""Characters of a line."""
+MOST_LINES = 210
+"""Of a message: one a problem, and hints."""
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 PREPARING = "preparing reach sets"
 """Begins a line that is no message about the file."""
@@ -43,8 +46,9 @@ def faults(outcome: Outcome, names: tuple[str, ...]) -> list[str]:
         message = "\n".join(
             line for line in outcome.errors.splitlines() if not line.startswith(PREPARING)
         )
-        if len(message) > LONGEST:
-            found.append(f"message of {len(message)} characters")
+        lines = message.splitlines()
+        if len(lines) > MOST_LINES or max(map(len, lines), default=0) > LONGEST:
+            found.append(f"message of {len(lines)} lines, {len(message)} characters")
         if not any(name in message for name in names):
             found.append("message names no file")
     elif max(map(len, outcome.errors.splitlines()), default=0) > 2 * LONGEST:

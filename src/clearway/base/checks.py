@@ -21,6 +21,8 @@ LARGEST = 1e9
 """Nothing that is said in metres, metres a second or radians is larger."""
 LATEST_S = 1e11
 """No time is farther from its epoch: seconds since 1970 fit, milliseconds do not."""
+HIGHEST_M = 1e5
+"""No place on Earth is farther above or below the sea."""
 SHOWN = 60
 """Characters of a refused value that a message repeats."""
 
@@ -44,6 +46,16 @@ def above_zero_problem(name: str, value: Any, high: float = LARGEST) -> str | No
 def time_problem(name: str, value: Any) -> str | None:
     """What keeps a value from being a time in seconds."""
     return number_problem(name, value, -LATEST_S, LATEST_S)
+
+
+def geodetic_problem(latitude_deg: float, longitude_deg: float, height_m: float) -> str | None:
+    """What keeps numbers from being a place on Earth."""
+    if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(height_m) <= HIGHEST_M:
+        return None
+    return (
+        f"{[latitude_deg, longitude_deg, height_m]} is no place; valid: latitude within +-90 "
+        f"degrees, longitude within +-180 degrees, height within +-{HIGHEST_M:,.0f} m"
+    )
 
 
 def vector_problem(name: str, values: Any, length: int, largest: float = LARGEST) -> str | None:

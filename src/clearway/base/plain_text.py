@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 LONGEST = 500
 """Characters of a message."""
+MOST_LINES = 200
+"""Problems of a file that the command line tells; of more, nobody mends the last before the first.
+"""
 LONGEST_SOURCE = 200
 """Of which a name of a file may take; of a longer one the end, which tells more."""
 HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
@@ -44,6 +47,15 @@ def some_lines(text: str, length: int) -> str:
     if left:
         told.append(f"and {left} more {'line' if left == 1 else 'lines'}")
     return "\n".join(told)
+
+
+def in_full(source: str, problems: Sequence[str]) -> str:
+    """One line a problem, "source: problem", none longer than a message; the rest is counted."""
+    if len(problems) < 2:
+        return shortened(source, problems)
+    lines = [shortened(source, [problem]) for problem in problems[:MOST_LINES]]
+    left = len(problems) - len(lines)
+    return "\n".join([*lines, f"{source}: and {left} more"] if left else lines)
 
 
 def shortened(source: str, problems: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.guard_words import GuardWatch, guarded, in_words, told_by
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_other_backend
+from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_unusable
 
 if TYPE_CHECKING:
     from clearway.live.guard.guard_session import GuardSession
@@ -81,7 +81,7 @@ def guard(
     listens_s = CHECKED_S if connect is None else ASKED_S
     lasts = listens_s if check and duration is None else duration
     if connect is None:
-        refuse_other_backend(backend)
+        refuse_unusable(backend, bag)
         loop, link = _on_topics(what, bag, backend, domain, namespace, remap or (), check=check)
     else:
         from clearway.base.errors import InputError

@@ -81,6 +81,7 @@ def show_map(
 
 
 def _origin(text: str | None) -> Geodetic | None:
+    from clearway.base.checks import geodetic_problem
     from clearway.base.errors import InputError
     from clearway.io.maps.map_features import Geodetic
 
@@ -92,11 +93,8 @@ def _origin(text: str | None) -> Geodetic | None:
         raise InputError(
             "--origin", f"latitude,longitude,height are needed, got {text!r}"
         ) from None
-    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(height) < 1e5):
-        raise InputError(
-            "--origin",
-            f"{text!r} is no place; valid: within +-90 and +-180 degrees, height in metres",
-        )
+    if problem := geodetic_problem(latitude, longitude, height):
+        raise InputError("--origin", problem)
     return Geodetic(latitude, longitude, height)
 
 

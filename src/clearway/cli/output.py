@@ -7,6 +7,8 @@ import sys
 
 READER_GONE = 141
 """Exit status of what SIGPIPE ends, as `| head` does."""
+TOLD_ANYWAY = "backslashreplace"
+"""How a terminal that lacks a character is written to: no name is worth losing a result."""
 
 
 class _Output(io.FileIO):
@@ -36,7 +38,7 @@ def taken_over() -> _Output | None:
     sys.stdout = io.TextIOWrapper(
         io.BufferedWriter(output),
         encoding=before.encoding,
-        errors=before.errors,
+        errors=TOLD_ANYWAY,
         line_buffering=True,
     )
     return output

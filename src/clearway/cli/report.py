@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from clearway.base.errors import ClearwayError, InputError, SeveralErrors, refuse_special
-from clearway.base.plain_text import LONGEST, plain, some_lines
+from clearway.base.plain_text import LONGEST, in_full, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
 from clearway.cli.output import READER_GONE, taken_over
@@ -56,7 +56,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             return command(*args, **options)
         except ClearwayError as error:
             told = [
-                _with_file(str(one), given)
+                _with_file(_told(one), given)
                 for one in (error.errors if isinstance(error, SeveralErrors) else (error,))
             ]
             hints = tuple(_other_kinds(told, options, command.__name__))
@@ -119,6 +119,13 @@ def _names(given: Iterable[object]) -> Iterator[str | Path]:
             yield from _names(value)
 
 
+def _told(error: ClearwayError) -> str:
+    """The message, with all problems of a file that has several."""
+    if isinstance(error, InputError):
+        return in_full(plain(error.source, ""), error.problems)
+    return str(error)
+
+
 def _with_file(message: str, given: Iterable[object]) -> str:
     """The message, after the first file that was given where it names none of them."""
     names = [str(name) for name in _names(given)]
@@ -143,14 +150,16 @@ def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -
     """What files look like that a command could not read, where another one takes them."""
     from clearway.io.what_file import LOOKS_LIKE, what_file
 
-    command = COMMANDS.get(command, command)
+    commands = {command, COMMANDS.get(command, command)}
     read = [key for key in options if key != "out"]
     for option, name in ((key, str(name)) for key in read for name in _names([options[key]])):
-        about = [message for message in told if message.startswith((f"{name}:", f"{name} "))]
+        places = {plain(name, ""), plain(os.path.abspath(name), "")}
+        begins = tuple(f"{place}{end}" for place in places for end in ": ")
+        about = [message for message in told if message.startswith(begins)]
         if not about or any(f"; {LOOKS_LIKE} " in message for message in about):
             continue
         hint = what_file(name, likely=True).removeprefix("; ")
-        taken = (f"`clearway {command}`", f"`clearway {command} --{option}`")
+        taken = [f"`clearway {one}{end}`" for one in commands for end in ("", f" --{option}")]
         if hint and not any(one in hint for one in taken):
             yield f"{plain(name, '')}: {hint}"
 
@@ -160,7 +169,8 @@ def _with_room(told: list[str], hints: tuple[str, ...]) -> Iterator[str]:
     for message in told:
         source = message.split(": ", 1)[0]
         beside = sum(len(hint) + 1 for hint in hints if source.startswith(hint.split(": ", 1)[0]))
-        yield some_lines(message, max(LONGEST // 2, LONGEST - beside))
+        several = message.startswith(f"{source}: ") and f"\n{source}: " in message
+        yield message if several else some_lines(message, max(LONGEST // 2, LONGEST - beside))
 
 
 def _check_name(name: str | Path) -> None:

@@ -13,7 +13,7 @@ import typer
 from clearway.cli import ros2_bus
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_other_backend
+from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_unusable
 
 if TYPE_CHECKING:
     from clearway.live.link.loop import LoopReport
@@ -44,7 +44,7 @@ def ros2(
     from clearway.ros2.parameters import Names, read_parameters
     from clearway.ros2.setup import set_up
 
-    refuse_other_backend(backend)
+    refuse_unusable(backend, bag)
     given = read_parameters(parameters, namespace=namespace)
     if check:
         given = given.model_copy(update={"act": False})

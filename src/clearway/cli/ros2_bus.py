@@ -31,10 +31,13 @@ CHECKED_S = 5.0
 """For so long --check listens."""
 
 
-def refuse_other_backend(backend: str) -> None:
-    """Raise InputError for a backend that is none."""
+def refuse_unusable(backend: str, bag: Path | None) -> None:
+    """Raise InputError for a backend that is none, and a recording that is not there."""
     from clearway.base.errors import InputError
+    from clearway.io.what_file import require_file
 
+    if bag is not None:
+        require_file(bag)
     if backend not in BACKENDS:
         raise InputError("--backend", f"{backend!r} is none of {', '.join(BACKENDS)}")
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -11,9 +13,12 @@ from pydantic import BaseModel, ConfigDict
 
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
+from clearway.base.plain_text import cut
 
 MOST_DIGITS = 18
 """Of whole numbers: they fit into 64 bits."""
+LONGEST_VALUE = 40
+"""Characters of a value in a message."""
 
 
 class Foreign(BaseModel):
@@ -51,12 +56,45 @@ def whole_number(word: str) -> int | None:
     return int(word) if word.isascii() and word.isdigit() and len(word) <= MOST_DIGITS else None
 
 
-def parsed_json(text: str | bytes) -> Any:
+class NoJsonError(Exception):
+    """Text that is no JSON, and why; whoever reads it knows better what it should have been."""
+
+
+class _RepeatedKeyError(Exception):
+    """A key that an object has more than once, and the values that it has there."""
+
+
+def parsed_json(source: str | Path, text: str | bytes, place: str = "") -> Any:
     """Any value of JSON text, whole numbers beyond 64 bits as floats.
 
-    Raises ValueError, RecursionError where it is none.
+    Raises NoJsonError where it is none, InputError of the source where an object of it has a key
+    more than once; place: of the text in it, for that message.
     """
-    return json.loads(text, parse_int=_whole)
+    with _keys_once(source, place):
+        try:
+            return json.loads(text, parse_int=_whole, object_pairs_hook=_object)
+        except (ValueError, RecursionError) as cause:
+            raise NoJsonError(str(cause)) from cause
+
+
+@contextmanager
+def _keys_once(source: str | Path, place: str = "") -> Iterator[None]:
+    try:
+        yield
+    except _RepeatedKeyError as cause:
+        key, *values = cause.args
+        told = " and ".join(cut(str(value), LONGEST_VALUE) for value in values)
+        problem = f"key {key!r} is there more than once in the same object ({told}); valid: once"
+        raise InputError(str(source), f"{place}: {problem}" if place else problem) from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The pairs of an object: of a key that is repeated, JSON does not say which value counts."""
+    found = dict(pairs)
+    if len(found) == len(pairs):
+        return found
+    key = next(key for key in found if sum(other == key for other, _ in pairs) > 1)
+    raise _RepeatedKeyError(key, *[value for other, value in pairs if other == key][:2])
 
 
 def _whole(digits: str) -> float:
@@ -75,16 +113,21 @@ def is_number(word: str) -> bool:
 def read_json(path: Path) -> dict[str, Any]:
     """The object in a JSON file; InputError with line and column where it is none."""
     text = read_text(path)
-    try:
-        data = json.loads(text, parse_int=_whole, parse_constant=_refuse_constant)
-    except json.JSONDecodeError as cause:
-        end = "truncated: the text ends inside it" if cause.pos >= len(text.rstrip()) - 1 else ""
-        raise InputError(
-            str(path),
-            f"no valid JSON, line {cause.lineno} column {cause.colno}: {end or cause.msg}",
-        ) from cause
-    except (ValueError, RecursionError) as cause:
-        raise InputError(str(path), f"no valid JSON: {cause}") from cause
+    with _keys_once(path):
+        try:
+            data = json.loads(
+                text,
+                parse_int=_whole,
+                parse_constant=_refuse_constant,
+                object_pairs_hook=_object,
+            )
+        except json.JSONDecodeError as cause:
+            ended = cause.pos >= len(text.rstrip()) - 1
+            why = "truncated: the text ends inside it" if ended else cause.msg
+            place = f"line {cause.lineno} column {cause.colno}"
+            raise InputError(str(path), f"no valid JSON, {place}: {why}") from cause
+        except (ValueError, RecursionError) as cause:
+            raise InputError(str(path), f"no valid JSON: {cause}") from cause
     if not isinstance(data, dict):
         raise InputError(str(path), f"a JSON object is needed, got a {type(data).__name__}")
     return data

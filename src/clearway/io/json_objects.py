@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import parsed_json
+from clearway.io.foreign import NoJsonError, parsed_json
 from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -15,15 +15,15 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[str, dict[str, Any]]]:
     """Place and value of each object; what is none goes to the sieve as damaged.
 
-    Raises InputError where the file ends in the middle of its object or its list; a last line that
-    is cut off is left out, and told.
+    Raises InputError where the file ends in the middle of its object or its list, and where an
+    object has a key more than once; a last line that is cut off is left out, and told.
     """
     lines = content.removeprefix(BYTE_ORDER_MARK).splitlines()
-    if not _parses(lines[0]):
+    if not _parses(source, lines[0]):
         try:
-            yield from _of(parsed_json(b"\n".join(lines)), "", sieve)
+            yield from _of(parsed_json(source, b"\n".join(lines)), "", sieve)
             return
-        except (ValueError, RecursionError) as cause:
+        except NoJsonError as cause:
             if len(lines) == 1 or lines[0].strip() in (b"{", b"[", b"[{"):
                 kind = "list" if lines[0].lstrip().startswith(b"[") else "object"
                 raise InputError(source, f"no whole JSON {kind}, truncated? ({cause})") from cause
@@ -32,8 +32,8 @@ def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[st
         if not line.strip():
             continue
         try:
-            found = parsed_json(line)
-        except (ValueError, RecursionError) as cause:
+            found = parsed_json(source, line, f"line {number}")
+        except NoJsonError as cause:
             if number == len(lines) and not whole:
                 sieve.cut_off(f"line {number}, the last one, ends in the middle: {cause}")
                 continue
@@ -53,9 +53,9 @@ def _of(found: Any, place: str, sieve: Sieve) -> Iterator[tuple[str, dict[str, A
             sieve.drop(DAMAGED, f"{here or 'the file'}: no JSON object but {str(row)[:40]!r}")
 
 
-def _parses(line: bytes) -> bool:
+def _parses(source: str, line: bytes) -> bool:
     try:
-        parsed_json(line)
-    except (ValueError, RecursionError):
+        parsed_json(source, line, "line 1")
+    except NoJsonError:
         return False
     return True

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
-from clearway.base.errors import InputError, naming
+from clearway.base.errors import InputError, SeveralErrors, naming
 from clearway.base.suggest import MOST_SEEN
 
 HEAD = 4096
@@ -63,6 +63,8 @@ KNOWN = (
 )  # fmt: skip
 
 PLACED = r"(?=[^\n]*\blat)(?=[^\n]*\blon)"
+TOP = r"(?<![a-z])(h|height|agl|amsl|top)(?![a-z])"
+"""With a unit or a level beside it: `height_m`, `agl_ft`, `height_amsl`."""
 LIKELY = (
     (rb"(?m)\A[^\0]*?^\[mission\]", "a mission of clearway: `clearway fly` takes it"),
     (rb"(?m)\A[^\0]*?^\[\[family\]\]", "a campaign of clearway: `clearway campaign` takes it"),
@@ -72,8 +74,14 @@ LIKELY = (
      "`clearway traffic` takes them"),
     ((rf"(?i)\A{PLACED}(?=[^\n]*\btime)[^\n]*[,;\t]").encode(), "a table of aircraft: "
      "`clearway traffic` takes it"),
-    ((rf"(?i)\A{PLACED}(?=[^\n]*\b(h|height|agl|amsl|top)\b)[^\n]*[,;\t]").encode(),
+    ((rf"(?i)\A{PLACED}(?=[^\n]*{TOP})[^\n]*[,;\t]").encode(),
      "a table of obstacles: `clearway map` takes it"),
+    (rb"(?m)^[0-9A-Z]{2}-\d{6} [OU] ", "obstacles of the FAA (DOF): `clearway map` takes it"),
+    (rb"(?i)\A\W*x\W+y\W+z\b", "a table of points: `clearway assess --scan` takes it"),
+    (rb"(?m)^\s*ros__parameters:", "parameters of a node of ROS 2: `clearway ros2` takes them, "
+     "`clearway guard` those with commands"),
+    (rb"(?m)\A[^\0]*?^\[\[volume\]\]", "volumes about other aircraft: "
+     "`clearway alerts --volumes` takes them"),
 )  # fmt: skip
 """What a file is told to look like where a command could not read it, but never refused for."""
 
@@ -123,6 +131,18 @@ def require_file(path: Path) -> None:
     """Raise InputError, with what is named alike, where nothing has that name."""
     with naming(path, "read"):
         path.stat()
+
+
+def require_files(paths: Iterable[Path]) -> None:
+    """The same for several: raises InputError for one that is not there, SeveralErrors for more."""
+    absent: list[InputError] = []
+    for path in paths:
+        try:
+            require_file(path)
+        except InputError as error:
+            absent.append(error)
+    if absent:
+        raise absent[0] if len(absent) == 1 else SeveralErrors(absent)
 
 
 Reader = TypeVar("Reader")

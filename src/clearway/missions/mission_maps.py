@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.rules import GroundHeights
-from clearway.base.errors import InputError
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.maps.maps import MapFile, read_maps
 from clearway.io.maps.placing import Bounds
@@ -33,16 +32,16 @@ class MissionMaps(NamedTuple):
 def mission_maps(file: MissionFile) -> MissionMaps:
     """What `[map]` of a mission holds near it; nothing without that table.
 
-    Raises InputError for a file that cannot be read, a moment that is none, and an origin that is
-    no place.
+    Raises InputError for a file that cannot be read, and a moment that is none.
     """
     section = file.map
     if section is None or not section.files:
         return MissionMaps()
+    origin = file.mission.origin_geodetic
     when = None if section.at is None else moment("map.at", section.at)
     maps = read_maps(
         section.files,
-        _origin(file),
+        None if origin is None else Geodetic(*origin),
         bounds_m=_bounds(file, section.beyond_m),
         point_radius_m=section.point_radius_m,
         crs=section.crs,
@@ -62,19 +61,6 @@ def mission_maps(file: MissionFile) -> MissionMaps:
         origin=maps[0].origin,
         notes=_notes(file, maps),
     )
-
-
-def _origin(file: MissionFile) -> Geodetic | None:
-    given = file.mission.origin_geodetic
-    if given is None:
-        return None
-    if abs(given[0]) > 90.0 or abs(given[1]) > 180.0:
-        raise InputError(
-            f"mission {file.mission.name!r}",
-            f"mission.origin_geodetic: {list(given)} is no place; valid: latitude within +-90 "
-            "degrees, longitude within +-180 degrees, height in metres",
-        )
-    return Geodetic(*given)
 
 
 def _bounds(file: MissionFile, beyond_m: float) -> Bounds:

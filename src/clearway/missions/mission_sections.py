@@ -10,7 +10,7 @@ from clearway.avoidance.fusion import RATINGS
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.automaton_file import read_automaton
-from clearway.missions.sections import Attitude, NotNegative, Place, Point, Positive, Share
+from clearway.missions.sections import Attitude, NotNegative, OnEarth, Place, Point, Positive, Share
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
@@ -35,7 +35,7 @@ class MissionSection(Section):
     """A ground station's flight plan (.plan, .waypoints, .kml, .kmz), relative to the mission
     file. It brings name, waypoints, start, speed, fences, and what suits the speed; keys given here
     take precedence."""
-    origin_geodetic: Point | None = None
+    origin_geodetic: OnEarth | None = None
     """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
     x is then east and y north. Default: the middle of the first map file, if there is one."""
     reach_radius_m: Positive = 1.5

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.io.what_file import require_files
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import MissionMaps
 from clearway.missions.place_sections import PointCloudSection
@@ -27,6 +29,14 @@ class MissionWorld(NamedTuple):
     """What was left out of the survey."""
     standing: frozenset[Danger] = frozenset()
     """What stands there, by who tells of it."""
+
+
+def refuse_absent_files(file: MissionFile) -> None:
+    """Raise an error that names all files of a mission's world and traffic that are not there."""
+    named = [] if file.map is None else list(file.map.files)
+    named += [] if file.point_cloud is None else [file.point_cloud.file]
+    named += [] if file.traffic.recording is None else [file.traffic.recording]
+    require_files(map(Path, named))
 
 
 def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:

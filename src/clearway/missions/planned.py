@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from clearway.base.checks import geodetic_problem
 from clearway.base.errors import InputError, naming
 from clearway.io.foreign_errors import damage_told
 from clearway.io.plans.flight_plan import FlightPlan, as_mission
@@ -111,10 +112,12 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
 
 
 def _place_of(stated: object) -> tuple[float, float, float] | None:
-    """Latitude, longitude and height as a mission states them; None where it does not."""
+    """Latitude, longitude and height as a mission states them; None where it states no place."""
     if not isinstance(stated, list) or len(stated) != 3:
         return None
     if not all(isinstance(value, (int, float)) for value in stated):
         return None
     latitude, longitude, height = map(float, stated)
+    if geodetic_problem(latitude, longitude, height):
+        return None
     return latitude, longitude, height

@@ -163,7 +163,7 @@ class Blimp:
 
     movements = staticmethod(
         lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.multirotor(
-            speed_mps, 15.0, duration_s, climb_mps=0.5, diagonals=False
+            speed_mps, 15.0, duration_s=duration_s, climb_mps=0.5, diagonals=False
         )
     )
 

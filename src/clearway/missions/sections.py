@@ -8,8 +8,9 @@ from dataclasses import fields
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
+from clearway.base.checks import geodetic_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -32,6 +33,15 @@ Attitude = Annotated[tuple[Turn, Turn, Turn], Field(strict=False)]
 ModelName = Annotated[str, OneOf(MODELS, without=("tube", "lattice"))]
 MOST_CELLS = 100_000
 MOST_RANGE_M = 1e6
+
+
+def _on_earth(place: tuple[float, float, float]) -> tuple[float, float, float]:
+    if problem := geodetic_problem(*place):
+        raise ValueError(problem)
+    return place
+
+
+OnEarth = Annotated[Point, AfterValidator(_on_earth)]
 
 
 def without_version(data: Any) -> Any:

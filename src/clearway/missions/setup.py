@@ -24,7 +24,7 @@ from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
 from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_place import NOWHERE, MissionPlace, mission_place
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
-from clearway.missions.mission_world import mission_world
+from clearway.missions.mission_world import mission_world, refuse_absent_files
 from clearway.missions.rule_sections import mission_rules
 from clearway.missions.sections import values_for
 from clearway.missions.sensor_section import AnyKind, mission_sensors
@@ -229,6 +229,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
 
     Raises InputError for files that cannot be read and values that contradict each other.
     """
+    refuse_absent_files(file)
     grid, automaton = file.grid.to_grid(), file.vehicle.to_automaton()
     _check_scale(file, automaton, grid)
     library = ReachLibrary.load_or_build(automaton, grid, file.reach_set.method, notice=notice)

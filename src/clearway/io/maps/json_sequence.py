@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import parsed_json, read_text
+from clearway.io.foreign import NoJsonError, parsed_json, read_text
 
 
 def read_sequence(path: Path) -> dict[str, Any]:
@@ -21,8 +21,8 @@ def read_sequence(path: Path) -> dict[str, Any]:
         if not line.strip():
             continue
         try:
-            row = parsed_json(line)
-        except (ValueError, RecursionError) as cause:
+            row = parsed_json(path, line, f"line {number}")
+        except NoJsonError as cause:
             problems.append(f"line {number}: no JSON object, truncated? ({cause})")
             continue
         wanted = "CityJSONFeature" if rows and _type(rows[0]) == "CityJSON" else "Feature"

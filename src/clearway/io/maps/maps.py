@@ -28,7 +28,7 @@ from clearway.io.maps.map_features import (
 )
 from clearway.io.maps.placing import Bounds, Place, PlacingTally, place_features, place_floor
 from clearway.io.maps.plausible import refuse_impossible
-from clearway.io.what_file import reader_of, refuse_others
+from clearway.io.what_file import reader_of, refuse_others, require_files
 from clearway.obstacles.obstacle import Obstacle
 
 POINT_RADIUS_M = 20.0
@@ -124,9 +124,11 @@ def read_maps(
     file that has any, at its lowest ground. A terrain among the files is the ground that heights of
     the others are above. bounds_m: lowest and highest x, y; what lies beyond is left out and
     counted. crs: reference system of a CityJSON model or a Shapefile that states none, such as
-    EPSG:7415. Raises InputError when a file is absent, empty, truncated or of no known format, and
-    MissingExtraError when the package that reads it is not installed.
+    EPSG:7415. Raises InputError when a file is absent, empty, truncated or of no known format,
+    SeveralErrors when several are absent, and MissingExtraError when the package that reads it is
+    not installed.
     """
+    require_files(map(Path, paths))
     parsed = [_parse(Path(path), point_radius_m, crs) for path in paths]
     ground = next((one.terrain for one in parsed if one.terrain is not None), None)
     place = Place(origin or _middle(paths, parsed), ground, bounds_m)

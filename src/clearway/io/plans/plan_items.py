@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
+from clearway.base.checks import HIGHEST_M
 from clearway.io.foreign import position_of
 from clearway.io.maps.map_features import Geodetic
 
@@ -35,7 +36,6 @@ FRAMES: Mapping[int, Literal["sea level", "home", "ground"]] = {
     11: "ground",
 }
 """What heights are above, by MAV_FRAME."""
-HIGHEST_M = 100_000.0
 
 
 class Item(NamedTuple):

@@ -24,6 +24,7 @@ from clearway.io.scans.bag import (
 )
 from clearway.io.scans.bag_files import open_files, without_metadata
 from clearway.io.scans.bag_mcap import open_mcap
+from clearway.io.what_file import require_file
 
 
 @contextmanager
@@ -31,8 +32,10 @@ def open_bag(path: Path) -> Iterator[Bag]:
     """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap,
     packed by zstd or not.
 
-    Raises MissingExtraError without the packages of [lidar], InputError where it is damaged.
+    Raises MissingExtraError without the packages of [lidar], InputError where it is damaged or not
+    there.
     """
+    require_file(path)
     try:
         import mcap.reader  # noqa: F401
         import rosbags.highlevel  # noqa: F401
