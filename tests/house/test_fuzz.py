@@ -43,7 +43,7 @@ def test_files_are_changed_but_not_blown_up():
         (Outcome(70, "", "x: an error inside clearway (ValueError: x)"), "traceback"),
         (Outcome(0, "", "", ("RuntimeWarning at a.py:1: overflow",)), "warning"),
         (Outcome(0, "\x1b[31m", ""), "control characters in output"),
-        (Outcome(2, "", "a.csv: " + "x" * 500), "message of 507 characters"),
+        (Outcome(2, "", "a.csv: " + "x" * 500), "message of 1 lines, 507 characters"),
         (Outcome(2, "", "bad"), "names no file"),
     ],
 )

@@ -168,19 +168,22 @@ def test_the_missions_of_6_5(name, straight, hits):
     assert len(run.intruder_tracks) == 8
 
 
-@pytest.mark.parametrize(("price", "passes"), [(0.0, "ahead"), (4.0, "behind")])
-def test_a_price_for_crossing_ahead_passes_behind(price, passes):
+@pytest.mark.parametrize(("price", "behind"), [(0.0, 0), (16.0, 3)])
+def test_a_price_for_crossing_ahead_passes_more_of_them_behind(price, behind):
+    """Who has begun to pass on one side stays with it: not all of eight that come one by one."""
     tables = read_mission_file("intruders").effective()
     tables["prices"]["ahead"] = price
     run = prepare(parse_model("test", tables, MissionFile)).fly()
     assert run.safe
-    for name, track in run.intruder_tracks.items():
+    passed_behind = 0
+    for track in run.intruder_tracks.values():
         start = int(np.searchsorted(run.time_s, track[0, 0] - 1e-9))
         own = run.states[start : start + len(track), :3]
         crossing = np.flatnonzero(np.diff(np.sign(own[:, 0] - track[:, 1])))[0]
         # They fly to the right: ahead of one is to its right.
-        ahead = own[crossing, 1] < track[crossing, 2]
-        assert ahead == (passes == "ahead"), name
+        passed_behind += own[crossing, 1] > track[crossing, 2]
+    assert passed_behind >= behind
+    assert behind or not passed_behind
 
 
 def test_a_mission_with_noisy_reports_is_flown_through_the_tracker():

@@ -166,7 +166,7 @@ def test_without_ffmpeg_what_to_install_is_said_before_any_flight(
         (("--video", "f.avi"), ".mp4, .gif"),
         (("--video", "f"), ".mp4, .gif"),
         (("--video", "f.gif", "--fps", 0), "1 to 60"),
-        (("--video", "f.gif", "--speed", "nan"), "above 0"),
+        (("--video", "f.gif", "--speed", "nan"), "is not a number from"),
         (("--video", "f.gif", "--speed", "-1"), "above 0"),
         (("--video", "."), "--video is a folder"),
         (("--fps", 10), "--video"),

@@ -12,7 +12,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
-from clearway.base.errors import ClearwayError, InputError, SeveralErrors, refuse_special
+from clearway.base.errors import (
+    ClearwayError,
+    InputError,
+    MissingExtraError,
+    SeveralErrors,
+    refuse_special,
+)
 from clearway.base.plain_text import LONGEST, in_full, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
@@ -56,7 +62,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             return command(*args, **options)
         except ClearwayError as error:
             told = [
-                _with_file(_told(one), given)
+                _told(one) if isinstance(one, MissingExtraError) else _with_file(_told(one), given)
                 for one in (error.errors if isinstance(error, SeveralErrors) else (error,))
             ]
             hints = tuple(_other_kinds(told, options, command.__name__))
