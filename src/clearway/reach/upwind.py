@@ -40,18 +40,23 @@ def ways_in_wind(
 @lru_cache(maxsize=256)
 def _found(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Ways:
     ways, legs = library.ways[start], library.legs
-    yaw = _yaws(ways, legs)
+    yaw = _yaws(library, start)
     straight = _straight(legs)
     circles = [] if straight is None else _circles(library)
     begins: list[int] = []
     loops: list[int] = []
     numbers: dict[tuple[int, ...], int] = {}
+    against: dict[tuple[float, int], tuple[int, ...]] = {}  # Thousands end in a few headings.
     for beginning in np.flatnonzero(ways.attitude == 0).tolist():
-        cosine, sine = np.cos(yaw[beginning]), np.sin(yaw[beginning])
-        wind = np.array([cosine * x_mps + sine * y_mps, cosine * y_mps - sine * x_mps])
+        heading = float(yaw[beginning])
         before = int(ways.movement[beginning])
         for turn, count in circles:
-            loop = _against(legs, turn, count, straight or 0, wind)
+            loop = against.get((heading, turn))
+            if loop is None:
+                cosine, sine = np.cos(heading), np.sin(heading)
+                wind = np.array([cosine * x_mps + sine * y_mps, cosine * y_mps - sine * x_mps])
+                loop = _against(legs, turn, count, straight or 0, wind)
+                against[heading, turn] = loop
             if _may_follow(library, before, loop):
                 begins.append(beginning)
                 loops.append(numbers.setdefault(loop, len(numbers)))
@@ -72,8 +77,10 @@ def _found(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Wa
     )
 
 
-def _yaws(ways: Ways, legs: Legs) -> FloatArray:
+@lru_cache(maxsize=32)
+def _yaws(library: EscapeLibrary, start: int) -> FloatArray:
     """[beginnings] yaw at the end of each."""
+    ways, legs = library.ways[start], library.legs
     yaw = np.zeros(len(ways.parent))
     for at in range(1, len(yaw)):
         parent = int(ways.parent[at])
