@@ -196,7 +196,8 @@ def leaves_no_room(
     nearest: FloatArray, barred: float, room: float, within: float, width: float
 ) -> BoolArray:
     """[nx, ny, nz] of cells that are not barred, whether no centre `within` their own is as far as
-    `room` from what stands: off something beside a wide place nobody has to keep for a turn."""
+    `room` from what stands: off something beside a wide place nobody has to keep for a turn.
+    nearest: [nx, ny, nz] of centres, like all lengths in metres."""
     nx, ny, nz = nearest.shape
     none = np.zeros((nx, ny, nz), dtype=np.bool_)
     steps = _outwards(int(within / width))

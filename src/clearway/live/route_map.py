@@ -39,7 +39,7 @@ ROLL_WITHIN = 8
 UNSEEN = 2.0
 """Price of a metre that nobody has seen."""
 NO_ROOM_TO_TURN, HARDLY_ROOM = 3.0, 9.0
-"""Price of a metre within a turning radius, and half of one, of something, beside the margin."""
+"""Price of a metre with no room beside the margin to turn, and with none to turn half as wide."""
 NARROW = (1.25, 1.5)
 """The same prices where the mission allows narrow places."""
 TALL, TALL_FINE = 100.0, 200.0

@@ -33,7 +33,7 @@ class RouteMaps:
         if free is None:
             return None
         known = planner.settings.escape == Escape.KNOWN
-        coarse, finer = (
+        coarse, *finer = (
             RouteMap(
                 free.seen.voxel_m,
                 planner.settings.safety_margin_m,
@@ -43,9 +43,9 @@ class RouteMaps:
                 sees_m=sensing.sees_m,
                 finer=finer,
             )
-            for finer in (False, True)
+            for finer in ((False, True) if known else (False,))
         )
-        return cls(coarse, finer if known and finer.width_m < coarse.width_m else None)
+        return cls(coarse, *(each for each in finer if each.width_m < coarse.width_m))
 
     def take(
         self, seen: SeenSpace, remembered: PointHazards, position_m: FloatArray, reach_m: float
