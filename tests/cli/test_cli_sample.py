@@ -62,6 +62,18 @@ def test_the_same_seed_writes_the_same_files_and_another_one_others(
     assert other["sweep.pcd"] != before["sweep.pcd"]
 
 
+def test_what_names_another_sample_is_written_only_where_that_one_is(samples: Path) -> None:
+    named = [
+        (one, other)
+        for one in SAMPLES
+        if one.name.endswith((".toml", ".yaml"))
+        for other in SAMPLES
+        if f'"{other.name}"' in (samples / one.name).read_text()
+    ]
+    assert named
+    assert [(a.name, b.name) for a, b in named if b.needs not in ("", a.needs)] == []
+
+
 def test_the_page_tells_every_command(samples: Path) -> None:
     page = (samples / "README.md").read_text()
     assert [command for command in COMMANDS if f"`{command}`" not in page] == []
