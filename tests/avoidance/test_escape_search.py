@@ -10,10 +10,11 @@ import pytest
 from clearway.avoidance.clearance import moving_clearance, span_of
 from clearway.avoidance.escape_chains import chain_keeps, chain_room
 from clearway.avoidance.escape_legs import carried, pose_after, was_seen
-from clearway.avoidance.escape_places import loop_places
+from clearway.avoidance.escape_places import NEARLY, loop_places, places_are_clear
 from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import MovingHazards, bin_points
+from clearway.avoidance.too_near import LONG, are_near, fill_in, too_near
 from clearway.avoidance.way_out import WayOut
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import world_from_body
@@ -49,7 +50,15 @@ def test_the_first_that_keeps_it(ways, aloof_m, ahead_m) -> None:
     library, terms = ways.library, ways._terms
     escapes, legs, pose = library.ways[0], library.legs, np.array([ahead_m, 0.0, 0.0, 0.0])
     found, _, kept_m = first_escape(
-        escapes, legs, loop_places(escapes, legs), 0, pose, 0.0, terms, np.array(aloof_m)
+        escapes,
+        legs,
+        loop_places(escapes, legs),
+        0,
+        pose,
+        0.0,
+        terms,
+        np.array(aloof_m),
+        too_near(terms.margin_m),
     )
     for unseen_m in aloof_m:
         asked = terms._replace(unseen_m=unseen_m)
@@ -65,8 +74,12 @@ def test_the_first_that_keeps_it(ways, aloof_m, ahead_m) -> None:
 @pytest.mark.parametrize("count", [0, 5, 25, 80])
 @pytest.mark.parametrize("margin_m", [0.0, 0.3, 0.6])
 @pytest.mark.parametrize("wind_mps", [(0.0, 0.0, 0.0), (0.1, -0.2, 0.05)])
-def test_so_it_does_where_what_nobody_has_seen_is_free(ways, count, margin_m, wind_mps) -> None:
-    """Among balls all about, which single places are held against first; level and pitched."""
+@pytest.mark.parametrize("looked", [0, LONG])
+def test_so_it_does_where_what_nobody_has_seen_is_free(
+    ways, count, margin_m, wind_mps, looked
+) -> None:
+    """Among balls all about, which single places are held against first; level and pitched; looked
+    up in cells from the beginning, and only in long searches."""
     rng = np.random.default_rng([count, int(10.0 * margin_m)])
     library = ways.library
     escapes, legs, loops = library.ways[0], library.legs, loop_places(library.ways[0], library.legs)
@@ -82,7 +95,9 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(ways, count, margin_m, wi
         )
         pose = np.array([*rng.uniform(-1.0, 1.0, 3), rng.uniform(-np.pi, np.pi)])
         unseen_m = np.array([terms.unseen_m])
-        found, _, _ = first_escape(escapes, legs, loops, 0, pose, 0.5, terms, unseen_m)
+        near = too_near(0.6)
+        near.looked[0] = looked
+        found, _, _ = first_escape(escapes, legs, loops, 0, pose, 0.5, terms, unseen_m, near)
         upto = found if found >= 0 else len(escapes.begins) - 1
         kept = (
             escape
@@ -97,10 +112,36 @@ def test_some_are_found_and_some_not(ways) -> None:
     escapes, legs = library.ways[0], library.legs
     loops, pose = loop_places(escapes, legs), np.zeros(4)
     near, far = (
-        first_escape(escapes, legs, loops, 0, pose, 0.0, ways._terms, np.array([unseen_m]))[0]
+        first_escape(
+            escapes, legs, loops, 0, pose, 0.0, ways._terms, np.array([unseen_m]), too_near(0.6)
+        )[0]
         for unseen_m in (0.2, 30.0)
     )
     assert near > 0 > far
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_cells_tell_of_no_place_that_it_is_nearer_than_it_is(ways, seed: int) -> None:
+    """And of most that are near that they are."""
+    rng = np.random.default_rng(seed)
+    count, margin_m = int(rng.integers(1, 400)), float(rng.uniform(0.2, 1.0))
+    tilted = world_from_body(rng.uniform(-0.5, 0.5, 3)).T.copy()
+    place, radius_m = rng.uniform(-8.0, 8.0, (count, 3)), rng.uniform(0.0, 0.8, count)
+    bins, wind = bin_points(place, radius_m), rng.uniform(-0.3, 0.3, 3)
+    terms = ways._terms._replace(bins=bins, grid_from_level=tilted, wind_mps=wind)
+    near = too_near(margin_m)
+    fill_in(near, terms)
+    told = truly = 0
+    pose, start_s = np.array([*rng.uniform(-2.0, 2.0, 3), 1.0]), 3.0
+    for where in rng.uniform([-12, -12, -6, 0], [12, 12, 6, 4], (2000, 4))[:, None]:
+        within_m = float(rng.uniform(0.5, 1.0) * margin_m)
+        asked = terms._replace(margin_m=within_m / NEARLY)
+        is_near = not places_are_clear(where, 0, 1, pose, start_s, asked)
+        if are_near(where, 0, 1, pose, start_s, within_m, wind, near):
+            told += 1
+            assert is_near
+        truly += is_near
+    assert told >= 0.2 * truly > 0
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -17,6 +17,7 @@ from clearway.avoidance.escape_chains import (
 )
 from clearway.avoidance.escape_legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
 from clearway.avoidance.escape_places import NEARLY, places_are_clear, places_were_seen
+from clearway.avoidance.too_near import FILLED, LONG, TooNear, are_near, fill_in
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -103,6 +104,7 @@ def first_escape(
     start_s: float,
     terms: EscapeTerms,
     aloof_m: FloatArray,
+    near: TooNear,
 ) -> tuple[int, float, float]:
     """The first escape that is safe from an attitude and a pose [4], its room from intruders, and
     the distance that it keeps from what nobody has seen.
@@ -133,21 +135,11 @@ def first_escape(
         seen[0] = KEEPS
         following = 0
         while following < escapes:
-            escape = _first_left(
-                following,
-                ways,
-                legs,
-                places,
-                begun,
-                wind,
-                met,
-                cleared,
-                clear,
-                seen,
-                unseen,
-                terms,
-                chain.leg,
-            )
+            asked = (following, ways, legs, places, begun, wind, met, cleared, clear, seen)
+            if terms.must_see:
+                escape = _first_seen(*asked, unseen, terms, chain.leg)
+            else:
+                escape = _first_clear(*asked, terms, chain.leg, near)
             following = escape + 1
             if escape == escapes:
                 break
@@ -185,7 +177,7 @@ def first_escape(
 
 
 @borrowing
-def _first_left(
+def _first_seen(
     escape: int,
     ways: Ways,
     legs: Legs,
@@ -212,15 +204,10 @@ def _first_left(
             if begin >= begun.known[0]:
                 _place_up_to(begin, ways, legs, begun, wind, terms)
             beyond = seen[ways.parent[begin]] == FAILS
-            if beyond or (terms.must_see and not _is_clear(begun.placed[begin], unseen, terms)):
+            if beyond or not _is_clear(begun.placed[begin], unseen, terms):
                 seen[begin] = FAILS
-            elif not terms.must_see and clear[begin] == UNKNOWN:
-                pose, when = begun.poses[begin], begun.times_s[begin]
-                beyond = clear[ways.parent[begin]] == FAILS
-                if beyond or not places_are_clear(HERE, 0, 1, pose, when, terms):
-                    clear[begin] = FAILS
         if seen[begin] != FAILS and clear[begin] != FAILS:
-            e = _first_loop_left(e, ways, places, begun, wind, met, cleared, unseen, terms)
+            e = _first_loop_seen(e, ways, places, begun, wind, met, cleared, unseen, terms)
             if e == escapes:
                 return escapes
             if ways.begins[e] == begin and _begin_was_seen(
@@ -233,7 +220,47 @@ def _first_left(
 
 
 @borrowing
-def _first_loop_left(
+def _first_clear(
+    escape: int,
+    ways: Ways,
+    legs: Legs,
+    places: FloatArray,
+    begun: Begun,
+    wind: FloatArray,
+    met: Known,
+    cleared: Known,
+    clear: Known,
+    seen: Known,
+    terms: EscapeTerms,
+    room: LegRoom,
+    near: TooNear,
+) -> int:
+    """Likewise where what nobody has seen is free: by the returns near its places."""
+    e, escapes = escape, len(ways.begins)
+    while e < escapes:
+        begin = ways.begins[e]
+        if clear[begin] == UNKNOWN:
+            if begin >= begun.known[0]:
+                _place_up_to(begin, ways, legs, begun, wind, terms)
+            pose, when = begun.poses[begin], begun.times_s[begin]
+            beyond = clear[ways.parent[begin]] == FAILS
+            if beyond or not _is_clear_of_returns(HERE, 0, 1, pose, when, terms, near):
+                clear[begin] = FAILS
+        if clear[begin] != FAILS:
+            e = _first_loop_clear(e, ways, places, begun, met, cleared, terms, near)
+            if e == escapes:
+                return escapes
+            if ways.begins[e] == begin and _begin_was_seen(
+                begin, terms.unseen_m, ways, legs, begun, seen, terms, room
+            ):
+                return e
+        while e < escapes and ways.begins[e] == begin:
+            e += 1
+    return escapes
+
+
+@borrowing
+def _first_loop_seen(
     escape: int,
     ways: Ways,
     places: FloatArray,
@@ -244,8 +271,8 @@ def _first_loop_left(
     unseen: float,
     terms: EscapeTerms,
 ) -> int:
-    """The first from an escape on, of those with its beginning, that nothing known or quickly
-    found out of its loop rules out; the one after them if there is none."""
+    """The first from an escape on, of those with its beginning, of whose loop nothing known rules
+    out that it was seen, nor its places; the one after them if there is none."""
     free, window, begins = terms.free, terms.window, ways.begins
     begin, e = begins[escape], escape
     placed = begun.placed[begin]
@@ -254,15 +281,6 @@ def _first_loop_left(
         if met[e] != FAILS and cleared[e] != FAILS:
             loop = ways.loop[e]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-            if not terms.must_see:
-                if met[e] == UNKNOWN:
-                    pose, when = begun.poses[begin], begun.times_s[begin]
-                    is_clear = places_are_clear(places, first, last, pose, when, terms)
-                    met[e] = KEEPS if is_clear else FAILS
-                if met[e] == KEEPS:
-                    return e
-                e += 1
-                continue
             if met[e] == UNKNOWN:
                 met[e] = KEEPS  # What fails without a radius fails at any distance.
                 for n in range(first, last):
@@ -279,6 +297,56 @@ def _first_loop_left(
                 return e
         e += 1
     return e
+
+
+@borrowing
+def _first_loop_clear(
+    escape: int,
+    ways: Ways,
+    places: FloatArray,
+    begun: Begun,
+    met: Known,
+    cleared: Known,
+    terms: EscapeTerms,
+    near: TooNear,
+) -> int:
+    """Likewise, that it keeps clear of returns."""
+    begins = ways.begins
+    begin, e = begins[escape], escape
+    pose, when = begun.poses[begin], begun.times_s[begin]
+    while e < len(begins) and begins[e] == begin:
+        if met[e] == UNKNOWN and cleared[e] != FAILS:
+            loop = ways.loop[e]
+            first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+            is_clear = _is_clear_of_returns(places, first, last, pose, when, terms, near)
+            met[e] = KEEPS if is_clear else FAILS
+        if met[e] == KEEPS and cleared[e] != FAILS:
+            return e
+        e += 1
+    return e
+
+
+@borrowing
+def _is_clear_of_returns(
+    places: FloatArray,
+    first: int,
+    last: int,
+    pose: FloatArray,
+    start_s: float,
+    terms: EscapeTerms,
+    near: TooNear,
+) -> bool:
+    """As `places_are_clear`, in cells once that has been asked often."""
+    if near.looked[0] != FILLED and near.margin_m > 0.0:
+        near.looked[0] += len(terms.bins.radius_m)
+        if near.looked[0] > LONG:
+            fill_in(near, terms)
+    if near.looked[0] == FILLED:
+        within_m = NEARLY * terms.margin_m
+        near_one = are_near(places, first, last, pose, start_s, within_m, terms.wind_mps, near)
+        if near_one or last - first == 1:
+            return not near_one  # Of a beginning no more is asked here: its movements tell.
+    return places_are_clear(places, first, last, pose, start_s, terms)
 
 
 @borrowing

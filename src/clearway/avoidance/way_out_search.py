@@ -12,6 +12,7 @@ from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.escape_places import loop_places
 from clearway.avoidance.escape_search import first_escape, movements_of
+from clearway.avoidance.too_near import TooNear
 from clearway.avoidance.way_out import WayOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -44,6 +45,8 @@ class WayOutSearch:
     """For how long ways out are verified that drift."""
     strict: bool
     """Whether they have to lead through what was seen to be free to be certain."""
+    near: TooNear
+    """Of what stands at that decision."""
     _loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = field(default_factory=dict)
 
     def drifts(self, legs: Legs) -> bool:
@@ -64,7 +67,7 @@ class WayOutSearch:
         terms = self._lasting(terms, legs)
         ways, loops = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
         escape, room_m, kept_m = first_escape(
-            ways, legs, loops, attitude, pose, start_s, terms, from_unseen_m
+            ways, legs, loops, attitude, pose, start_s, terms, from_unseen_m, self.near
         )
         if escape < 0:
             return None, kept_m

@@ -21,6 +21,7 @@ from clearway.avoidance.escape_legs import (
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
+from clearway.avoidance.too_near import too_near
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.way_out_search import (
     Beginning,
@@ -77,6 +78,7 @@ class WaysOut:
             planner.speed_mps,
             in_wind_s(planner.automaton),
             self.strict,
+            too_near(near.margin_m),
         )
         self._surface_m = SURFACE / self._terms.window[3] + 3.0 * situation.range_sigma_m
         self._aloof: dict[int, bool] = {}
