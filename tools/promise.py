@@ -75,10 +75,10 @@ def through(label: str, seed: int) -> Row:
         "least_m": nearest,
         "touched": bool(nearest < BODY_M),
         "margin_lost": bool(nearest < run.safety_margin_m - 1e-6),
-        "without": told["without_way_out"] or 0,
+        "without": told["decisions_without_escape"] or 0,
         "free": bool(way.exists),
         "reached": run.reached,
-        "held": told["held"],
+        "held": told["reason"],
         "time_s": told["time_s"],
         "path": told["path_length_m"] / run.mission.straight_length_m,
     }

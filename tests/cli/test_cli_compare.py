@@ -69,6 +69,9 @@ def test_a_baseline_leaves_its_track_log_and_pictures(tmp_path):
     result = json.loads(done.stdout)
     assert result["planner"] == "straight"
     assert result["crashed_s"] == pytest.approx(8.0, abs=0.1)
+    assert result["crashed"] == "obstacle 0 'first obstacle' (ball)"
+    assert result["escape_mode"] is None
+    assert result["guarantee"] is False
     names = {path.name for path in (tmp_path / "out").iterdir() if not path.name.startswith(".")}
     assert {"flight.png", "obstacle-distance.png", "tracking.png", "summary.json"} <= names
     log = (tmp_path / "out" / "decisions.jsonl").read_text().splitlines()

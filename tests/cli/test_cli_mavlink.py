@@ -184,6 +184,28 @@ def test_read_only_listens_decides_and_is_silent_among_bad_frames(tmp_path: Path
     assert lines["sent"].split()[1:] == ["HEARTBEAT"]
 
 
+def test_a_check_tells_what_comes_how_often_and_what_is_missing(tmp_path: Path) -> None:
+    key = tmp_path / "key"
+    key.write_bytes(KEY)
+    with listening(EXAMPLE, "--check", "--duration", "3", "--signing-key", key, "--json") as (
+        running,
+        port,
+    ):
+        vehicle = Telemetry(port)
+        vehicle.start()
+        output, errors = running.communicate(timeout=60)
+        vehicle.done.set()
+        vehicle.join()
+    assert running.returncode == 1, errors
+    told = json.loads(output)
+    assert {"HEARTBEAT", "ATTITUDE", "LOCAL_POSITION_NED"} <= set(told["messages"])
+    attitude_told = told["messages"]["ATTITUDE"]
+    assert attitude_told["messages"] >= 5
+    assert 1.0 < attitude_told["rate_hz"] < 25.0
+    assert 0.0 <= attitude_told["age_s"] < 3.0
+    assert any("was told" in words for words in told["missing"]), "no parameters were"
+
+
 def run(*arguments: str | Path) -> Any:
     """A run within this process: quick, and otherwise the same."""
     return CliRunner().invoke(app, ["mavlink", *map(str, arguments)])

@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import json
 from functools import partial
+from pathlib import Path
 
 import pytest
 
+from clearway.base.provenance import sha256_of
 from clearway.base.version import __version__
 from clearway.studies.encounter_model import made_up_model
 from clearway.studies.risk.encounter import draw_encounter
@@ -30,8 +32,14 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
     assert measure["ratio"] == pytest.approx(measure["unresolved"] + measure["induced"])
     assert measure["verdict"] == "not shown"
     assert measure["ratio_95"][1] > measure["limit"]
-    assert told["provenance"]["clearway"] == __version__
-    assert told["provenance"]["command"].startswith("clearway risk --count 5 -p mvp")
+    assert told["verdict"] == "not shown"
+    assert told["limits"] == {"near_collision": 0.18, "lost_well_clear": 0.4}
+    assert told["dynamics"] == "50 kt, 5 deg/s"
+    assert told["surveillance"] == "reports every 1 s"
+    assert told["version"] == told["provenance"]["clearway"] == __version__
+    assert told["model_sha256"] == sha256_of(Path(made_up_model().source))
+    assert told["command"] == told["provenance"]["command"]
+    assert told["command"].startswith("clearway risk --count 5 -p mvp")
     assert json.loads((tmp_path / "all" / "risk.json").read_text()) == told
     rows = list(csv.DictReader((tmp_path / "all" / "encounters.csv").read_text().splitlines()))
     assert [(row["number"], row["planner"]) for row in rows[:2]] == [

@@ -77,6 +77,7 @@ def test_what_names_another_sample_is_written_only_where_that_one_is(samples: Pa
 def test_the_page_tells_every_command(samples: Path) -> None:
     page = (samples / "README.md").read_text()
     assert [command for command in COMMANDS if f"`{command}`" not in page] == []
+    assert (samples / "commands.txt").read_text().splitlines() == COMMANDS
 
 
 def test_results_that_are_there_are_not_mixed_with_samples(samples: Path, tmp_path: Path) -> None:

@@ -46,13 +46,13 @@ def stays_safe(run: Run) -> None:
     summary = run.summary()
     assert not run.reached
     assert run.metrics.margin_violations == 0
-    assert summary["without_way_out"] == 0
+    assert summary["decisions_without_escape"] == 0
     assert summary["no_guarantee_s"] == []
 
 
 def holds_and_says_why(run: Run) -> None:
     stays_safe(run)
-    assert run.summary()["held"] == NOT_REACHABLE
+    assert run.summary()["reason"] == NOT_REACHABLE
     modes = [entry.flight.mode for entry in run.decisions]
     begun = modes.index(Mode.HOLD)
     kept = [mode in (Mode.HOLD, Mode.ESCAPE) for mode in modes[begun:]]

@@ -23,7 +23,7 @@ def test_a_summary_says_that_a_flight_held_short_of_its_goal() -> None:
         states = [ModeState(mode, "") for mode in modes]
         flights = [SimpleNamespace(mode=state.mode, mode_state=state) for state in states]
         entries = [SimpleNamespace(flight=flight) for flight in flights]
-        return METRICS["held"].of(SimpleNamespace(decisions=entries, reached=reached))
+        return METRICS["reason"].of(SimpleNamespace(decisions=entries, reached=reached))
 
     assert held(Mode.NAVIGATION, Mode.HOLD) == NOT_REACHABLE
     assert held(Mode.HOLD, Mode.ESCAPE) == NOT_REACHABLE

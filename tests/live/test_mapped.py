@@ -74,9 +74,9 @@ def test_no_decision_is_without_a_way_out_where_the_map_shows_all_and_sensors_se
     system = AvoidanceSystem(planner(escape="mapped"), FAR, lidars=(SHORT,), obstacle_map=told)
     run = simulate(system, ObstacleMap(trees), lidars=(SHORT,))
     assert run.safe
-    assert run.summary()["escape"] == "mapped"
+    assert run.summary()["escape_mode"] == "mapped"
     assert run.summary()["way_out_from_s"] == 0.0
-    assert run.summary()["without_way_out"] == 0
+    assert run.summary()["decisions_without_escape"] == 0
 
 
 def test_where_the_declared_box_ends_the_vehicle_turns_round() -> None:
@@ -85,7 +85,7 @@ def test_where_the_declared_box_ends_the_vehicle_turns_round() -> None:
     run = simulate(system, ObstacleMap(), lidars=())
     assert not run.reached
     assert run.states[:, 0].max() <= 25.0 - system.planner.settings.body_radius_m
-    assert run.summary()["without_way_out"] == 0
+    assert run.summary()["decisions_without_escape"] == 0
 
 
 @pytest.mark.parametrize("box", [[[0, 0, 0], [1, 1, 0]], [[0, 0], [1, 1]], [0.0, 1.0]])

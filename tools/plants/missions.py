@@ -56,7 +56,7 @@ def fly(file: Path) -> Shown:
         round(run.metrics.time_s, 2),
         round(cpu_s, 1),
         len(run.decisions),
-        run.summary()["without_way_out"] or 0,
+        run.summary()["decisions_without_escape"] or 0,
         len(run.movements),
         run.counts.get(STRAYED, 0),
         "" if run.reached else f"{last.mode}: {last.why}",

@@ -67,7 +67,9 @@ def fly(scale: Scale, family: str, seed: int) -> Flown:
     nearest_m = float(run.nearest_surface_m.min())
     hit = nearest_m <= scale.body_m
     last, summary = run.decisions[-1].flight.mode_state, run.summary()
-    ended = f"{last.mode}: {last.why}" if summary["held"] is None else f"held: {summary['held']}"
+    ended = (
+        f"{last.mode}: {last.why}" if summary["reason"] is None else f"held: {summary['reason']}"
+    )
     return Flown(
         scale.plant,
         family,
@@ -79,7 +81,7 @@ def fly(scale: Scale, family: str, seed: int) -> Flown:
         round(run.metrics.time_s, 2),
         round(cpu_s, 1),
         len(run.decisions),
-        summary["without_way_out"] or 0,
+        summary["decisions_without_escape"] or 0,
         len(run.movements),
         run.counts.get(STRAYED, 0),
         "" if run.ways_out is None else run.ways_out.flown,

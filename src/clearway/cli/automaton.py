@@ -103,6 +103,7 @@ def _as_json(file: AutomatonFile) -> dict[str, Any]:
                 "displacement_m": list(pair.path[-1][:3]),
                 "yaw_change_rad": pair.path[-1][3],
                 "spread_m": pair.spread_m,
+                "spread_yaw_rad": pair.spread_yaw_rad,
                 "path": [list(row) for row in pair.path],
             }
             for pair in file.pair

@@ -290,7 +290,11 @@ def _in_words(run: Run[Steering]) -> str:
 def _ways_out_in_words(run: Run[Steering]) -> str:
     """Which ways out were kept in hand, from when on, and how often there was none."""
     summary = run.summary()
-    plan, begins, without = run.ways_out, summary["way_out_from_s"], summary["without_way_out"]
+    plan, begins, without = (
+        run.ways_out,
+        summary["way_out_from_s"],
+        summary["decisions_without_escape"],
+    )
     assert plan is not None
     flown = f"{plan.flown}" if plan.flown == plan.asked else f"{plan.asked} asked, {plan.flown}"
     if plan.flown == "off":

@@ -138,12 +138,14 @@ def _check(
         stack.callback(link.close)
         loop.run(lambda elapsed_s, _outcome: elapsed_s >= lasts, lambda _outcome: None)
         found = problems(link, time.monotonic())
-        received = dict(link.inbox.received)
+        heard = link.inbox.heard(time.monotonic())
     if as_json:
-        print_json(sourced({"problems": found, "received": received}))
+        print_json(sourced({"messages": heard, "missing": found}))
     else:
-        told = ", ".join(f"{number} {name}" for name, number in sorted(received.items()))
-        print("\n".join([f"received   {told or 'nothing'}", *found]))
+        told = [
+            f"{one['messages']} {name} at {one['rate_hz']:.1f} Hz" for name, one in heard.items()
+        ]
+        print("\n".join([f"received   {', '.join(told) or 'nothing'}", *found]))
         print("all is there" if not found else f"{len(found)} to be mended before --act")
     if found:
         leave(NOT_REACHED)

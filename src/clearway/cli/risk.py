@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from clearway.base.verdict import DemandVerdict
 from clearway.cli import picture_options as drawn
 from clearway.cli.given import refuse_given
 from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
@@ -147,7 +146,7 @@ def risk(
     """
     from clearway.studies.risk.ratios import LARGEST_LIMIT, RiskLimits
     from clearway.studies.risk.settings import RiskSettings
-    from clearway.studies.risk.summary import summary
+    from clearway.studies.risk.summary import summary, verdict_of
 
     if curves:
         draw_curves(curves, out, drawn.pictures_of(form, dpi))
@@ -195,11 +194,7 @@ def risk(
         print_tables(result, told)
     if folder is not None:
         write_study(result, told, folder)
-    leave_by(
-        DemandVerdict(measure["verdict"])
-        for measure in told["planners"][planners[0]].values()
-        if isinstance(measure, dict) and "verdict" in measure
-    )
+    leave_by([verdict_of(told["planners"][planners[0]])])
 
 
 def _layers(text: str) -> tuple[int, ...]:

@@ -99,6 +99,8 @@ class _NodeWatch:
 
 
 def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
+    from clearway.io.json_values import rounded
+
     system = link.session.system
     decision = link.published[link.decision_topic]
     return {
@@ -115,6 +117,7 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
                 "messages": heard.messages,
                 "not_usable": heard.refused,
                 "rate_hz": round(heard.rate_hz, 3),
+                "age_s": rounded(heard.age_s, 3),
             }
             for topic, heard in link.topics.items()
         },

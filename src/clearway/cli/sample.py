@@ -51,4 +51,7 @@ def sample(
         )
     for one in written.left_out:
         say(f"{one.name} left out: pip install 'clearway[{one.needs}]'")
-    say(f"wrote {len(written.samples)} samples and README.md to {folder}; go there to try them")
+    say(
+        f"wrote {len(written.samples)} samples, README.md and commands.txt to {folder}; "
+        "go there to try them"
+    )

@@ -6,6 +6,7 @@ newest few are decoded, so that a flood of one kind shuts out no other.
 
 from __future__ import annotations
 
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
@@ -16,6 +17,8 @@ from clearway.mavlink.links import Peer
 from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.wire import LONGEST, MAVLINK_1, MavlinkFrame, frames_in
 
+RATE_OVER = 20
+"""So many of the last messages of a kind tell its rate."""
 KEPT = {
     known.HEARTBEAT: 16,
     known.SYS_STATUS: 4,
@@ -106,6 +109,7 @@ class Inbox:
         self._is_ours, self._kept, self._from_any = is_ours, kept, from_any
         self._systems: set[int] = set()
         self.received: Counter[str] = Counter()
+        self._came_s: dict[str, deque[float]] = {}
         self.refused: Counter[str] = Counter()
         self._system, self._component = system, component
         self._signatures, self._stream = signatures, stream
@@ -158,6 +162,19 @@ class Inbox:
         wanted = f"waits for system {self._system}, component {self._component}"
         return [f"hears {', '.join(told)}; {wanted}: --system, --component"]
 
+    def heard(self, now_s: float) -> dict[str, dict[str, float]]:
+        """Of each message how many came, how many in a second of late, and how old the last is."""
+        told = {}
+        for name, came_s in sorted(self._came_s.items()):
+            span_s = came_s[-1] - came_s[0]
+            rate_hz = (len(came_s) - 1) / span_s if span_s > 0.0 else 0.0
+            told[name] = {
+                "messages": self.received[name],
+                "rate_hz": round(rate_hz, 3),
+                "age_s": round(now_s - came_s[-1], 3),
+            }
+        return told
+
     def _stranger(self, frame: MavlinkFrame) -> str | None:
         if frame.system == self._system and frame.component == known.OBSTACLE_AVOIDANCE:
             if self._is_ours(frame.data):
@@ -191,5 +208,7 @@ class Inbox:
         except dialect().MAVError:
             self.refused[UNREADABLE] += 1
             return None
-        self.received[message.get_type()] += 1
+        name = message.get_type()
+        self.received[name] += 1
+        self._came_s.setdefault(name, deque(maxlen=RATE_OVER)).append(time.monotonic())
         return ReceivedMessage(message, frame.message, peer, (frame.system, frame.component))

@@ -71,7 +71,7 @@ class SessionRecord:
             "acting": self._session.terms.session.act,
             "reached": progress.done(mission),
             "waypoints_reached": progress.waypoints_reached(mission),
-            "escape": system.escape.flown,
+            "escape_mode": system.escape.flown,
             "escape_asked": system.escape.asked,
             "escape_why": system.escape.why,
             "state": str(state),

@@ -69,6 +69,8 @@ class PairSection(Section):
     """x, y, z (m) and yaw (rad) from its start, along the heading there, at equal times."""
     spread_m: NotNegative = 0.0
     """Standard deviation of its end."""
+    spread_yaw_rad: NotNegative | None = None
+    """And of its yaw there."""
 
 
 class AutomatonFile(Section):
@@ -105,6 +107,7 @@ class AutomatonFile(Section):
             {pair: np.array(one.path, dtype=np.float64) for pair, one in pairs.items()},
             self.automaton.first,
             {pair: one.spread_m for pair, one in pairs.items()},
+            {k: one.spread_yaw_rad for k, one in pairs.items() if one.spread_yaw_rad is not None},
             self.automaton.tube_m,
         )
         return MovementAutomaton(movements, 0.0, MultirotorModel(), table, table.forbidden)
@@ -151,6 +154,7 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
             # Whole digits of what circles or stands: it must do so exactly.
             path=_rows(path if previous == name else np.round(path, DIGITS)),
             spread_m=round(table.spread_m.get((previous, name), 0.0), 6),
+            spread_yaw_rad=round(table.spread_yaw_rad.get((previous, name), 0.0), 6),
         )
         for (previous, name), path in table.paths.items()
     )

@@ -8,6 +8,7 @@ from typing import Any, Generic, NamedTuple, TypeGuard
 
 import numpy as np
 
+from clearway.avoidance.way_out import Escape
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -18,6 +19,7 @@ from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.preflight import EscapePlan
 from clearway.obstacles.world import World
+from clearway.sim.contact import what_stands
 from clearway.sim.metrics import FlightMetrics
 from clearway.sim.pilot import CLEARWAY, D, Steering
 
@@ -166,6 +168,10 @@ class Run(Generic[D]):
         }
 
 
+CERTAIN = (Escape.STRICT, Escape.MAPPED)
+"""Ways out that hold what they promise in a static world."""
+
+
 class Metric(NamedTuple):
     """One thing that a summary tells of a flight."""
 
@@ -190,6 +196,12 @@ def _way_out_from_s(run: Run[Any]) -> float | None:
 def _without_way_out(run: Run[Any]) -> int | None:
     in_hand = _in_hand(run)
     return in_hand[in_hand.index(True) :].count(False) if any(in_hand) else None
+
+
+def _guarantee(run: Run[Any]) -> bool:
+    """Whether a certain way out was in hand from the first decision on that found one."""
+    certain = run.ways_out is not None and run.ways_out.flown in CERTAIN
+    return certain and _without_way_out(run) == 0
 
 
 def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
@@ -222,6 +234,18 @@ def _held(run: Run[Any]) -> str | None:
 def _nearest_intruder(run: Run[Any]) -> float | None:
     traffic = run.metrics.intruders
     return rounded(traffic.min_distance_m) if traffic else None
+
+
+def _hit(run: Run[Any]) -> str | None:
+    """The obstacle or intruder that the vehicle's middle touched first; None without."""
+    touched = run.nearest_surface_m <= 0.0
+    if not touched.any():
+        return None
+    at, traffic = int(np.argmax(touched)), run.metrics.intruders
+    if traffic is not None and run.metrics.obstacle_distance_m[at] > 0.0:
+        bodies_m = traffic.margin_m - run.safety_margin_m
+        return f"intruder {traffic.names[int(np.argmin(traffic.distance_m[:, at] - bodies_m))]!r}"
+    return what_stands(run.world, run.states[at, :3])
 
 
 def _closest_intruder(run: Run[Any]) -> str | None:
@@ -262,8 +286,8 @@ METRICS: Variants[Metric] = Variants(
         "emergencies": Metric(
             "Decisions in which nothing kept the margin.", lambda run: run.emergencies
         ),
-        "escape": Metric(
-            "Which ways out were kept in hand.",
+        "escape_mode": Metric(
+            "Which ways out were kept in hand: strict, mapped, known or off.",
             lambda run: run.ways_out and run.ways_out.flown,
         ),
         "escape_asked": Metric(
@@ -271,19 +295,24 @@ METRICS: Variants[Metric] = Variants(
         ),
         "escape_why": Metric("Why these.", lambda run: run.ways_out and run.ways_out.why),
         "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
-        "without_way_out": Metric("Decisions after that without one.", _without_way_out),
+        "decisions_without_escape": Metric("Decisions after that without one.", _without_way_out),
+        "guarantee": Metric(
+            "Whether every decision after that had one, through space seen or mapped to be free.",
+            _guarantee,
+        ),
         "no_guarantee_s": Metric(
             "From when to when there was none, after the first: [[from, to], ...].",
             _no_guarantee_s,
         ),
-        "held": Metric("Why it held at its end, short of its goal.", _held),
+        "reason": Metric("Why it gave a goal up, and held short of it at its end.", _held),
         "decisions": Metric("How many.", lambda run: len(run.decisions)),
         "decision_ms": Metric(
             "Time from the sensor's arrays to the explained decision: p50, p99, max.",
             lambda run: run.decision_ms,
         ),
         "seed": Metric("Of all noise.", lambda run: run.seed),
-        "crashed_s": Metric("When it crashed.", lambda run: run.crashed_s),
+        "crashed": Metric("What its middle hit; null where it hit nothing.", _hit),
+        "crashed_s": Metric("When.", lambda run: run.crashed_s),
         "tracking_mean_m": Metric(
             "Distance to the straight legs (6.13), on average.",
             lambda run: rounded(float(run.metrics.tracking_m.mean())),

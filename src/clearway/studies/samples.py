@@ -270,7 +270,8 @@ class Written(NamedTuple):
 
 
 def write_samples(folder: ResultsFolder, seed: int = 0) -> Written:
-    """All samples that the installed packages can write and read, and a README.md with commands.
+    """All samples that the installed packages can write and read, a README.md, and commands.txt: a
+    line for each command that takes one.
 
     The same seed gives the same files. Errors as of `ResultsFolder`.
     """
@@ -281,6 +282,8 @@ def write_samples(folder: ResultsFolder, seed: int = 0) -> Written:
             rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
             one.write(scratch / one.name, rng)
         (scratch / "README.md").write_text(_readme(written, left_out, seed))
+        commands = [one.command for one in written if one.command]
+        (scratch / "commands.txt").write_text("\n".join(commands) + "\n")
     return Written(written, left_out)
 
 
@@ -288,7 +291,8 @@ def _readme(written: Sequence[Sample], left_out: Sequence[Sample], seed: int) ->
     lines = [
         "# Samples of everything that clearway reads\n",
         f"Written by `clearway sample`, seed {seed}: all of it is made up. Go into this folder and",
-        "try the commands; most write results below `clearway-out/`.\n",
+        "try the commands, which stand alone in `commands.txt`; most write results below",
+        "`clearway-out/`.\n",
         "| file | what it is | command |",
         "| --- | --- | --- |",
     ]

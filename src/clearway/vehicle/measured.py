@@ -10,7 +10,7 @@ vehicle's own business, and lead nowhere.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -30,16 +30,17 @@ class PairTable:
 
     paths: [steps, 4] x, y, z and yaw in axes that are level and look along the heading at the
     start. first: the movement that counts as flown before a flight begins. spread_m: standard
-    deviation of each pair's end. tube_m: per number of movements flown since the own state was
-    known, within how far of the predicted place the vehicle was found nearly always. Raises
-    ClearwayError for ways of the wrong shape or not finite, and where a movement has none after
-    itself or after the first.
+    deviation of each pair's end, spread_yaw_rad of its heading there. tube_m: per number of
+    movements flown since the own state was known, within how far of the predicted place the vehicle
+    was found nearly always. Raises ClearwayError for ways of the wrong shape or not finite, and
+    where a movement has none after itself or after the first.
     """
 
     names: tuple[str, ...]
     paths: Mapping[tuple[str, str], FloatArray]
     first: str
     spread_m: Mapping[tuple[str, str], float]
+    spread_yaw_rad: Mapping[tuple[str, str], float] = field(default_factory=dict)
     tube_m: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

@@ -141,7 +141,11 @@ def table_of(
     level = [m.name for m in automaton.movements if not m.climb_mps and not m.pitch_rate_rps]
     paths = with_exact_rounds(paths, spread(), level)
     first = automaton.hold.name if automaton.hold is not None else _straight(automaton)
-    return PairTable(automaton.names, paths, first, spread())
+    turned = {
+        pair: float(np.sqrt(np.mean([(way[-1, 3] - paths[pair][-1, 3]) ** 2 for way in ways])))
+        for pair, ways in by_pair.items()
+    }
+    return PairTable(automaton.names, paths, first, spread(), turned)
 
 
 def _steady(

@@ -221,10 +221,22 @@ class RiskSettings:
         if self.vehicle:
             heard = "" if self.range_m is None else f" to {self.range_m:g} m"
             return f"{self.vehicle} at {self.own_mps:.0f} m/s, {self.surveillance}{heard}"
+        return (
+            f"ownship at {self.dynamics_in_words}, {self.surveillance_in_words}, "
+            f"heights x {self.stretch:g}"
+        )
+
+    @property
+    def dynamics_in_words(self) -> str:
+        """How the ownship moves: the airframe at real scale, else what an automaton flies."""
+        return self.vehicle or f"{self.own_kt:g} kt, {self.turn_deg_per_s:g} deg/s"
+
+    @property
+    def surveillance_in_words(self) -> str:
+        """How the intruder is known: by name at real scale."""
+        if self.vehicle:
+            return self.surveillance
         noise = ""
         if self.position_std_m or self.velocity_std_mps:
             noise = f", noise {self.position_std_m:g} m, {self.velocity_std_mps:g} m/s"
-        return (
-            f"ownship at {self.own_kt:g} kt, {self.turn_deg_per_s:g} deg/s, reports every "
-            f"{self.report_s:g} s{noise}, heights x {self.stretch:g}"
-        )
+        return f"reports every {self.report_s:g} s{noise}"

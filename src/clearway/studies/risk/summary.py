@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from clearway.base.intervals import Interval
-from clearway.base.provenance import provenance
-from clearway.base.verdict import at_most
+from clearway.base.provenance import provenance, sha256_of
+from clearway.base.verdict import DemandVerdict, at_most, worst_of
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import STRAIGHT
@@ -29,6 +29,12 @@ from clearway.studies.risk.ratios import (
 from clearway.studies.risk.settings import RiskSettings
 from clearway.studies.risk.study import RiskStudy
 
+TOLD = {
+    DemandVerdict.SHOWN: "pass",
+    DemandVerdict.MISSED: "fail",
+    DemandVerdict.NOT_SHOWN: "not shown",
+}
+"""Of the whole study, by the first planner."""
 NOTHING_TOLD: dict[str, Any] = {
     **dict.fromkeys(("rate", "ratio", "unresolved", "induced")),
     **{f"{key}_95": [None, None] for key in ("rate", "ratio", "unresolved", "induced")},
@@ -42,42 +48,55 @@ def summary(
     result: RiskStudy, model: EncounterModel, limits: RiskLimits | None = None
 ) -> dict[str, Any]:
     """The object that `risk --json` prints."""
-    limits = limits or RiskLimits()
+    limits, made_by = limits or RiskLimits(), provenance([model.source])
+    planners = {name: _measures(result, name, limits) for name in result.planners}
     emergencies = {
         name: sum(outcome.emergencies[name] > 0 for outcome in result.outcomes)
         for name in result.planners
     }
     return {
+        "version": made_by["clearway"],
+        "command": made_by["command"],
         "model": Path(model.source).name,
+        "model_sha256": sha256_of(Path(model.source)),
         "kind": result.settings.in_words,
+        "dynamics": result.settings.dynamics_in_words,
+        "surveillance": result.settings.surveillance_in_words,
         "margin_m": result.settings.margin_m,
         **_at_real_scale(result.settings),
         "encounters": len(result.outcomes),
         "seed": result.seed,
+        "limits": {name: limits.of(name) for name in LIMITS},
+        "verdict": TOLD[verdict_of(planners[result.planners[0]])] if result.planners else None,
         "effective": {name: effective_number(result, name) for name in LIMITS},
         "straight": _measures(result, STRAIGHT, limits),
         "planners": {
-            name: _measures(result, name, limits)
+            name: measures
             | {
                 "hidden": result.hidden_from(name),
                 "with_emergency": emergencies[name],
                 "decision_ms": finite(decision_ms(result, name)),
             }
             | _manners(result, name, model)
-            for name in result.planners
+            for name, measures in planners.items()
         },
         "layers": _layers(result),
-        "provenance": provenance([model.source]),
+        "provenance": made_by,
     }
 
 
+def verdict_of(measures: dict[str, Any]) -> DemandVerdict:
+    """What is shown of a planner: the worst of all that is asked of it."""
+    asked = (one for one in measures.values() if isinstance(one, dict) and "verdict" in one)
+    return worst_of(DemandVerdict(one["verdict"]) for one in asked)
+
+
 def _at_real_scale(settings: RiskSettings) -> dict[str, Any]:
-    """Vehicle and surveillance, where it is flown in the true world."""
+    """Vehicle and range of surveillance, where it is flown in the true world."""
     if not settings.vehicle:
         return {}
     return {
         "vehicle": settings.vehicle,
-        "surveillance": settings.surveillance,
         "range_m": surveillance_of(settings).range_m,
     }
 
