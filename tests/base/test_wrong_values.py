@@ -50,6 +50,11 @@ def system(**changed: object) -> AvoidanceSystem:
         (lambda: cw.Lidar("l", None), "pattern: takes a BeamPattern, got NoneType"),
         (lambda: system(lidars=[LIDAR, LIDAR]), "is there twice"),
         (lambda: system(ground_m=np.inf), "ground_m: must be a number"),
+        (
+            lambda: AvoidanceSystem(mission((9.0, 0.0, 0.0)), planner()),
+            "takes a Planner, got Missi",
+        ),
+        (lambda: AvoidanceSystem(planner(), LEVEL), "mission: takes a Mission, got list"),
         (lambda: system(ground_m=np.nan), "ground_m: must be a number"),
     ],
 )

@@ -20,7 +20,7 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
 from clearway.base.brief import in_brief, one_line
-from clearway.base.checks import LARGEST, points_of
+from clearway.base.checks import LARGEST, kind_of, points_of
 from clearway.base.errors import ClearwayError
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
@@ -93,6 +93,8 @@ class AvoidanceSystem:
         follow_movers: bool = False,
         volumes: VolumeSet | None = None,
     ) -> None:
+        kind_of("avoidance system: planner", planner, Planner)
+        kind_of("avoidance system: mission", mission, Mission)
         if not ground_m <= LARGEST:
             raise ClearwayError(
                 f"ground_m: must be a number up to {LARGEST:g}, or -inf for none, got {ground_m}"
