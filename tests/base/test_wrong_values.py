@@ -52,7 +52,7 @@ def system(**changed: object) -> AvoidanceSystem:
         (lambda: system(ground_m=np.inf), "ground_m: must be a number"),
         (
             lambda: AvoidanceSystem(mission((9.0, 0.0, 0.0)), planner()),
-            "takes a Planner, got Missi",
+            "takes a Planner, got Miss",
         ),
         (lambda: AvoidanceSystem(planner(), LEVEL), "mission: takes a Mission, got list"),
         (lambda: system(ground_m=np.nan), "ground_m: must be a number"),
