@@ -23,7 +23,7 @@ from clearway.avoidance.way_out_terms import in_wind_s
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.range_sensing import free_space_for
+from clearway.live.range_sensing import free_space_for, voxel_m
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
 from clearway.sensors import AnySensor, Lidar, Scan, range_sensors
@@ -176,7 +176,37 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             within=after,
             start_free_m=start_free_m,
         )
+    past_blind = _past_blind(planner, sensors)
+    if past_blind is not None:
+        return past_blind
     return EscapePlan(asked, Escape.KNOWN, unmapped + _what_lacks(planner, library, sensors))
+
+
+def _past_blind(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan | None:
+    """Where sensors are blind nearer than some distance, and no ball about the start tells what is
+    there: a wider one, declared free unasked; None where that is not what lacks."""
+    settings, lidars = planner.settings, [one for one in sensors if isinstance(one, Lidar)]
+    wide_m = voxel_m(settings.safety_margin_m, planner.grid.range_m)
+    blind_m = [
+        one.pattern.min_range_m + float(np.linalg.norm(one.mounting.position_m)) + wide_m
+        for one in lidars
+        if one.pattern.min_range_m > 0.0
+    ]
+    declared_m = settings.start_free_m
+    least_m = planner.automaton.step_m if declared_m is None else declared_m
+    needed_m = max(blind_m, default=0.0)
+    if not least_m < needed_m <= max(WIDER_START * planner.automaton.step_m, least_m):
+        return None
+    wider = replace(planner, settings=replace(settings, start_free_m=needed_m))
+    plan = _escape_plan(wider, sensors)
+    if plan.flown != Escape.STRICT:
+        return None
+    needed_m = plan.start_free_m or needed_m
+    if declared_m is not None:
+        why = f"sensors are blind near the start; start_free_m = {needed_m:.3g} would do; {UNSURE}"
+        return EscapePlan(plan.asked, Escape.KNOWN, why)
+    why = f"{plan.why}; sensors are blind near: {needed_m:.3g} m about the start count as free"
+    return replace(plan, why=why, start_free_m=needed_m)
 
 
 def _known(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:

@@ -6,7 +6,8 @@ be free (the free spaces of section 3.5), so whatever is not marked here counts 
 
 A beam clears what it crosses up to one voxel before the nearest return around its direction, and a
 beam without return as far as the sensor would have seen the darkest target: one return that got
-lost among others clears nothing behind it.
+lost among others clears nothing behind it, nor does one whose way through the sensor's blind range
+nobody has seen.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
+from clearway.sensors.blind_range import heard_of
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor
@@ -67,6 +69,7 @@ class FreeSpace:
         self._voxel_m = float(voxel_m)
         self._start_m = np.array(start_m, dtype=np.float64)
         self._start_free_m = float(start_free_m)
+        self._declared: tuple[FloatArray, float] | None = (self._start_m, float(start_free_m))
         self.reach_m = min(float(reach_m), WITHIN * COLUMNS * self._voxel_m)
         """How far from the vehicle anything is marked."""
         self._complete_m = NO_BOX if complete_m is None else complete_m
@@ -100,6 +103,7 @@ class FreeSpace:
         """All that was seen; after the own place has jumped, nobody knows where that lies."""
         self._free[:] = 0
         self._start_free_m = 0.0
+        self._declared = None
 
     def withdraw_start(self, position_m: FloatArray, radius_m: FloatArray) -> None:
         """Declare the ball about the start no larger than returns [n, 3] leave it."""
@@ -120,17 +124,31 @@ class FreeSpace:
             self._take_passes(sensor, scan, state, tolerance_m)
 
     def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
-        raster = beam_raster(self._pattern(lidar))
+        raster, sensor = beam_raster(self._pattern(lidar)), sensor_at(lidar, state, 0.0)
+        nearest = nearest_returns(scan.points_m, raster)
+        if sensor.min_range > 0.0:
+            free, window = self._for_blind(sensor)
+            nearest = heard_of(nearest, raster, sensor, free, window)
         _mark(
             self._free,
             self._low,
             self._voxel_m,
             raster,
-            nearest_returns(scan.points_m, raster),
-            sensor_at(lidar, state, 0.0),
+            nearest,
+            sensor,
             min(self.reach_m, lidar.clears_to_m),
             self._voxel_m + tolerance_m + 3.0 * lidar.sigma_m,
         )
+
+    def _for_blind(self, sensor: Sensor) -> SeenSpace:
+        """What a blind sensor knew before: as it is now, and the ball about the start as it was
+        declared, whatever has been seen in it since. Where all was forgotten, what stands in blind
+        range counts as free until the sensor has left it: else it would never see again."""
+        if self._declared is None:
+            self._declared = sensor.origin, sensor.min_range + 2.0 * self._voxel_m
+        window = self.seen.window
+        window[4:7], window[7] = self._declared
+        return SeenSpace(self._free, window)
 
     def _take_passes(
         self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float
