@@ -124,6 +124,20 @@ def test_where_nothing_can_be_written_it_runs_and_says_so(package):
     assert "CLEARWAY_CACHE" in said
 
 
+def test_what_lies_beside_the_package_is_read_by_who_keeps_code_elsewhere(package, tmp_path):
+    ask(package)
+    assert ask(package, CLEARWAY_CACHE=str(tmp_path / "named"))[:3] == (26.0, 0, 1)
+    answer, compiled, loaded, said = ask(package, CLEARWAY_CACHE="/dev/null/none")
+    assert (answer, compiled, loaded) == (26.0, 0, 1)
+    assert said == ""
+
+
+def test_a_named_folder_that_cannot_be_written_is_named(package):
+    (package / "clearway" / "__pycache__").write_text("no folder")
+    said = ask(package, CLEARWAY_CACHE="/dev/null/none")[3]
+    assert "nor in CLEARWAY_CACHE (/dev/null/none)" in said
+
+
 @pytest.mark.nightly
 def test_the_users_cache_is_next_and_a_named_one_first(package, tmp_path):
     (package / "clearway" / "__pycache__").write_text("no folder")

@@ -88,6 +88,23 @@ def test_results_that_are_there_are_not_mixed_with_samples(samples: Path, tmp_pa
     assert (samples / LIST).exists()
 
 
+def test_what_another_hand_wrote_or_changed_stays(tmp_path: Path) -> None:
+    (tmp_path / "my-scene.toml").write_text("# mine\n")
+    done = clearway("sample", tmp_path)
+    assert done.exit_code == 2
+    assert "my-scene.toml: another hand wrote or changed what is there" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["my-scene.toml"]
+    (tmp_path / "my-scene.toml").unlink()
+    assert clearway("sample", tmp_path).exit_code == 0
+    assert clearway("sample", tmp_path, "--seed", "1").exit_code == 0, "nobody touched any"
+    for name in ("my-mission.toml", "README.md"):
+        (tmp_path / name).write_text("# mine\n")
+    done = clearway("sample", tmp_path)
+    assert done.exit_code == 2
+    assert " and 1 more: another hand" in done.stderr
+    assert (tmp_path / "my-mission.toml").read_text() == "# mine\n"
+
+
 @pytest.mark.parametrize("suffix", [suffix for one in SCANS for suffix in one.suffixes])
 def test_every_format_of_scans_has_a_sample(suffix: str, samples: Path) -> None:
     if suffix not in (".xyz", ".txt"):  # tables by other names

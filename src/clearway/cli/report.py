@@ -71,7 +71,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             leave(BAD_INPUT)
         except (MemoryError, RecursionError) as error:
             what = "memory" if isinstance(error, MemoryError) else "depth"
-            files = ", ".join(str(name) for name in _names(given) if Path(name).is_file())
+            files = ", ".join(str(name) for name in _names(given) if os.path.isfile(name))
             files = files or "what was asked for"
             say(some_lines(f"{files}: takes more {what} than there is", LONGEST))
             leave(BAD_INPUT)
@@ -135,7 +135,7 @@ def _told(error: ClearwayError) -> str:
 def _with_file(message: str, given: Iterable[object]) -> str:
     """The message, after the first file that was given where it names none of them."""
     names = [str(name) for name in _names(given)]
-    files = [name for name in names if Path(name).is_file()]
+    files = [name for name in names if os.path.isfile(name)]
     if not files or message.startswith("-") or any(_is_named(one, message) for one in files):
         return message
     if any(message.startswith(f"{name}: ") for name in names):  # of one that is not there

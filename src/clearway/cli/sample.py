@@ -12,7 +12,10 @@ from clearway.cli.report import print_json, say, show
 
 def sample(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder to write into: a new or an empty one.")
+        Path,
+        typer.Argument(
+            metavar="DIR", help="Folder to write into; what is not as it was written there stays."
+        ),
     ],
     seed: Annotated[int, typer.Option(min=0, help="The same seed writes the same files.")] = 0,
     as_json: Annotated[
@@ -23,7 +26,7 @@ def sample(
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.samples import write_samples
 
-    written = write_samples(ResultsFolder.checked(folder, "sample", ""), seed)
+    written = write_samples(ResultsFolder.checked(folder, "sample", "", careful=True), seed)
     if as_json:
         print_json(
             {

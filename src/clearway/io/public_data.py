@@ -139,7 +139,7 @@ def at_hand(path: Path) -> Path:
     the file is in neither place.
     """
     known, folder = _known(path), os.environ.get(FOLDER)
-    if known is None or not folder or path.exists():
+    if known is None or not folder or os.path.exists(path):
         return path
     kept = Path(folder).absolute() / known.name
     return kept if kept.exists() else path
@@ -148,7 +148,7 @@ def at_hand(path: Path) -> Path:
 def found(path: Path) -> Path:
     """As `at_hand`; raises InputError, with how to get it, for a public file in neither place."""
     there = at_hand(path)
-    if not there.exists() and (whence := where_from(path)):
+    if not os.path.exists(there) and (whence := where_from(path)):
         raise InputError(str(path), f"no such file{whence}")
     return there
 

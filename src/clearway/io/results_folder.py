@@ -9,13 +9,14 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from clearway.base.errors import InputError, naming, special_kind
+from clearway.base.provenance import sha256_of
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.staging import nearest_folder, staged
 
@@ -52,10 +53,20 @@ class ResultsFolder:
     """Files of the run whose place this one takes."""
     adds: bool = False
     """Whether earlier files of the same command stay: they have names of their own."""
+    careful: bool = False
+    """Whether nothing takes the place of files that another hand wrote or changed: its files are
+    there to be edited."""
 
     @classmethod
     def checked(
-        cls, path: Path, command: str, of: str, *, adds: bool = False, own: Sequence[str] = ()
+        cls,
+        path: Path,
+        command: str,
+        of: str,
+        *,
+        adds: bool = False,
+        own: Sequence[str] = (),
+        careful: bool = False,
     ) -> ResultsFolder:
         """The folder, that is or can be made, can be written, and holds no results but such.
 
@@ -73,7 +84,7 @@ class ResultsFolder:
                     f"--out: {strange[0]} is there already, and no list ({LIST}) says that a "
                     "run wrote it; give another folder, or move that away",
                 )
-            return cls(path, command, of, adds=adds)
+            return cls(path, command, of, adds=adds, careful=careful)
         told = f"{listed['command']} {listed['of']}".strip()
         if (listed["command"], listed["of"]) != (command, of):
             raise InputError(
@@ -81,13 +92,14 @@ class ResultsFolder:
                 f"--out: it holds the results of `clearway {told}`; give another folder for "
                 f"those of `clearway {f'{command} {of}'.strip()}`, or remove it",
             )
-        return cls(path, command, of, tuple(listed["files"]), adds)
+        return cls(path, command, of, tuple(listed["files"]), adds, careful)
 
     @contextmanager
     def written(self) -> Iterator[Path]:
         """A scratch folder, whose files take the place of the run before when the block ends.
 
-        Errors as of `staged`; what the run before left stays then.
+        Errors as of `staged`; what the run before left stays then. InputError where it is careful
+        and a file that is there is not as it was written.
         """
         files: list[str] = []
         with staged(self.path) as scratch:
@@ -98,12 +110,31 @@ class ResultsFolder:
                 if path.is_file()
             )
             kept = sorted({*self.before, *files}) if self.adds else files
-            told = {"command": self.command, "of": self.of, "files": kept}
+            told: dict[str, Any] = {"command": self.command, "of": self.of, "files": kept}
+            if self.careful:
+                told["sha256"] = {name: sha256_of(scratch / name) for name in files}
+                self._refuse_foreign(told["sha256"])
             text = json.dumps({"schema_version": SCHEMA_VERSION, **told}, indent=2)
             (scratch / LIST).write_text(text + "\n")
         if not self.adds:
             for name in set(self.before) - set(files):
                 (self.path / name).unlink(missing_ok=True)
+
+    def _refuse_foreign(self, fresh: Mapping[str, str | None]) -> None:
+        told = (_listed(self.path) or {}).get("sha256")
+        written = told if isinstance(told, dict) else {}
+        foreign = [
+            name
+            for name, content in fresh.items()
+            if sha256_of(self.path / name) not in (None, content, written.get(name))
+        ]
+        if foreign:
+            more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
+            raise InputError(
+                str(self.path),
+                f"{foreign[0]}{more}: another hand wrote or changed what is there; give another "
+                "folder, or move that away",
+            )
 
 
 def refuse_unwritable(path: Path, option: str = "--out") -> None:

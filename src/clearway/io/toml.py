@@ -151,7 +151,10 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     """Plain tables of a TOML file; InputError with line and column where it is none."""
     try:
         with naming(path, "read"):
-            text = Path(path).read_bytes().decode("utf-8-sig")
+            content = Path(path).read_bytes()
+            if not content:
+                raise InputError(str(path), "the file is empty (0 bytes)")
+            text = content.decode("utf-8-sig")
             tables = tomllib.loads(text)
     except UnicodeDecodeError as cause:
         raise InputError(

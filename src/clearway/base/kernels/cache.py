@@ -21,7 +21,7 @@ from numba.core import config
 from numba.core.caching import _Cache
 
 from clearway.base.errors import ClearwayError
-from clearway.base.kernels.folders import SHIPPED, Turns, write_whole, written_folder
+from clearway.base.kernels.folders import SHIPPED, Turns, read_folders, write_whole, written_folder
 from clearway.base.kernels.interrupts import let_no_signal_in, signals_waiting
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
 from clearway.base.kernels.rebuilt import KeptCode, kept_code, read, rebuilt, written
@@ -100,8 +100,7 @@ class KernelCache(_Cache):
 
     def _found(self, name: str, sig: Any, codegen: Any, target_context: Any) -> Any:
         own = codegen.magic_tuple()
-        folder = written_folder()
-        places = [] if folder is None else [(folder, own)]
+        places = [(folder, own) for folder in read_folders()]
         if SHIPPED.is_dir():
             places.insert(0, (SHIPPED, (own[0], LEVEL, "")))
             if not runs_level():

@@ -24,15 +24,25 @@ LONGEST_WAIT_S = 120.0
 def written_folder() -> Path | None:
     """Where compiled code is written to: `CLEARWAY_CACHE`, else beside the package, else in the
     user's cache; None where none of them can be written."""
-    beside = PACKAGE / "__pycache__"
-    places = [cache_folder()] if os.environ.get("CLEARWAY_CACHE") else [beside, cache_folder()]
-    for place in places:
-        folder = place / "compiled"
+    for folder in _places():
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             if os.access(folder, os.W_OK | os.X_OK):
                 return folder
     return None
+
+
+@lru_cache(maxsize=1)
+def read_folders() -> tuple[Path, ...]:
+    """Where compiled code is looked for: what another user has compiled beside the package is there
+    to be read for whoever cannot write to it."""
+    return tuple(folder for folder in _places() if os.access(folder, os.R_OK | os.X_OK))
+
+
+def _places() -> list[Path]:
+    beside, users = PACKAGE / "__pycache__", cache_folder()
+    places = [users, beside] if os.environ.get("CLEARWAY_CACHE") else [beside, users]
+    return [place / "compiled" for place in places]
 
 
 def write_whole(path: Path, data: bytes) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import time
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -72,7 +73,10 @@ def told_to(listener: Listener) -> Iterator[None]:
 
 def nowhere_to_keep() -> None:
     """Say that compiled code cannot be written anywhere."""
+    named = os.environ.get("CLEARWAY_CACHE")
+    tried = f"CLEARWAY_CACHE ({named})" if named else "the user's cache folder"
     _log.warning(
-        "compiled code cannot be kept: neither beside the package nor in the user's cache folder "
-        "can be written, so every run compiles anew; CLEARWAY_CACHE names a folder that can"
+        "compiled code cannot be kept: neither beside the package nor in %s can anything be "
+        "written, so every run compiles anew; CLEARWAY_CACHE names a folder that can",
+        tried,
     )
