@@ -75,6 +75,10 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             files = files or "what was asked for"
             say(some_lines(f"{files}: takes more {what} than there is", LONGEST))
             leave(BAD_INPUT)
+        except PermissionError as error:  # Asking whether a file is there may be refused already.
+            what = "what was asked for" if error.filename is None else str(error.filename)
+            say(some_lines(f"{what}: cannot be read: {error.strerror}", LONGEST))
+            leave(BAD_INPUT)
         except KeyboardInterrupt:
             say("interrupted")
             leave(INTERRUPTED)
