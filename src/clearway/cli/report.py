@@ -36,6 +36,8 @@ BROKEN = 70
 NOT_SHOWN = 3
 """Neither shown nor missed, or something that was asked for was skipped."""
 INTERRUPTED = 130
+WIDE = 160
+"""Columns that every table fits into."""
 WRITTEN = ("out", "video", "html", "layout", "docs", "download", "fetch", "folder")
 """Options of files and folders that commands leave."""
 COMMANDS = {"show_map": "map", "mavlink": "fly", "compare": "fly", "alerts": "traffic"}
@@ -220,11 +222,14 @@ def show(words: str) -> None:
 
 
 def table_console() -> Console:
-    """Where tables are printed: as wide as the terminal, and wide where there is none."""
+    """Where tables are printed: as wide as the terminal, and never so narrow that numbers are cut
+    off: a terminal folds lines, and keeps what is in them."""
     from rich.console import Console
 
     console = Console()
-    return console if console.is_terminal else Console(width=160)
+    if console.is_terminal and console.width >= WIDE:
+        return console
+    return Console(width=WIDE)
 
 
 def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[str, Any]:

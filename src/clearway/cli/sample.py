@@ -26,7 +26,8 @@ def sample(
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.samples import write_samples
 
-    written = write_samples(ResultsFolder.checked(folder, "sample", "", careful=True), seed)
+    place = ResultsFolder.checked(folder, "sample", "", careful=True, option="DIR")
+    written = write_samples(place, seed)
     if as_json:
         print_json(
             {

@@ -67,21 +67,23 @@ class ResultsFolder:
         adds: bool = False,
         own: Sequence[str] = (),
         careful: bool = False,
+        option: str = "--out",
     ) -> ResultsFolder:
         """The folder, that is or can be made, can be written, and holds no results but such.
 
-        own: names that need no list, of a command that looks after its files itself.
+        own: names that need no list, of a command that looks after its files itself. option: how
+        the command calls it.
 
         Raises InputError that names the folder and what to do. Nothing is left behind.
         """
-        refuse_unwritable(path)
+        refuse_unwritable(path, option)
         listed = _listed(path)
         if listed is None:
             strange = [name for name in TELLING if name not in own and (path / name).exists()]
             if strange:
                 raise InputError(
                     str(path),
-                    f"--out: {strange[0]} is there already, and no list ({LIST}) says that a "
+                    f"{option}: {strange[0]} is there already, and no list ({LIST}) says that a "
                     "run wrote it; give another folder, or move that away",
                 )
             return cls(path, command, of, adds=adds, careful=careful)
@@ -89,7 +91,7 @@ class ResultsFolder:
         if (listed["command"], listed["of"]) != (command, of):
             raise InputError(
                 str(path),
-                f"--out: it holds the results of `clearway {told}`; give another folder for "
+                f"{option}: it holds the results of `clearway {told}`; give another folder for "
                 f"those of `clearway {f'{command} {of}'.strip()}`, or remove it",
             )
         return cls(path, command, of, tuple(listed["files"]), adds, careful)

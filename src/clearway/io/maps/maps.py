@@ -142,11 +142,13 @@ def read_maps(
 def _parse(path: Path, radius_m: float, crs: str | None) -> ParsedMap:
     from clearway.io.maps.map_formats import READERS, Assumed
 
+    if path.is_dir():
+        raise InputError(str(path), "is a folder; the file of a map is needed")
     reader = reader_of(path, READERS, "map")
     with naming(path, "read"):
         empty = path.stat().st_size == 0
-    if empty or path.is_dir():
-        raise InputError(str(path), "the file is empty (0 bytes)" if empty else "is a folder")
+    if empty:
+        raise InputError(str(path), "the file is empty (0 bytes)")
     refuse_others(path, "map")
     with damage_told(path, "map"):
         parsed = reader(path, Assumed(radius_m, crs))
