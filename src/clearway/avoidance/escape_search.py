@@ -29,6 +29,9 @@ MOST_COMPARED = 6
 """Escapes of which the one with most room from intruders is taken."""
 LONGEST = 32
 """Movements of a loop that there is room for from the beginning."""
+FEW = 8
+"""Loops that are held against all that is known at once; of more, first against returns near their
+places: most of those that fail then are told by these."""
 UNKNOWN, KEEPS, FAILS = 0, 1, 2
 HERE = np.zeros((1, 4))
 """No loop, but the place where it would begin."""
@@ -127,7 +130,7 @@ def first_escape(
     # Whether the places of its loop were seen at all, or what was not is free and they are clear.
     met = np.zeros(escapes, dtype=np.int8)
     cleared = np.zeros(escapes, dtype=np.int8)  # Whether its loop keeps the margin.
-    best, best_room, kept = -1, -np.inf, np.nan
+    best, best_room, kept, tried = -1, -np.inf, np.nan, 0
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
         if terms.must_see and not _is_clear(placed[0], unseen, terms):
@@ -150,6 +153,12 @@ def first_escape(
                 chain = chain_for(len(movements), legs, terms.shapes)
             at, then, when = ways.attitude[begin], poses[begin], times[begin]
             if not may_be_flown(movements, at, then, when, legs, chain):
+                cleared[escape] = FAILS
+                continue
+            tried += 1
+            if tried > FEW and not _is_clear_of_returns(
+                places, first, last, then, when, terms, near
+            ):
                 cleared[escape] = FAILS
                 continue
             if terms.must_see and not chain_was_seen(movements, legs, unseen, terms, chain):

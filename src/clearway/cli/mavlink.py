@@ -261,12 +261,12 @@ def _in_words(result: dict[str, Any]) -> str:
         ("sent", result["sent"]),
     )
     decision, tick = result["decision_ms"], result["tick_ms"]
+    times = "".join(f", {name} {ms} ms" for name, ms in decision.items() if ms is not None)
     lines = [
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
         f"reached    {'yes' if result['reached'] else 'NO'}, "
         f"{result['waypoints_reached']} waypoints; the link at the end: {result['state']}",
-        f"decisions  {result['decisions']}, emergencies {result['emergencies']}, "
-        f"p50 {decision['p50']} ms, p99 {decision['p99']} ms, max {decision['max']} ms",
+        f"decisions  {result['decisions']}, emergencies {result['emergencies']}{times}",
         f"ticks      {result['ticks']} at {result['rate_hz']:g} Hz, {result['late']} late, "
         f"{result['skipped']} skipped, p99 {tick['p99']} ms, max {tick['max']} ms",
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 
 READER_GONE = 141
@@ -15,13 +16,17 @@ class _Output(io.FileIO):
     """Takes everything; what nobody reads any more is dropped."""
 
     reader_gone = False
+    refused = ""
+    """Why something could not be written, as on a full disk."""
 
     def write(self, data: object) -> int:
         try:
             return super().write(data)  # type: ignore[arg-type]
         except BrokenPipeError:
             self.reader_gone = True
-            return len(memoryview(data))  # type: ignore[arg-type]
+        except OSError as cause:
+            self.refused = cause.strerror or str(cause)
+        return len(memoryview(data))  # type: ignore[arg-type]
 
 
 def taken_over() -> _Output | None:
@@ -31,6 +36,9 @@ def taken_over() -> _Output | None:
     the reader has gone away, they are written all the same.
     """
     before = sys.stdout
+    if before is None:  # Closed by who began the process: nobody wants to read it.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        return None
     if not isinstance(before, io.TextIOWrapper):
         return None
     output = _Output(before.fileno(), "w", closefd=False)

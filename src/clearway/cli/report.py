@@ -6,9 +6,11 @@ import functools
 import json
 import logging
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
@@ -82,8 +84,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             say(some_lines(f"{what}: cannot be read: {error.strerror}", LONGEST))
             leave(BAD_INPUT)
         except KeyboardInterrupt:
-            say("interrupted")
-            leave(INTERRUPTED)
+            _leave_interrupted()
         except BrokenPipeError:
             # Python would else complain once more when it flushes on its way out.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -100,14 +101,21 @@ def run(app: Callable[[], object]) -> None:
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
     output = taken_over()
+    # Pictures go to files, whatever a notebook or a desktop asks for in the environment.
+    os.environ["MPLBACKEND"] = "agg"
     # What matplotlib logs of axes and fonts is no news to who asked for a picture.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app()
     except SystemExit as end:
+        if output is not None and output.refused:
+            say(f"standard output cannot be written: {output.refused}")
+            leave(BAD_INPUT)
         if output is not None and output.reader_gone and not end.code:
             leave(READER_GONE)
         raise
+    except KeyboardInterrupt:
+        _leave_interrupted()
     except Exception as error:
         if os.environ.get("CLEARWAY_TRACEBACK"):
             raise
@@ -199,6 +207,13 @@ def folder_of_file(name_or_path: str) -> Path | None:
     return path.parent if path.is_file() else None
 
 
+def _leave_interrupted() -> NoReturn:
+    """End as Ctrl-C asks for, whoever presses it again."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    say("interrupted")
+    leave(INTERRUPTED)
+
+
 def leave(status: int) -> NoReturn:
     """End the command with an exit status."""
     raise SystemExit(status)
@@ -213,7 +228,9 @@ def leave_by(verdicts: Iterable[DemandVerdict]) -> None:
 
 def say(message: str) -> None:
     """A message to the user: on standard error, so that results stay alone on output."""
-    print(plain(message), file=sys.stderr)
+    if sys.stderr is not None:  # Without a file to print to, print takes standard output.
+        with suppress(OSError):  # What cannot be said is no reason to end otherwise.
+            print(plain(message), file=sys.stderr, flush=True)
 
 
 def show(words: str) -> None:

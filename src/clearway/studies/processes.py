@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context, parent_process
+from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
 Job = TypeVar("Job")
@@ -20,18 +25,48 @@ def in_processes(
 ) -> Iterator[Result]:
     """Results as they come; with one worker all in this very process.
 
-    begin, given: called once in each process, with these. What `work` raises ends it at once: jobs
-    that have not begun are dropped.
+    begin, given: called once in each process, with these. What `work` raises ends it at once, as
+    Ctrl-C does: jobs that are under way are given up, those that have not begun are dropped.
     """
     if workers == 1:
         if begin is not None:
             begin(*given)
         yield from map(work, jobs)
         return
+    others = set(active_children())
     # Fresh processes: forked ones would inherit the threads of a progress bar.
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), begin, given)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (begin, given))
     try:
-        for done in as_completed([pool.submit(work, job) for job in jobs]):
+        with _interrupts_held():  # Processes begin with the first jobs, and inherit that.
+            waiting = [pool.submit(work, job) for job in jobs]
+        for done in as_completed(waiting):
             yield done.result()
+    except BaseException:
+        with _interrupts_held():
+            for worker in set(active_children()) - others:
+                worker.terminate()
+            pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Ctrl-C waits until the block ends. A terminal sends it to workers too: they never see it,
+    since it is for the process that began them to end them."""
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
     finally:
-        pool.shutdown(cancel_futures=True)
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
+
+
+def _begin(begin: Callable[..., None] | None, given: tuple[Any, ...]) -> None:
+    """In each worker, which ends with its parent: one that was killed must not leave workers behind
+    that wait for it for ever."""
+    parent = parent_process()
+    if parent is not None:
+        sentinel = parent.sentinel
+        threading.Thread(target=lambda: (wait([sentinel]), os._exit(1)), daemon=True).start()
+    if begin is not None:
+        begin(*given)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import wait
 from typing import Any
 
 from clearway.base.errors import ClearwayError, InputError, MissingExtraError
+from clearway.studies import processes
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.task import Task, fly_task
 
@@ -25,30 +21,12 @@ def in_processes(workers: int) -> Engine:
     """Side by side in processes of this machine; with one worker in this very process."""
 
     def engine(tasks: Sequence[Task]) -> Iterator[FlightRow]:
-        if workers == 1:
-            yield from map(fly_task, tasks)
-            return
-        # Fresh processes: forked ones would inherit the threads of a progress bar.
-        pool = ProcessPoolExecutor(
-            workers, mp_context=get_context("spawn"), initializer=_end_with_parent
-        )
         try:
-            for done in as_completed([pool.submit(fly_task, task) for task in tasks]):
-                yield done.result()
+            yield from processes.in_processes(fly_task, tasks, workers)
         except BrokenProcessPool as cause:
             raise ClearwayError(f"a worker process has died; {AGAIN}") from cause
-        finally:
-            pool.shutdown(cancel_futures=True)
 
     return engine
-
-
-def _end_with_parent() -> None:
-    """A killed campaign must not leave workers behind that wait for it for ever."""
-    parent = parent_process()
-    if parent is not None:
-        sentinel = parent.sentinel
-        threading.Thread(target=lambda: (wait([sentinel]), os._exit(1)), daemon=True).start()
 
 
 def on_cluster(scheduler: str) -> Engine:

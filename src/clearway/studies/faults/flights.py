@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 from clearway.base.intervals import wilson
 from clearway.missions.setup import prepare
 from clearway.studies.faults.studies import STUDIES, case
+from clearway.studies.processes import in_processes
 
 Task = tuple[str, str, float]
 """Study, variant, level."""
@@ -96,16 +95,15 @@ def _each(
     tasks: Sequence[Task], seeds: tuple[int, ...], workers: int
 ) -> Iterator[tuple[int, tuple[FaultFlight, ...]]]:
     """(number of the task, its flights) as they are done; one worker needs no other process."""
-    if workers == 1:
-        for number, task in enumerate(tasks):
-            yield number, _fly_level(*task, seeds)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        waiting = {
-            pool.submit(_fly_level, *task, seeds): number for number, task in enumerate(tasks)
-        }
-        for done in as_completed(waiting):
-            yield waiting[done], done.result()
+    numbered = [(number, task, seeds) for number, task in enumerate(tasks)]
+    yield from in_processes(_numbered, numbered, workers)
+
+
+def _numbered(
+    job: tuple[int, Task, tuple[int, ...]],
+) -> tuple[int, tuple[FaultFlight, ...]]:
+    number, task, seeds = job
+    return number, _fly_level(*task, seeds)
 
 
 def _fly_level(
