@@ -69,11 +69,6 @@ class EvidenceSettings:
 
     __repr__ = brief
 
-    @property
-    def kept_m(self) -> float:
-        """What is kept from surfaces."""
-        return self.safety_margin_m
-
     def __post_init__(self) -> None:
         rating_named(self.rating)
         combine_rule_named(self.sensor_fusion)
@@ -111,8 +106,8 @@ class AvoidanceSettings(EvidenceSettings):
     narrow: str = "refuse"
     """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
     body_radius_m: float = 0.1
-    """Distance kept from what nobody has seen, and with ways out from all else at least: who asks
-    for a smaller margin does not ask to be touched."""
+    """Distance kept from what nobody has seen, and in flight with ways out that are certain from
+    all else at least."""
     start_free_m: float | None = None
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
     where the vehicle stands; None for the length of a movement, or as far as `live.preflight` finds
@@ -129,12 +124,6 @@ class AvoidanceSettings(EvidenceSettings):
     """Likewise above."""
 
     __repr__ = brief
-
-    @property
-    def kept_m(self) -> float:
-        """What is kept from surfaces, by the vehicle's middle."""
-        least_m = 0.0 if self.escape == Escape.OFF else self.body_radius_m
-        return max(self.safety_margin_m, least_m)
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)

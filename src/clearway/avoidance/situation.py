@@ -185,7 +185,7 @@ def margin_m(settings: EvidenceSettings, situation: Situation | Here) -> float:
     """Safety margin grown by the uncertainty and the age of the own state; ClearwayError where that
     is no finite number."""
     margin = (
-        settings.kept_m
+        settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m
         + settings.own_drift_mps * situation.state_age_s
         + situation.unsure_m

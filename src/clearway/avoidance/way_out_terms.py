@@ -29,7 +29,7 @@ def terms_of(planner: Planner, situation: Situation, near: InReach) -> EscapeTer
     state, settings, seen = situation.state, planner.settings, situation.seen
     _, pitch, yaw = state.attitude_rad.tolist()
     strict = settings.escape in (Escape.STRICT, Escape.MAPPED) and seen is not None
-    grown = near.margin_m - settings.kept_m
+    grown = near.margin_m - settings.safety_margin_m
     return EscapeTerms(
         *(NOTHING_SEEN if seen is None else seen),
         strict,

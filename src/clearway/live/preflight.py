@@ -59,8 +59,16 @@ class EscapePlan:
     """With `known`: whether ways out through seen space are insisted on while these lead on."""
 
     def flown_by(self, planner: Planner) -> Planner:
-        """A planner that flies so."""
+        """A planner that flies so.
+
+        Who asks for a smaller margin than the body's radius does not ask to be touched: where
+        nothing is to be, that radius is kept.
+        """
         settings, start_free_m = planner.settings, self.start_free_m
+        if self.flown in (Escape.STRICT, Escape.MAPPED):
+            margin_m = max(settings.safety_margin_m, settings.body_radius_m)
+            if margin_m != settings.safety_margin_m:
+                settings = replace(settings, safety_margin_m=margin_m)
         if self.flown != settings.escape:
             settings = replace(settings, escape=self.flown)
         if start_free_m is not None:

@@ -164,8 +164,8 @@ class SafetySection(Section):
     """`[safety]`: what to keep clear by."""
 
     margin_m: Positive = 0.6
-    """From the vehicle's centre to any obstacle's surface; with ways out never less than
-    `vehicle.body_radius_m` is kept."""
+    """From the vehicle's centre to any obstacle's surface; where `strict` or `mapped` is flown,
+    `vehicle.body_radius_m` at least is kept."""
     conservative_turning_radius_m: Positive | None = None
     """Turning radius of (6.14), for the picture only; default: the automaton's."""
     sigmas: NotNegative = 3.0
