@@ -57,6 +57,9 @@ BY_RULES = """\
 name = "by-rules"
 waypoints_m = [[60, 0, 0]]
 
+[[lidar]]
+min_range_m = 0.5
+
 [rules]
 floor_m = -2
 ceiling_m = 2
@@ -85,7 +88,8 @@ def fly_for(file: MissionFile, seconds: float, planner: str = CLEARWAY) -> None:
 
 
 def fly_by_rules() -> None:
-    """Aircraft that have the right of way, between two heights, along a route."""
+    """Aircraft that have the right of way, between two heights, along a route, and a LiDAR that is
+    blind near by."""
     with tempfile.TemporaryDirectory() as scratch:
         path = Path(scratch) / "rules.toml"
         path.write_text(BY_RULES)
