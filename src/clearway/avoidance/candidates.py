@@ -63,6 +63,8 @@ class Commitment:
     where that is wanted."""
     stays: bool = False
     """Whether a way out is flown on and on while it keeps the whole margin: no way leads on."""
+    blind: bool = False
+    """Whether no sensor tells anything: where space is unseen, a way out is stayed in."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}

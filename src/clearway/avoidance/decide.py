@@ -65,7 +65,7 @@ def decide(
     rules = in_force(planner, situation, at_hand.prepared, at_hand.goal, near, before)
     found = priced(at_hand, rules.ruling)  # (4.6)
     leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found.looked))
-    taken = _taken(leaving, near.hazards, stays=before.stays)
+    taken = _taken(leaving, near.hazards, nothing_leads_on=before.stays)
     return _decision(at_hand, leaving.ways, rules, taken)
 
 
@@ -186,13 +186,14 @@ def _leaving(at_hand: BeforeChoice, found: Priced, choose_among: ChooseAmong) ->
         narrow_price_m=price_of(planner.prices.no_room) * prepared.step_m if allowed else np.inf,
         thin=settings.smallest_object_m is not None,
         had_certain=before.had_certain or (held is not None and held.certain),
+        blind=before.blind,
         best=found.best,
     )
 
 
-def _taken(leaving: Leaving, hazards: Hazards, *, stays: bool) -> Taken:
+def _taken(leaving: Leaving, hazards: Hazards, *, nothing_leads_on: bool) -> Taken:
     """What is flown: the best that leaves a way out, or else the way out in hand."""
-    stay = leaving.stay(hazards) if stays else None
+    stay = leaving.stay(hazards, nothing_leads_on=nothing_leads_on)
     taken = stay or choose_for_manoeuvres(hazards, leaving.choose)
     return taken if taken.good else leaving.fall_back(taken, hazards)
 

@@ -73,6 +73,8 @@ class Leaving:
     """Whether thin things are declared, which show late."""
     had_certain: bool = False
     """As of `Commitment`."""
+    blind: bool = False
+    """As of `Commitment`."""
     best: Choice | None = None
     """The best of all candidates with the whole margin, where that was found with them."""
 
@@ -119,16 +121,19 @@ class Leaving:
             return best
         return self.choose_among(hazards, allowed, 1.0)
 
-    def stay(self, hazards: Hazards) -> Taken | None:
-        """The way out in hand, or a fresh one, flown for its own sake; None where none keeps the
-        whole margin, of intruders too."""
+    def stay(self, hazards: Hazards, *, nothing_leads_on: bool) -> Taken | None:
+        """The way out in hand, or a fresh one, flown for its own sake: where nothing leads on, and
+        where nobody sees what is ahead and ways out need not lead through what was seen. None where
+        that is not so, or where none keeps the whole margin, of intruders too; of who is blind, a
+        lesser one."""
         ways = self.ways
-        if ways is None or not ways.strict:
+        if ways is None or not (nothing_leads_on if ways.strict else self.blind):
             return None
-        for way in self._with_share(ways, 1.0):
-            taken = self._flown(way, hazards, ())
-            if taken.good:
-                return taken
+        for share in (1.0, *LESSER_MARGINS) if self.blind else (1.0,):
+            for way in self._with_share(ways, share):
+                taken = self._flown(way, hazards, ())
+                if taken.good:
+                    return taken
         return None
 
     def fall_back(self, taken: Taken, hazards: Hazards) -> Taken:
@@ -222,14 +227,15 @@ class Leaving:
         """What leaves a way out if what nobody has seen is free; else what was taken.
 
         Who has had no certain one for longer than it takes where nothing stands in the way stays
-        for a round and looks about: what stands there would close in on the way ahead.
+        for a round and looks about: what stands there would close in on the way ahead. Who sees
+        nothing at all stays for as long as that is so.
         """
         unsure = 1 if self.held is None else self.held.unsure + 1
         late = self.certain_within is not None and unsure > self.certain_within
         # Who can stop, and has had a certain one, was brought out of it by an unsure place.
         waits = self.had_certain and ways.can_stop
-        stays = self._stays(ways, hazards, taken.banned) if late or waits else None
-        if stays is not None and stays.way_out is not None:
+        stays = self._stays(ways, hazards, taken.banned) if late or waits or self.blind else None
+        if stays is not None and stays.way_out is not None and not self.blind:
             stays = None if self._has_looked_round(stays.way_out, unsure) else stays
         found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
         if found is None or found.way_out is None:

@@ -57,8 +57,13 @@ class Insistence:
         """Whether ways out are insisted on no more."""
         return self._now.bold
 
-    def decides(self, knowledge: Knowledge, now_s: float) -> Planner:
-        """Who does at a moment; where that changes, all ways are tried once more."""
+    def decides(self, knowledge: Knowledge, now_s: float, *, blind: bool = False) -> Planner:
+        """Who does at a moment; where that changes, all ways are tried once more.
+
+        blind: whether no sensor tells anything: who sees nothing insists, whatever came to nothing.
+        """
+        if blind:
+            return self._careful
         assert knowledge.routes is not None  # Seen space is kept where ways out need it.
         before, (radius, turn_s) = self._now, full_circle(knowledge)
         now = self._now = before.after(knowledge.progress, now_s, turn_s)

@@ -12,7 +12,7 @@ from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture
 from clearway.live.explain import explanation
 from clearway.live.mission import Mode
-from clearway.live.modes import ModeState
+from clearway.live.modes import UNSEEN, ModeState
 from clearway.obstacles.obstacle_map import ObstacleMap
 
 
@@ -36,11 +36,16 @@ class FlightDecision:
     """Data left out since the last decision, by reason."""
     traffic: TrafficPicture | None = None
     """Alerts and bands; None where no volumes are asked for."""
+    blind_s: float | None = None
+    """For how long no range sensor has told anything; None while one does, or where there is
+    none."""
 
     @cached_property
     def explanation(self) -> str:
         """One line for the log and for people."""
         words = explanation(self.decision, self.mode, self.obstacle_map, self.mode_state.held)
+        if self.blind_s is not None and self.mode is not Mode.HOLD:
+            words += f"; {UNSEEN} for {self.blind_s:.1f} s"
         if self.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
         if self.traffic is not None and self.traffic.alerts.level:

@@ -86,6 +86,7 @@ class Knowledge:
         )
         self.routes = RouteMaps.of(planner, self.sensing, obstacle_map)
         """For ways through seen space, where that is kept."""
+        self._asked_first_s: float | None = None
         self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
 
     @property
@@ -129,6 +130,8 @@ class Knowledge:
         now, jumped = self.clock.ask(told_s)
         if jumped:
             self.counts[jumped] += 1
+        if self._asked_first_s is None:
+            self._asked_first_s = now
         self._take(now, asked=True)
         return now
 
@@ -227,6 +230,16 @@ class Knowledge:
             self.counts["state: stale"] += 1
         carried = self.flown.carry(latest, now)
         return self.planner.automaton.after(carried, self.flown.last_before(now))
+
+    def blind_s(self, now: float) -> float | None:
+        """For how long no range sensor has told anything, since the first question where none ever
+        did; None while one does, and where there is none."""
+        since_s = self.sensing.last_scan_s
+        if since_s is None:
+            since_s = self._asked_first_s
+        if not self.sensing.sensors or since_s is None or now - since_s <= self.limits.scan_s:
+            return None
+        return now - since_s
 
     def with_detections(self, state: State, now: float) -> tuple[Situation, float]:
         """All that is known from an own state, and the age of the oldest scan used, or NaN."""

@@ -54,8 +54,9 @@ class ModeFacts(NamedTuple):
     decision: Decision
     progress: Progress
     mission: Mission
-    unseen_s: float | None = None
-    """For how long no sensor has told anything; None while one does, and before any has."""
+    blind_s: float | None = None
+    """For how long no sensor has told anything, where ways out rest on that; None while one
+    does."""
     bold: bool = False
     """Whether ways out that were insisted on are asked for no more."""
 
@@ -79,15 +80,18 @@ def _emergency(facts: ModeFacts) -> str:
 
 
 def _hold(facts: ModeFacts) -> str:
-    if facts.unseen_s is not None:
-        return f"{UNSEEN} for {facts.unseen_s:.1f} s: it stays where it has looked"
+    way = facts.decision.way_out
+    if facts.blind_s is not None and way is not None:
+        where = "where it has looked" if way.certain else "where it is"
+        return f"{UNSEEN} for {facts.blind_s:.1f} s: it stays {where}"
     return "no way leads to the goal as far as is seen" if facts.progress.closed else ""
 
 
 def _escape(facts: ModeFacts) -> str:
     after = ", ".join(facts.decision.no_way_out)
-    if not facts.decision.escapes or (facts.progress.closed and not after):
-        return ""  # Where no way leads on, a way out is what it stays in.
+    blind = facts.blind_s is not None and facts.decision.way_out is not None
+    if not facts.decision.escapes or blind or (facts.progress.closed and not after):
+        return ""  # Where no way leads on, or nobody sees one, a way out is what it stays in.
     return f"no way out after {after}" if after else "nothing else is verified"
 
 

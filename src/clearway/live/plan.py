@@ -157,8 +157,10 @@ class Plan:
 
     # --- what the next decision stays with ------------------------------------------------
 
-    def commitment(self, now_s: float, certain_within: int | None = None) -> Commitment:
-        """What the next decision should stay with; `certain_within` as it says."""
+    def commitment(
+        self, now_s: float, certain_within: int | None = None, *, blind: bool = False
+    ) -> Commitment:
+        """What the next decision should stay with; `certain_within` and `blind` as it says."""
         held = self.intended.at(now_s + TIME_TOLERANCE_S)
         passings = () if self.decision is None else self.decision.passings
         way, under_way = self._way_out_at(now_s)
@@ -173,6 +175,7 @@ class Plan:
             had_certain=self.had_certain,
             long_range=afar,
             stood=self.stood,
+            blind=blind,
         )
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:

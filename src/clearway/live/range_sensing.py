@@ -207,11 +207,10 @@ class RangeSensing:
         """Names of the sensors without a fresh scan."""
         return [name for name in self.sensors if not self._is_fresh(name, now_s)]
 
-    def unseen_s(self, now_s: float) -> float | None:
-        """How long ago any sensor told anything; None where one is fresh, and before the first."""
-        if not self._scans or any(self._is_fresh(name, now_s) for name in self.sensors):
-            return None
-        return now_s - max(scan.time_s for scan in self._scans.values())
+    @property
+    def last_scan_s(self) -> float | None:
+        """Time of the latest scan of any sensor; None before the first."""
+        return max((scan.time_s for scan in self._scans.values()), default=None)
 
     def usable_scans(self, now_s: float) -> dict[str, Scan]:
         """By sensor, the latest scan of those that are fresh and believed."""

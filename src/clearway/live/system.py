@@ -19,6 +19,7 @@ from clearway.avoidance.decide import decide, warm_up_steps
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.avoidance.way_out import Escape
 from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, kind_of, points_of
 from clearway.base.errors import ClearwayError
@@ -313,9 +314,10 @@ class AvoidanceSystem:
         """
         now = self._known.catch_up(now_s)
         insistence = self._insistence
-        planner = insistence.decides(self._known, now) if insistence else self.planner
+        blind = self._blind_s(now) is not None
+        planner = insistence.decides(self._known, now, blind=blind) if insistence else self.planner
         situation, scan_age = self._situation(now)
-        commitment = self._plan.commitment(now, self.escape.within)
+        commitment = self._plan.commitment(now, self.escape.within, blind=blind)
         if self.progress.closed:
             commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
         decision = decide(planner, situation, commitment)
@@ -327,6 +329,11 @@ class AvoidanceSystem:
         """Do what is soon due beside decisions; for whoever has time between them."""
         now = self._known.catch_up(now_s)
         self.progress = kept_up(self._known, self._known.own_states.latest, now)
+
+    def _blind_s(self, now: float) -> float | None:
+        """For how long no sensor has told anything, where ways out rest on what they tell."""
+        rests = self.escape.flown in (Escape.STRICT, Escape.KNOWN)
+        return self._known.blind_s(now) if rests else None
 
     def _looked_at(self, situation: Situation) -> TrafficPicture | None:
         """Alerts and bands, where volumes are asked for."""
@@ -349,9 +356,9 @@ class AvoidanceSystem:
         self._plan = self._plan.after(decision, now, goal)
         self._known.flown.then(self._plan.buffer)
         self._known.news, self._known.unchecked = "", False
-        unseen_s = self._known.sensing.unseen_s(now)
-        bold = self._insistence is not None and self._insistence.bold
-        facts = ModeFacts(decision, self.progress, self.mission, unseen_s, bold)
+        blind_s = self._blind_s(now)
+        bold = self._insistence is not None and self._insistence.bold and blind_s is None
+        facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold)
         self._mode = mode_after(self._mode, facts)
         fresh: Counter[str] = Counter()
         if dict.__ne__(self.counts, self._told):
@@ -369,6 +376,7 @@ class AvoidanceSystem:
             scan_age,
             dict(fresh),
             picture,
+            self._known.blind_s(now),
         )
 
     def leave_plan(self) -> None:
