@@ -131,6 +131,8 @@ def first_escape(
     met = np.zeros(escapes, dtype=np.int8)
     cleared = np.zeros(escapes, dtype=np.int8)  # Whether its loop keeps the margin.
     best, best_room, kept, tried = -1, -np.inf, np.nan, 0
+    if not places_are_clear(HERE, 0, 1, pose, start_s, terms):
+        return best, best_room, kept  # All begin here.
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
         if terms.must_see and not _is_clear(placed[0], unseen, terms):
@@ -140,7 +142,7 @@ def first_escape(
         while following < escapes:
             asked = (following, ways, legs, places, begun, wind, met, cleared, clear, seen)
             if terms.must_see:
-                escape = _first_seen(*asked, unseen, terms, chain.leg)
+                escape = _first_seen(*asked, unseen, terms, chain.leg, near)
             else:
                 escape = _first_clear(*asked, terms, chain.leg, near)
             following = escape + 1
@@ -148,17 +150,18 @@ def first_escape(
                 break
             begin, loop = ways.begins[escape], ways.loop[escape]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
+            at, then, when = ways.attitude[begin], poses[begin], times[begin]
+            tried += 1
+            if tried > FEW:  # All loops of a beginning that keeps no margin are passed over.
+                if not _begin_keeps_margin(begin, ways, legs, begun, clear, terms, chain.leg):
+                    continue
+                if not _is_clear_of_returns(places, first, last, then, when, terms, near):
+                    cleared[escape] = FAILS
+                    continue
             movements = rounds(ways.loop_movement[first:last], legs, terms.least_s)
             if len(movements) >= len(chain.times_s):
                 chain = chain_for(len(movements), legs, terms.shapes)
-            at, then, when = ways.attitude[begin], poses[begin], times[begin]
             if not may_be_flown(movements, at, then, when, legs, chain):
-                cleared[escape] = FAILS
-                continue
-            tried += 1
-            if tried > FEW and not _is_clear_of_returns(
-                places, first, last, then, when, terms, near
-            ):
                 cleared[escape] = FAILS
                 continue
             if terms.must_see and not chain_was_seen(movements, legs, unseen, terms, chain):
@@ -200,6 +203,7 @@ def _first_seen(
     unseen: float,
     terms: EscapeTerms,
     room: LegRoom,
+    near: TooNear,
 ) -> int:
     """The first from an escape on that nothing known or quickly found out rules out, so far from
     what nobody has seen; their number if there is none.
@@ -216,7 +220,7 @@ def _first_seen(
             if beyond or not _is_clear(begun.placed[begin], unseen, terms):
                 seen[begin] = FAILS
         if seen[begin] != FAILS and clear[begin] != FAILS:
-            e = _first_loop_seen(e, ways, places, begun, wind, met, cleared, unseen, terms)
+            e = _first_loop_seen(e, ways, places, begun, wind, met, cleared, unseen, terms, near)
             if e == escapes:
                 return escapes
             if ways.begins[e] == begin and _begin_was_seen(
@@ -279,12 +283,14 @@ def _first_loop_seen(
     cleared: Known,
     unseen: float,
     terms: EscapeTerms,
+    near: TooNear,
 ) -> int:
     """The first from an escape on, of those with its beginning, of whose loop nothing known rules
     out that it was seen, nor its places; the one after them if there is none."""
     free, window, begins = terms.free, terms.window, ways.begins
     begin, e = begins[escape], escape
-    placed = begun.placed[begin]
+    placed, pose, start_s = begun.placed[begin], begun.poses[begin], begun.times_s[begin]
+    in_cells, within_m = near.looked[0] == FILLED, NEARLY * terms.margin_m
     x, y, z, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
     while e < len(begins) and begins[e] == begin:
         if met[e] != FAILS and cleared[e] != FAILS:
@@ -300,7 +306,13 @@ def _first_loop_seen(
                     if not is_place_free(free, window, east, north, up):
                         met[e] = FAILS
                         break
-            if met[e] == KEEPS and places_were_seen(
+            if (
+                met[e] == KEEPS
+                and in_cells
+                and are_near(places, first, last, pose, start_s, within_m, terms.wind_mps, near)
+            ):
+                cleared[e] = FAILS
+            elif met[e] == KEEPS and places_were_seen(
                 places, first, last, placed, wind, NEARLY * unseen, free, window
             ):
                 return e
