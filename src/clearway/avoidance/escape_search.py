@@ -17,7 +17,7 @@ from clearway.avoidance.escape_chains import (
 )
 from clearway.avoidance.escape_legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
 from clearway.avoidance.escape_places import NEARLY, places_are_clear, places_were_seen
-from clearway.avoidance.too_near import FILLED, LONG, TooNear, are_near, fill_in
+from clearway.avoidance.too_near import ASKED, FILLED, LONG, TooNear, are_near, fill_in
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -359,7 +359,7 @@ def _is_clear_of_returns(
 ) -> bool:
     """As `places_are_clear`, in cells once that has been asked often."""
     if near.looked[0] != FILLED and near.margin_m > 0.0:
-        near.looked[0] += len(terms.bins.radius_m)
+        near.looked[0] += len(terms.bins.radius_m) + ASKED
         if near.looked[0] > LONG:
             fill_in(near, terms)
     if near.looked[0] == FILLED:

@@ -22,6 +22,8 @@ STEPS = 64.0
 """Distances are kept in so many steps of a margin, rounded up."""
 LONG = 6_000_000
 """So many returns are gone by at one decision before the cells are worth filling in."""
+ASKED = 4_000
+"""A look at places counts as so many returns more: what it costs where there are none."""
 FILLED = -1
 TOLD = 32
 """So many steps more or less say as much: a return that tells no more of its own cell is passed
@@ -38,8 +40,8 @@ class TooNear(NamedTuple):
     margin_m: float
     """Which they are measured in."""
     looked: IntArray
-    """[1] all returns there are, as often as places were looked up among them; FILLED once the
-    cells are."""
+    """[1] all returns there are and ASKED, as often as places were looked up among them; FILLED once
+    the cells are."""
 
 
 def too_near(margin_m: float) -> TooNear:
