@@ -40,8 +40,8 @@ class TooNear(NamedTuple):
     margin_m: float
     """Which they are measured in."""
     looked: IntArray
-    """[1] all returns there are and ASKED, as often as places were looked up among them; FILLED once
-    the cells are."""
+    """[1] all returns there are and ASKED, as often as places were looked up among them; FILLED
+    once the cells are."""
 
 
 def too_near(margin_m: float) -> TooNear:
