@@ -123,6 +123,8 @@ def _flown(
 
     first = setup_of(seeds[0])
     first.refuse_impossible()
+    for doubt in first.doubts:
+        say(doubt)
     if "clearway" in names:
         say(str(first.escape))
     flown: list[ComparedFlight] = []

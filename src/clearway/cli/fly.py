@@ -94,7 +94,8 @@ def fly(
     folder = ResultsFolder.checked(out or folder_of(file.mission.name), "fly", file.mission.name)
     say("preparing reach sets and sensors")
     setup = prepare(file, say)
-    for note in setup.notes:
+    notes = (*setup.notes, *setup.doubts)
+    for note in notes:
         say(note)
     setup.refuse_impossible()
     if planner == "clearway":
@@ -102,7 +103,7 @@ def fly(
     scans: list[Scan] | None = [] if raw_scans and mcap else None
     run = flown_with_bar(setup, planner, beside, scans)
     if as_json:
-        print_json(run.summary() | {"notes": list(setup.notes)})
+        print_json(run.summary() | {"notes": list(notes)})
     else:
         show(_in_words(run))
     write_flight(run, setup, file, folder, mcap=mcap, parquet=parquet, scans=scans or ())
