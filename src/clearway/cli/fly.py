@@ -165,11 +165,11 @@ def flown_with_bar(
             status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"
             bar.show(_flown_length(setup, entry), status=status)
             if flight.mode == "emergency":
-                bar.print_above(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
+                bar.print_above(f"{flight.time_s:.1f} s: {flight.explanation}", "red")
             elif flight.mode in ("escape", "hold", "narrow"):
                 change = mode_change(flight)
                 if change:
-                    bar.print_above(f"[magenta]{flight.time_s:.1f} s: {change}")
+                    bar.print_above(f"{flight.time_s:.1f} s: {change}", "magenta")
 
         return setup.fly_with(planner, show, folder, scans)
 
