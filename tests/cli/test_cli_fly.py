@@ -89,6 +89,31 @@ def test_the_effective_configuration_flies_the_same_mission_again(tmp_path):
     assert not list((tmp_path / "a").glob("*.png"))
 
 
+MET = """
+[mission]
+name = "met"
+waypoints_m = [[20, 0, 0]]
+
+[safety]
+escape = "off"
+
+[[intruder]]
+name = "one [with] a name that is long enough to be folded"
+appears_s = 3
+position_m = [3, 0, 0]
+velocity_mps = [-2, 0, 0]
+"""
+
+
+def test_what_happens_in_flight_is_told_in_a_line_each_as_it_is_named(tmp_path):
+    done = run("fly", mission(tmp_path, MET), "--no-plots", "--no-mcap", cwd=tmp_path)
+    told = [line for line in done.stderr.splitlines() if " s: EMERGENCY: " in line]
+    log = map(json.loads, (tmp_path / "clearway-out/met/decisions.jsonl").read_text().splitlines())
+    met = [f"{one['time_s']:.1f} s: {one['explanation']}" for one in log if "emerg" in one["mode"]]
+    assert told == met
+    assert met[0].endswith("intruder one [with] a name that is long enough to be folded")
+
+
 def test_a_mission_that_is_not_reached_ends_with_1(tmp_path):
     late = SHORT + "\n[simulation]\ntime_limit_s = 3\n"
     done = run_here("fly", mission(tmp_path, late), "--no-plots", "--json", cwd=tmp_path)

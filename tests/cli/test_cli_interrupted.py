@@ -1,11 +1,16 @@
-"""Ctrl-C ends a command with a word and 130 at any time, also while it is being loaded."""
+"""Ctrl-C ends a command with a word and 130 at any time, and costs no result that was there."""
 
 from __future__ import annotations
 
+import json
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from own_process import CLEARWAY
 
 INTERRUPTED_AT = """
 import sys
@@ -35,3 +40,26 @@ def test_while_a_module_is_loaded(module: str, tmp_path) -> None:
     assert done.returncode == 130
     assert done.stderr.strip().splitlines()[-1].endswith("interrupted")
     assert "Traceback" not in done.stderr
+
+
+def test_while_pictures_are_drawn_the_flight_is_there(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [*CLEARWAY, "fly", "static-obstacles", "--dpi", "600", "--out", "out"],
+        cwd=tmp_path,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert process.stderr is not None
+    for line in process.stderr:
+        if line.startswith("wrote "):
+            process.send_signal(signal.SIGINT)
+            break
+    _, told = process.communicate(timeout=60)
+    assert (process.returncode, told) == (130, "interrupted\n")
+    left = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"mission.toml", "track.csv", "decisions.jsonl", "summary.json", "run.mcap"} <= left
+    assert not [name for name in left if name.endswith((".png", ".part"))]
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["reached"]
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]

@@ -85,6 +85,20 @@ def test_a_result_is_told_although_its_files_cannot_be_written(
     assert not [one for one in samples.iterdir() if one.name.startswith(("out", ".out"))]
 
 
+def test_a_picture_that_cannot_be_written_costs_no_log(samples: Path) -> None:
+    """Room for the logs, none for a picture of many dots."""
+    line = "fly my-mission.toml --no-mcap --dpi 600 --out drawn"
+    done = on_a_full_disk(line, samples, most_bytes=300_000)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.splitlines()[-1] == "drawn: cannot be written: File too large"
+    logs = {path.name for path in (samples / "drawn").iterdir()}
+    assert {"decisions.jsonl", "mission.toml", "summary.json", "track.csv"} <= logs
+    assert not [name for name in logs if name.endswith(".png")]
+    again = run_clearway(*line.replace("600", "50").split(), cwd=samples)
+    assert again.returncode == 0, again.stderr
+    assert logs < {path.name for path in (samples / "drawn").iterdir()}
+
+
 def test_a_campaign_tells_its_table_and_goes_on_from_its_journal(samples: Path) -> None:
     line = "campaign my.toml --only forest/straight/* --workers 1 --out out-campaign"
     done = on_a_full_disk(line, samples, most_bytes=6000)

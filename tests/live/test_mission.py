@@ -95,3 +95,27 @@ def test_impossible_missions_are_refused_with_every_reason():
         Mission("bad", START, np.array([[0, 0, 0], [0.5, 0, 0], [np.nan, 0, 0]]), 1.0)
     assert "waypoints_m[1]: 0.5 m from the one before" in str(refused.value)
     assert "finite" in str(refused.value)
+
+
+def test_all_that_is_wrong_with_the_shape_of_a_mission_is_told_at_once():
+    with pytest.raises(InputError) as refused:
+        Mission(
+            "bad",
+            [0, 0, 0],
+            waypoints_m=[[1.0, 2.0]],
+            reach_radius_m="near",
+            landing_m="there",
+            pass_within_m=-1.0,
+        )
+    assert refused.value.problems == (
+        "start: takes a State, got list",
+        "waypoints_m: must have shape [n, 3], got [1, 2]",
+        "landing_m: places [n, 3] are needed, got 'there'",
+        "reach_radius_m: must be a number from 0 to 1e+09, got 'near'",
+        "pass_within_m: must be a number from 0 to 1e+09, got -1.0",
+    )
+
+
+def test_a_reach_radius_that_is_no_number_is_refused_beside_several_waypoints():
+    with pytest.raises(InputError, match="reach_radius_m: must be a number"):
+        Mission("bad", START, waypoints_m=[[0, 0, 0], [5, 0, 0]], reach_radius_m="near")

@@ -9,7 +9,8 @@ import pytest
 pytest.importorskip("pyproj")
 pytest.importorskip("shapely")
 
-from clearway.base.errors import InputError
+from clearway.base.errors import ClearwayError, InputError
+from clearway.io.maps.maps import read_maps
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from in_process import clearway, flown_in
@@ -144,6 +145,19 @@ def test_bad_maps_of_missions_are_refused(tmp_path, change, cause):
     with pytest.raises(ValueError, match=r".") as refused:
         prepare(saved(tmp_path, MISSION.replace(*change))).refuse_impossible()
     assert cause in str(refused.value)
+
+
+def test_what_points_stand_for_blames_its_key_and_no_line_of_a_map(tmp_path):
+    saved(tmp_path)
+    (tmp_path / "m.toml").write_text(MISSION + "point_radius_m = 1e8\n")
+    done = clearway("fly", "m.toml", "--no-plots", "--no-mcap", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == (
+        "m.toml: map.point_radius_m: should be less than or equal to 100000, got 100000000.0\n"
+    )
+    for radius_m in (0.0, -1.0, 1e8, float("nan"), "wide"):
+        with pytest.raises(ClearwayError, match=r"^point_radius_m: must be .*, got "):
+            read_maps([tmp_path / "masts.csv"], point_radius_m=radius_m)
 
 
 def test_input_errors_are_what_the_command_line_reports(tmp_path):

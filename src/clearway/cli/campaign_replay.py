@@ -16,7 +16,8 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     """Fly the flight of a key again; exit status 1 if it does not end as its row says."""
     from dataclasses import asdict
 
-    from clearway.cli.fly import flown_with_bar, write_flight
+    from clearway.cli.flight_files import draw_pictures, write_flight
+    from clearway.cli.fly import flown_with_bar
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.campaigns.run import RESULTS, chosen
     from clearway.studies.campaigns.summary import in_words
@@ -24,8 +25,8 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     from clearway.view.plot.style import Pictures
 
     task = chosen(tasks_of(asked), key)[0]
-    pictures = folder / "replays" / task.key.replace("/", "-")
-    results = ResultsFolder.checked(pictures, "campaign --replay", task.key)
+    replayed = folder / "replays" / task.key.replace("/", "-")
+    results = ResultsFolder.checked(replayed, "campaign --replay", task.key)
     case = case_of(task)
     case.setup.refuse_impossible()
     run = flown_with_bar(case.setup, task.planner, Path(task.folder))
@@ -37,8 +38,8 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
         print_json({"flight": flight, "compared": before is not None, "differs_in": other})
     else:
         print(f"{task.key} {in_words(row)}")
-    written = write_flight(run, case.setup, case.file, results, Pictures())
-    say(f"wrote {', '.join(written)} to {pictures}")
+    write_flight(run, case.setup, case.file, results)
+    draw_pictures(run, case.setup, case.file, results, Pictures())
     if before is None:
         say(f"no row of this flight in {folder / RESULTS} to hold it against")
     elif other:

@@ -12,6 +12,7 @@ from typing import Any
 from typer.core import TyperCommand, TyperGroup
 
 from clearway.base.variants import in_words
+from clearway.cli.empty_paths import refuse_empty
 from clearway.cli.numbers import refuse_absurd
 
 
@@ -146,13 +147,14 @@ def _fill(params: list[Any]) -> None:
 
 
 class Command(TyperCommand):
-    """A command whose help lists what there is, and whose numbers are some that can be."""
+    """A command whose help lists what there is, and whose numbers and files can be some."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         _fill(self.params)
         super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        refuse_empty(ctx, self, args)
         rest = super().parse_args(ctx, args)
         refuse_absurd(ctx, self.params)
         return rest
@@ -166,6 +168,7 @@ class Group(TyperGroup):
         super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        refuse_empty(ctx, self, args)
         rest = super().parse_args(ctx, args)
         refuse_absurd(ctx, self.params)
         return rest

@@ -72,8 +72,11 @@ def compare(
         print_json(result)
     else:
         _print_table(mission, standings)
-    written = _write(result, flown, setup_of(first_seed), folder, pictures if plots else None)
-    say(f"wrote {', '.join(written)} to {folder.path}")
+    with folder.written() as scratch:
+        (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
+    say(f"wrote comparison.json to {folder.path}")
+    if plots:
+        _draw(flown, setup_of(first_seed), folder, pictures)
     if standings[0].safe < standings[0].flights:
         leave(NOT_REACHED)
 
@@ -120,6 +123,8 @@ def _flown(
 
     first = setup_of(seeds[0])
     first.refuse_impossible()
+    for doubt in first.doubts:
+        say(doubt)
     if "clearway" in names:
         say(str(first.escape))
     flown: list[ComparedFlight] = []
@@ -163,26 +168,19 @@ def _result(
     }
 
 
-def _write(
-    result: dict[str, Any],
-    flown: Sequence[ComparedFlight],
-    setup: FlightSetup,
-    folder: ResultsFolder,
-    pictures: Pictures | None,
-) -> list[str]:
-    """The results and the picture of the first seed's flights; all of it or nothing."""
-    with folder.written() as scratch:
-        (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
-        if pictures is not None:
-            from clearway.studies.figures.comparison import draw_tracks
-            from clearway.view.plot.style import house_style
+def _draw(
+    flown: Sequence[ComparedFlight], setup: FlightSetup, folder: ResultsFolder, pictures: Pictures
+) -> None:
+    """The picture of the first seed's flights, once the results are there."""
+    from clearway.studies.figures.comparison import draw_tracks
+    from clearway.view.plot.style import house_style
 
-            first = flown[0].run.seed
-            runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}
-            title = f"{flown[0].run.mission.name}: all planners, seed {first}"
-            with house_style():
-                pictures.save(draw_tracks(runs, setup.world, title), scratch, "tracks")
-        return sorted(path.name for path in scratch.iterdir())
+    first = flown[0].run.seed
+    runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}
+    title = f"{flown[0].run.mission.name}: all planners, seed {first}"
+    with folder.taking_more().written() as scratch, house_style():
+        drawn = pictures.save(draw_tracks(runs, setup.world, title), scratch, "tracks")
+    say(f"wrote {drawn} to {folder.path}")
 
 
 def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:

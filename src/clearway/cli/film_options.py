@@ -53,14 +53,12 @@ def make_film(recording: Recording, asked: FilmAsked, results: ResultsFolder | N
 
     results: the folder of the run, whose list has the film where it lies there too.
     """
-    from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import staged
     from clearway.view.film.writing import write_film
 
     parent = asked.path.absolute().parent
     if results is not None and results.path.absolute() == parent:
-        now = ResultsFolder.checked(results.path, results.command, results.of, adds=True)
-        into = now.written()
+        into = results.taking_more().written()
     else:
         into = staged(parent)
     with into as scratch, progress_bar(asked.path.name, beside=("count", "remaining")) as bar:

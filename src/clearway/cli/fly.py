@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,12 +9,11 @@ import typer
 
 from clearway.cli import film_options as filmed
 from clearway.cli import picture_options as drawn
+from clearway.cli.flight_files import draw_pictures, write_flight
 from clearway.cli.progress import progress_bar
-from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show, sourced
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show
 
 if TYPE_CHECKING:
-    from clearway.io.results_folder import ResultsFolder
     from clearway.live.mission import Progress as MissionProgress
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
@@ -24,7 +21,6 @@ if TYPE_CHECKING:
     from clearway.sim import LoggedDecision, Run
     from clearway.sim.metrics import IntruderDistances
     from clearway.sim.pilot import Steering
-    from clearway.view.plot.style import Pictures
 
 
 def fly(
@@ -98,7 +94,8 @@ def fly(
     folder = ResultsFolder.checked(out or folder_of(file.mission.name), "fly", file.mission.name)
     say("preparing reach sets and sensors")
     setup = prepare(file, say)
-    for note in setup.notes:
+    notes = (*setup.notes, *setup.doubts)
+    for note in notes:
         say(note)
     setup.refuse_impossible()
     if planner == "clearway":
@@ -106,14 +103,12 @@ def fly(
     scans: list[Scan] | None = [] if raw_scans and mcap else None
     run = flown_with_bar(setup, planner, beside, scans)
     if as_json:
-        print_json(run.summary() | {"notes": list(setup.notes)})
+        print_json(run.summary() | {"notes": list(notes)})
     else:
         show(_in_words(run))
-    kept = pictures if plots else None
-    written = write_flight(
-        run, setup, file, folder, kept, mcap=mcap, parquet=parquet, scans=scans or ()
-    )
-    say(f"wrote {', '.join(written)} to {folder.path}")
+    write_flight(run, setup, file, folder, mcap=mcap, parquet=parquet, scans=scans or ())
+    if plots:
+        draw_pictures(run, setup, file, folder, pictures)
     if film is not None:
         from clearway.view.replay.in_memory import recording_of
 
@@ -170,11 +165,11 @@ def flown_with_bar(
             status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"
             bar.show(_flown_length(setup, entry), status=status)
             if flight.mode == "emergency":
-                bar.print_above(f"[red]{flight.time_s:.1f} s: {flight.explanation}")
+                bar.print_above(f"{flight.time_s:.1f} s: {flight.explanation}", "red")
             elif flight.mode in ("escape", "hold", "narrow"):
                 change = mode_change(flight)
                 if change:
-                    bar.print_above(f"[magenta]{flight.time_s:.1f} s: {change}")
+                    bar.print_above(f"{flight.time_s:.1f} s: {change}", "magenta")
 
         return setup.fly_with(planner, show, folder, scans)
 
@@ -196,59 +191,6 @@ def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
     goal = min(entry.flight.goal, len(legs) - 1)
     left = np.linalg.norm(corners[goal + 1] - entry.flight.state.position_m)
     return float(max(0.0, legs[: goal + 1].sum() - left))
-
-
-def write_flight(
-    run: Run[Steering],
-    setup: FlightSetup,
-    file: MissionFile,
-    folder: ResultsFolder,
-    pictures: Pictures | None,
-    *,
-    mcap: bool = True,
-    parquet: bool = False,
-    scans: Sequence[Scan] = (),
-) -> list[str]:
-    """Everything that the flight leaves behind; all of it or nothing."""
-    from clearway.io.toml_writing import write_toml
-    from clearway.missions.run_files import write_decisions, write_intruders, write_track
-    from clearway.missions.run_tables import write_tables
-
-    with folder.written() as scratch:
-        write_toml(file.effective(), scratch / "mission.toml")
-        write_track(run, scratch / "track.csv")
-        if run.intruder_tracks:
-            write_intruders(run, scratch / "intruders.csv")
-        write_decisions(run, scratch / "decisions.jsonl")
-        summary = sourced(run.summary())
-        (scratch / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-        if parquet:
-            write_tables(run, scratch)
-        if mcap:
-            record_run(run, setup, file, scratch, scans)
-        if pictures is not None:
-            _draw(run, setup, file, scratch, pictures)
-        return sorted(path.name for path in scratch.iterdir())
-
-
-def _draw(
-    run: Run[Steering], setup: FlightSetup, file: MissionFile, folder: Path, pictures: Pictures
-) -> None:
-    from clearway.sim import decided_by_clearway
-    from clearway.studies.figures.flight_set import flight_figures, track_figures
-    from clearway.view.plot.flight import Margins
-    from clearway.view.plot.style import house_style
-
-    body = file.vehicle.body_radius_m
-    turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
-    margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
-    if decided_by_clearway(run):
-        figures = flight_figures(run, margins, setup.world, setup.kept_out)
-    else:
-        figures = track_figures(run, setup.world, margins)
-    with house_style():
-        for name, figure in figures:
-            pictures.save(figure, folder, name)
 
 
 def _in_words(run: Run[Steering]) -> str:

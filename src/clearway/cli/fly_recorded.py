@@ -71,20 +71,16 @@ def fly_recorded(
         print_json(result)
     else:
         show(_in_words(result))
-    written = _write(found, result, folder, pictures)
-    say(f"wrote {', '.join(written)} to {folder.path}")
+    _write(found, result, folder)
+    _draw(found, folder, pictures)
     if not found.run.safe:
         leave(NOT_REACHED)
 
 
-def _write(
-    found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder, pictures: Pictures
-) -> list[str]:
-    """Everything that the flights leave behind; all of it or nothing."""
+def _write(found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder) -> None:
+    """Everything that the flights leave but the picture; all of it or nothing."""
     from clearway.io.toml_writing import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
-    from clearway.studies.figures.in_place import draw_in_place
-    from clearway.view.plot.style import house_style
 
     with folder.written() as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")
@@ -95,9 +91,18 @@ def _write(
         write_decisions(found.run, scratch / "decisions.jsonl")
         record_run(found.run, found.setup, found.file, scratch)
         (scratch / "encounter.json").write_text(json.dumps(sourced(result), indent=2) + "\n")
-        with house_style():
-            pictures.save(draw_in_place(found), scratch, "encounter")
-        return sorted(path.name for path in scratch.iterdir())
+        written = sorted(path.name for path in scratch.iterdir())
+    say(f"wrote {', '.join(written)} to {folder.path}")
+
+
+def _draw(found: InPlaceFlight, folder: ResultsFolder, pictures: Pictures) -> None:
+    """The picture, once the results are there."""
+    from clearway.studies.figures.in_place import draw_in_place
+    from clearway.view.plot.style import house_style
+
+    with folder.taking_more().written() as scratch, house_style():
+        drawn = pictures.save(draw_in_place(found), scratch, "encounter")
+    say(f"wrote {drawn} to {folder.path}")
 
 
 def _in_words(result: Mapping[str, Any]) -> str:

@@ -34,7 +34,7 @@ def show_map(
     radius: Annotated[
         float,
         typer.Option(
-            min=0.1, max=1e6, help="Radius, in metres, of an obstacle given as a point without one."
+            min=0.1, max=1e5, help="Radius, in metres, of an obstacle given as a point without one."
         ),
     ] = 20.0,
     crs: Annotated[

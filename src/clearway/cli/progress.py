@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from clearway.base.plain_text import plain
+from clearway.cli.report import say
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn, TaskID
@@ -32,9 +33,14 @@ class Bar:
         words: dict[str, Any] = {} if status is None else {"status": status}
         self.progress.update(self.task, completed=done, total=total, **words)
 
-    def print_above(self, line: str) -> None:
-        """A line that stays, with rich's marks for colours."""
-        self.progress.console.print(line)
+    def print_above(self, line: str, colour: str) -> None:
+        """A line that stays; where no terminal folds it, it is one line of the file or pipe."""
+        from rich.text import Text
+
+        if self.progress.console.is_terminal:
+            self.progress.console.print(Text(plain(line), style=colour))
+        else:
+            say(line)
 
 
 @contextmanager

@@ -96,6 +96,11 @@ class ResultsFolder:
             )
         return cls(path, command, of, tuple(listed["files"]), adds, careful)
 
+    def taking_more(self) -> ResultsFolder:
+        """The same folder once this run has written into it, for what it adds later: pictures take
+        long, and what ends them costs no result. Errors as of `checked`."""
+        return self.checked(self.path, self.command, self.of, adds=True)
+
     @contextmanager
     def written(self) -> Iterator[Path]:
         """A scratch folder, whose files take the place of the run before when the block ends.

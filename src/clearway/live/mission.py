@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.checks import above_zero_problem, array_problem, found, kind_of, points_of
-from clearway.base.errors import InputError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import IN_SPACE, LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.positional import keywords_beyond_two
@@ -41,8 +41,8 @@ class Mode(StrEnum):
 class Mission:
     """Ordered waypoints (6.1), flown from a start state, then the landing points.
 
-    Raises InputError naming every problem: too few waypoints, numbers that are not finite, and
-    neighbours closer than the reach radius.
+    Raises InputError naming every problem: a start that is no State, points that are no [n, 3], too
+    few waypoints, numbers that are not finite, and neighbours closer than the reach radius.
 
     >>> import numpy as np
     >>> import clearway as cw
@@ -62,25 +62,43 @@ class Mission:
     turns back for a waypoint that had to be passed at a distance."""
 
     def __post_init__(self) -> None:
-        kind_of(f"mission {self.name!r}: start", self.start, State)
+        problems: list[str] = []
+        taken = []
+        try:
+            kind_of("start", self.start, State)
+        except ClearwayError as refused:
+            problems.append(str(refused))
         for name in ("waypoints_m", "landing_m"):
-            points = points_of(f"mission {self.name!r}: {name}", getattr(self, name))
-            points.setflags(write=False)
-            object.__setattr__(self, name, points)
-        problems = self._problems()
+            try:
+                problems += self._take_points(name)
+                taken.append(name)
+            except ClearwayError as refused:
+                problems.append(str(refused))
+        reach = above_zero_problem("reach_radius_m", self.reach_radius_m)
+        passing = None
+        if self.pass_within_m is not None:
+            passing = above_zero_problem("pass_within_m", self.pass_within_m)
+        problems += found((reach, passing))
+        if "waypoints_m" in taken and reach is None:
+            problems += self._too_near()
         if problems:
             raise InputError(f"mission {self.name!r}", problems)
 
-    def _problems(self) -> list[str]:
+    def _take_points(self, name: str) -> list[str]:
+        """Lay a field out as points [n, 3], and what is wrong with these; raises ClearwayError for
+        what is none."""
+        points, problems = points_of(name, getattr(self, name)), []
+        points.setflags(write=False)
+        object.__setattr__(self, name, points)
+        if name == "waypoints_m" and not len(points):
+            problems.append(f"{name}: at least one waypoint is needed")
+        if array_problem(name, points, (None, 3)):
+            problems.append(f"{name}: coordinates must be finite numbers, at most 1e9")
+        return problems
+
+    def _too_near(self) -> list[str]:
+        """Waypoints that count as reached with the one before."""
         problems = []
-        if len(self.waypoints_m) < 1:
-            problems.append("waypoints_m: at least one waypoint is needed")
-        problems += found([above_zero_problem("reach_radius_m", self.reach_radius_m)])
-        if self.pass_within_m is not None:
-            problems += found([above_zero_problem("pass_within_m", self.pass_within_m)])
-        for name in ("waypoints_m", "landing_m"):
-            if array_problem(name, getattr(self, name), (None, 3)):
-                problems.append(f"{name}: coordinates must be finite numbers, at most 1e9")
         with np.errstate(invalid="ignore", over="ignore"):  # What is not finite is named above.
             gaps = np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
         for index in np.flatnonzero(gaps < self.reach_radius_m):

@@ -23,6 +23,7 @@ from clearway.avoidance.way_out_terms import in_wind_s
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.doubts import over_unsure, over_wide_margin
 from clearway.live.range_sensing import free_space_for, voxel_m
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
@@ -97,21 +98,10 @@ def escape_plan(
     start: tells how far off own states are declared to be.
     """
     plan = _escape_plan_of(planner, sensors, obstacle_map)
-    if start is None or plan.flown != Escape.STRICT:
-        return plan
-    return replace(plan, why=plan.why + _over_unsure(planner, start))
-
-
-def _over_unsure(planner: Planner, start: State) -> str:
-    """What own states that are off cost who cannot stop; who can, holds meanwhile.
-
-    It is told, not tried: what the noise of a flight costs depends on what stands about.
-    """
-    if planner.automaton.can_stop or not (start.position_std_m or start.attitude_std_rad):
-        return ""
-    off = [f"{start.position_std_m:.3g} m"] if start.position_std_m else []
-    off += [f"{np.degrees(start.attitude_std_rad):.3g} deg"] if start.attitude_std_rad else []
-    return f"; own states are off by {' and '.join(off)}, so that single decisions may find none"
+    doubts = over_wide_margin(planner, plan.flown)
+    if start is not None and plan.flown == Escape.STRICT:
+        doubts += over_unsure(planner, start)
+    return replace(plan, why=plan.why + doubts) if doubts else plan
 
 
 def _escape_plan_of(

@@ -39,7 +39,7 @@ def fly(
     file = mission if isinstance(mission, MissionFile) else read_mission(mission, notice)
     setup = prepare(file, notice)
     if notice is not None:
-        for note in setup.notes:
+        for note in (*setup.notes, *setup.doubts):
             notice(note)
         notice(str(setup.escape))
     return setup.fly_with(planner, on_decision)

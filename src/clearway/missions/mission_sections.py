@@ -39,7 +39,9 @@ class MissionSection(Section):
     """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
     x is then east and y north. Default: the middle of the first map file, if there is one."""
     reach_radius_m: Positive = 1.5
-    """A waypoint is reached within this distance; 0.4 turning radii serve well."""
+    """A waypoint is reached within this distance; 0.4 turning radii serve well. With less
+    than half a movement, or an eighth of the turning radius, it may be circled for ever, which is
+    said before take-off."""
     landing_m: Points = ()
     """Points of the landing sequence, after the last waypoint."""
     pass_within_m: Positive | None = None

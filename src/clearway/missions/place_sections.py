@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
 from clearway.io.toml import Section
 from clearway.missions.sections import ObstacleSection, Point, Positive
 
@@ -44,7 +45,7 @@ class MapSection(Section):
     known: Literal["world", "map", "both"] = "both"
     """both: really there and on the map; world: there, but not on the map; map: on the map only.
     Zones to keep out of are always on the map only."""
-    point_radius_m: Positive = 20.0
+    point_radius_m: float = Field(default=20.0, gt=0.0, le=LARGEST_POINT_RADIUS_M)
     """What an obstacle stands for that a file gives as a mere point."""
     crs: str | None = None
     """Reference system of a CityJSON model or a Shapefile that states none, such as EPSG:7415."""

@@ -14,6 +14,7 @@ from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
+from clearway.live.doubts import over_reach
 from clearway.live.fineness import too_coarse, what_beams_hold
 from clearway.live.guard.guardian import Guardian
 from clearway.live.mission import Mission
@@ -108,6 +109,12 @@ class FlightSetup:
     def escape(self) -> EscapePlan:
         """Which ways out clearway keeps in hand on this flight, and why."""
         return escape_plan(self.planner, self.sensors, self.obstacle_map, self.mission.start)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What whoever flies to its waypoints has to be told, beside `notes` and `escape`."""
+        doubt = over_reach(self.mission, self.planner.automaton)
+        return () if doubt is None else (doubt,)
 
     @property
     def kept_out(self) -> World | None:

@@ -72,6 +72,8 @@ def set_up(
 ) -> tuple[Loop, Ros2Link]:
     """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
     setup = NodeSetup.of(parameters, notice)
+    for doubt in setup.flight.doubts:
+        notice(doubt)
     if "guard" in parameters.model_fields_set:
         notice("guard: is for `clearway guard`, left aside here")
     system = setup.flight.system()

@@ -11,7 +11,8 @@ import numpy as np
 
 from clearway.avoidance.rules import GroundHeights
 from clearway.base.brief import brief
-from clearway.base.errors import InputError, naming
+from clearway.base.checks import above_zero_problem
+from clearway.base.errors import ClearwayError, InputError, naming
 from clearway.base.frames import FloatArray
 from clearway.io.foreign_errors import damage_told
 from clearway.io.maps.ground import ground_heights
@@ -27,7 +28,7 @@ from clearway.io.maps.map_features import (
     ZoneFeature,
 )
 from clearway.io.maps.placing import Bounds, Place, PlacingTally, place_features, place_floor
-from clearway.io.maps.plausible import refuse_impossible
+from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M, refuse_impossible
 from clearway.io.what_file import reader_of, refuse_others, require_files
 from clearway.obstacles.obstacle import Obstacle
 
@@ -123,11 +124,14 @@ def read_maps(
     origin: latitude, longitude, height above sea level; by default amid the places of the first
     file that has any, at its lowest ground. A terrain among the files is the ground that heights of
     the others are above. bounds_m: lowest and highest x, y; what lies beyond is left out and
-    counted. crs: reference system of a CityJSON model or a Shapefile that states none, such as
-    EPSG:7415. Raises InputError when a file is absent, empty, truncated or of no known format,
-    SeveralErrors when several are absent, and MissingExtraError when the package that reads it is
-    not installed.
+    counted. point_radius_m: above 0, at most 100 km. crs: reference system of a CityJSON model or a
+    Shapefile that states none, such as EPSG:7415. Raises InputError when a file is absent, empty,
+    truncated or of no known format, SeveralErrors when several are absent, MissingExtraError when
+    the package that reads it is not installed, and ClearwayError for a point_radius_m that is none.
     """
+    problem = above_zero_problem("point_radius_m", point_radius_m, LARGEST_POINT_RADIUS_M)
+    if problem is not None:
+        raise ClearwayError(problem)
     require_files(map(Path, paths))
     parsed = [_parse(Path(path), point_radius_m, crs) for path in paths]
     ground = next((one.terrain for one in parsed if one.terrain is not None), None)

@@ -17,6 +17,8 @@ DEEPEST_M, TOP_M = -1_000.0, 100_000.0
 """Feet and tops of features, above whatever they are above: fill values such as -9999 and numbers
 in a wrong unit lie outside, cellars and unlimited zones inside."""
 LARGEST_RADIUS_M = 1e6
+LARGEST_POINT_RADIUS_M = 1e5
+"""Of what a mere point stands for, to which accuracies of its place are added."""
 TOLD = 10
 """Features that an error names one by one."""
 

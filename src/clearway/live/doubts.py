@@ -1,0 +1,71 @@
+"""Before take-off: what a flight asks for and may not get, though nothing refuses it.
+
+What is said here was found by flying, not proved: it names the numbers, and changes no flight.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.way_out import Escape
+from clearway.base.state import State
+from clearway.live.mission import Mission
+from clearway.vehicle.automaton import MovementAutomaton
+
+LEAST_REACH, LEAST_REACH_TURNING = 0.5, 0.125
+"""Movements, and turning radii, within which waypoints are hit as a rule. They count as reached
+wherever the vehicle is within the radius, in the middle of a movement too, so what matters is how
+close the ways lie that it can fly. Of flights to six waypoints in open space, 14 of 15 of planes of
+15 and 30 degrees a movement and of multirotors arrived in time at half a movement, some after
+circling, 8 of 17 at 0.3 and none of 7 at 0.2; of planes of 7.5 degrees a movement 3 of 4 at 0.13
+turning radii, none of 4 at 0.09."""
+WIDEST_MARGIN = 1.2
+"""Movements, or quarters of the turning radius where that is longer, beyond which margins were
+lost in one of nine hostile flights; see docs/limits.md."""
+
+
+def over_reach(mission: Mission, automaton: MovementAutomaton) -> str | None:
+    """Why waypoints may never be reached; None where movements lead near enough."""
+    radius_m, step_m = automaton.turning_radius_m, automaton.step_m
+    least_m, of = LEAST_REACH * step_m, f"half a movement of {step_m:.3g} m"
+    if np.isfinite(radius_m) and LEAST_REACH_TURNING * radius_m > least_m:
+        least_m = LEAST_REACH_TURNING * radius_m
+        of = f"an eighth of the turning radius of {radius_m:.3g} m"
+    if mission.reach_radius_m >= least_m:
+        return None
+    return (
+        f"mission.reach_radius_m: {mission.reach_radius_m:.3g} m is less than {of}; waypoints may "
+        f"be missed, and circled for ever; {least_m:.3g} m or more would do as a rule"
+    )
+
+
+def over_wide_margin(planner: Planner, flown: str) -> str:
+    """What a margin that is wide for the vehicle's turns may lose; empty where nothing is known.
+
+    flown: which ways out. They keep no more than the body's radius from what nobody has seen.
+    """
+    automaton, margin_m = planner.automaton, planner.settings.safety_margin_m
+    if flown not in (Escape.STRICT, Escape.MAPPED) or margin_m <= planner.settings.body_radius_m:
+        return ""
+    quarter_m, step_m = 0.25 * automaton.turning_radius_m, automaton.step_m
+    turns = np.isfinite(quarter_m) and quarter_m > step_m
+    unit_m, unit = (quarter_m, "a quarter turning radius") if turns else (step_m, "a movement")
+    if margin_m <= WIDEST_MARGIN * unit_m:
+        return ""
+    return (
+        f"; a margin of {margin_m:.3g} m, over {WIDEST_MARGIN:g} times {unit} of {unit_m:.3g} m, "
+        "may be lost to what shows late"
+    )
+
+
+def over_unsure(planner: Planner, start: State) -> str:
+    """What own states that are off cost who cannot stop; who can, holds meanwhile.
+
+    It is told, not tried: what the noise of a flight costs depends on what stands about.
+    """
+    if planner.automaton.can_stop or not (start.position_std_m or start.attitude_std_rad):
+        return ""
+    off = [f"{start.position_std_m:.3g} m"] if start.position_std_m else []
+    off += [f"{np.degrees(start.attitude_std_rad):.3g} deg"] if start.attitude_std_rad else []
+    return f"; own states are off by {' and '.join(off)}, so that single decisions may find none"
