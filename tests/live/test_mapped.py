@@ -79,7 +79,7 @@ def test_no_decision_is_without_a_way_out_where_the_map_shows_all_and_sensors_se
     assert run.summary()["decisions_without_escape"] == 0
 
 
-@pytest.mark.parametrize("escape", ["mapped", "strict"])
+@pytest.mark.parametrize("escape", ["mapped", "strict", "known"])
 def test_the_body_is_kept_clear_where_a_smaller_margin_is_asked_for(escape: str) -> None:
     trees = [Obstacle.ball([10.0, 0.3, 0.0], 2.0)]
     told = ObstacleMap(trees, complete_m=EVERYWHERE)

@@ -106,8 +106,8 @@ class AvoidanceSettings(EvidenceSettings):
     narrow: str = "refuse"
     """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
     body_radius_m: float = 0.1
-    """Distance kept from what nobody has seen, and in flight with ways out that are certain from
-    all else at least."""
+    """Distance kept from what nobody has seen, and in flight with ways out from all else at
+    least."""
     start_free_m: float | None = None
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
     where the vehicle stands; None for the length of a movement, or as far as `live.preflight` finds

@@ -62,11 +62,11 @@ class EscapePlan:
     def flown_by(self, planner: Planner) -> Planner:
         """A planner that flies so.
 
-        Who asks for a smaller margin than the body's radius does not ask to be touched: where
-        nothing is to be, that radius is kept.
+        Who asks for a smaller margin than the body's radius does not ask to be touched: where a way
+        out is asked for, that radius is kept.
         """
         settings, start_free_m = planner.settings, self.start_free_m
-        if self.flown in (Escape.STRICT, Escape.MAPPED):
+        if self.flown != Escape.OFF:
             margin_m = max(settings.safety_margin_m, settings.body_radius_m)
             if margin_m != settings.safety_margin_m:
                 settings = replace(settings, safety_margin_m=margin_m)

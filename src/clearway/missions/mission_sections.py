@@ -166,7 +166,7 @@ class SafetySection(Section):
     """`[safety]`: what to keep clear by."""
 
     margin_m: Positive = 0.6
-    """From the vehicle's centre to any obstacle's surface; where `strict` or `mapped` is flown,
+    """From the vehicle's centre to any obstacle's surface; but where `off` is flown,
     `vehicle.body_radius_m` at least is kept."""
     conservative_turning_radius_m: Positive | None = None
     """Turning radius of (6.14), for the picture only; default: the automaton's."""
