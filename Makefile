@@ -3,7 +3,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
-PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
+PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --no-compile
+# Byte code of what is installed, on all cores, which pip makes on one. Some packages hold files of
+# other Pythons.
+BYTE_CODE := -$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -25,11 +28,11 @@ types: $(VENV)/.dev
 imports: $(VENV)/.dev
 	$(BIN)/lint-imports
 
-unit: $(VENV)/.dev
+unit: $(VENV)/.warm
 	$(BIN)/pytest -n 2 --dist loadfile
 
 # What takes too long for every change: wider families, longer laws.
-nightly: $(VENV)/.dev
+nightly: $(VENV)/.warm
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
 
 # The site of the documentation, in site/: any warning ends it.
@@ -74,9 +77,12 @@ format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-$(VENV)/.core: pyproject.toml constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.core: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP) --editable '.[adsb,foxglove,lidar,map]'
+	$(BYTE_CODE)
 	touch $@
 
 # Other people's programs, never installed beside ours.
@@ -86,8 +92,14 @@ $(PEERS)/.ready: benchmarks/peers/constraints.txt
 		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator pyoctomap pyrvo
 	touch $@
 
-$(VENV)/.dev: $(VENV)/.core
+$(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,dev]'
+	$(BYTE_CODE)
+	touch $(VENV)/.core $@
+
+# Compiled ahead, once: tests side by side that begin with the same loops wait for each other.
+$(VENV)/.warm: $(VENV)/.dev
+	$(BIN)/clearway warm-up
 	touch $@
 
 clean:

@@ -91,6 +91,18 @@ def test_what_was_compiled_is_found_again_also_elsewhere(package, tmp_path):
     assert ask(elsewhere)[:3] == (26.0, 0, 1)
 
 
+def test_what_another_process_keeps_is_found_though_nothing_was_there_at_the_start(package):
+    write(package, "first", LOOPS.replace("scaled", "first"))
+    code = (
+        "import subprocess, sys\n"
+        "from clearway.facts import Pair\n"
+        "from clearway.first import first\n"
+        "first(Pair(one=1.0, other=3.0))\n"
+        f"subprocess.run([sys.executable, '-B', '-c', {ASK!r}], check=True, stdout=sys.stderr)\n"
+    )
+    assert ask(package, code + ASK)[:3] == (26.0, 1, 1)
+
+
 @pytest.mark.nightly
 def test_what_it_follows_from_may_change_in_another_file(package):
     ask(package)

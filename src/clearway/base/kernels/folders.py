@@ -35,8 +35,9 @@ def written_folder() -> Path | None:
 @lru_cache(maxsize=1)
 def read_folders() -> tuple[Path, ...]:
     """Where compiled code is looked for: what another user has compiled beside the package is there
-    to be read for whoever cannot write to it."""
-    return tuple(folder for folder in _places() if os.access(folder, os.R_OK | os.X_OK))
+    to be read for whoever cannot write to it. Those too that are not there yet: processes that
+    begin side by side find what each of them keeps."""
+    return tuple(_places())
 
 
 def _places() -> list[Path]:
