@@ -127,7 +127,9 @@ def test_studies_do_not_depend_on_the_number_of_processes():
 @pytest.mark.nightly
 def test_the_command_draws_tabulates_and_writes_missions(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text("# Faults\n<!-- faults:begin -->\nold\n<!-- faults:end -->\nend\n")
+    page.write_text(
+        "# Faults\n<!-- faults-strict:begin -->\nold\n<!-- faults-strict:end -->\nend\n"
+    )
     out = tmp_path / "out"
     flown = clearway(
         "faults", "report-loss", "--flights", "1", "--workers", "1", "--json",
