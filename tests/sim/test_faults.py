@@ -101,7 +101,8 @@ def test_a_blind_sensor_crashes_where_the_map_does_not_know_either():
     ]
     assert crashed
     for seed in crashed:
-        assert fly_one("dead-sensor", "LiDAR and map", 0.0, seed).kept
+        assert fly_one("dead-sensor", "LiDAR and map", 0.0, seed).margin_kept
+        assert fly_one("dead-sensor", "LiDAR and map", 0.0, seed, "off").kept
 
 
 def test_every_study_starts_from_the_same_worlds_and_makes_missions_that_read_back():

@@ -174,7 +174,7 @@ STUDIES: Mapping[str, FaultStudy] = MappingProxyType(
             {LIDAR: _simulation("scan_latency_s")},
         ),
         "blind-sector": FaultStudy(
-            "Blind sector straight ahead, which claims that all is free",
+            "Blind sector ahead, which claims that all is free",
             "deg",
             (0.0, 2.0, 5.0, 10.0, 20.0, 40.0),
             _without_and_with_map(BLIND),
