@@ -18,6 +18,8 @@ from tools.pipeline_picture import draw_pipeline
 REPOSITORY = Path(__file__).resolve().parent.parent
 IMAGES = REPOSITORY / "docs" / "images"
 FAULTS = REPOSITORY / "docs" / "faults.md"
+TOLD = ("strict", "off")
+"""Ways out of the tables on that page."""
 STREET = REPOSITORY / "examples" / "scenes" / "street.toml"
 RULES = REPOSITORY / "examples" / "missions" / "rules.toml"
 PICTURES = {
@@ -66,33 +68,36 @@ def show_page(mission: str, moment: str, target: Path) -> None:
         keep(picture, target)
 
 
-def faults_of(page: str) -> list[Panel]:
-    """What the table of the page of faults says, as panels."""
-    flown = int(re.findall(r"Of (\d+) flights at each level", page)[0])
+def faults_of(page: str, escape: str) -> tuple[list[Panel], str]:
+    """What a table of the page of faults says, as panels, and the title of their picture."""
+    told = page.partition(f"<!-- faults-{escape}:begin -->")[2].partition("<!-- faults")[0]
+    flown = int(re.findall(r"Of (\d+) flights at each level", told)[0])
     row = re.compile(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \| (-?[\d.]+: [^|]+) \|$", re.MULTILINE)
-    level = re.compile(r"(-?[\d.]+): (\d+)(?:, (\d+) crashed)?")
+    level = re.compile(r"(-?[\d.]+): (\d+)(?:, (\d+) crashed)?(?:, (\d+) lost the margin)?")
     panels: dict[str, Panel] = {}
-    for title, unit, label, told in row.findall(page):
-        levels, kept, crashed = zip(*level.findall(told), strict=True)
-        curve = Curve(
-            label, [int(n) for n in kept], [int(n or 0) for n in crashed], [flown] * len(kept)
-        )
-        before = panels.get(title, Panel(title, unit, [float(one) for one in levels], ()))
+    for title, unit, label, cells in row.findall(told):
+        found = level.findall(cells)
+        kept, crashed, lost = ([int(each[n] or 0) for each in found] for n in (1, 2, 3))
+        rest = [flown - sum(counts) for counts in zip(kept, crashed, lost, strict=True)]
+        before = panels.get(title, Panel(title, unit, [float(each[0]) for each in found], ()))
+        curve = Curve(label, kept, rest, lost, crashed)
         panels[title] = before._replace(curves=(*before.curves, curve))
-    return list(panels.values())
+    return list(panels.values()), f'{flown} flights at each level, escape = "{escape}"'
 
 
-def draw_told_faults(target: Path) -> None:
-    """The picture of faults, from the table below it: to measure them anew takes hours."""
+def draw_told_faults(escape: str, target: Path) -> None:
+    """The picture of faults, from the table below it: to measure them anew takes an hour."""
     with TemporaryDirectory() as folder, house_style():
         drawn = Path(folder) / "faults.png"
-        draw_faults(faults_of(FAULTS.read_text(encoding="utf-8"))).savefig(drawn, dpi=100)
+        panels, title = faults_of(FAULTS.read_text(encoding="utf-8"), escape)
+        draw_faults(panels, title).savefig(drawn, dpi=100)
         keep(drawn, target)
 
 
 def main() -> None:
     IMAGES.mkdir(exist_ok=True)
-    draw_told_faults(IMAGES / "faults.png")
+    for escape in TOLD:
+        draw_told_faults(escape, IMAGES / f"faults-{escape}.png")
     draw_pipeline(IMAGES / "pipeline.svg")
     for name, (command, drawn) in PICTURES.items():
         draw(command, drawn, IMAGES / name)

@@ -101,7 +101,8 @@ def test_a_blind_sensor_crashes_where_the_map_does_not_know_either():
     ]
     assert crashed
     for seed in crashed:
-        assert fly_one("dead-sensor", "LiDAR and map", 0.0, seed).kept
+        assert fly_one("dead-sensor", "LiDAR and map", 0.0, seed).margin_kept
+        assert fly_one("dead-sensor", "LiDAR and map", 0.0, seed, "off").kept
 
 
 def test_every_study_starts_from_the_same_worlds_and_makes_missions_that_read_back():
@@ -127,7 +128,9 @@ def test_studies_do_not_depend_on_the_number_of_processes():
 @pytest.mark.nightly
 def test_the_command_draws_tabulates_and_writes_missions(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text("# Faults\n<!-- faults:begin -->\nold\n<!-- faults:end -->\nend\n")
+    page.write_text(
+        "# Faults\n<!-- faults-strict:begin -->\nold\n<!-- faults-strict:end -->\nend\n"
+    )
     out = tmp_path / "out"
     flown = clearway(
         "faults", "report-loss", "--flights", "1", "--workers", "1", "--json",

@@ -5,6 +5,16 @@ the fault's. Worlds are told apart by their seed alone: any number of processes 
 """
 
 from clearway.studies.faults.flights import FaultFlight, Point, fly_one, fly_studies
-from clearway.studies.faults.studies import STUDIES, FaultStudy, case
+from clearway.studies.faults.studies import ESCAPE, ESCAPES, STUDIES, FaultStudy, case
 
-__all__ = ["STUDIES", "FaultFlight", "FaultStudy", "Point", "case", "fly_one", "fly_studies"]
+__all__ = [
+    "ESCAPE",
+    "ESCAPES",
+    "STUDIES",
+    "FaultFlight",
+    "FaultStudy",
+    "Point",
+    "case",
+    "fly_one",
+    "fly_studies",
+]

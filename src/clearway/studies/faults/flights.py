@@ -7,11 +7,14 @@ from dataclasses import dataclass
 
 from clearway.base.intervals import wilson
 from clearway.missions.setup import prepare
-from clearway.studies.faults.studies import STUDIES, case
+from clearway.studies.campaigns.row import Outcome, outcome_of
+from clearway.studies.faults.studies import ESCAPE, STUDIES, case
 from clearway.studies.processes import in_processes
 
-Task = tuple[str, str, float]
-"""Study, variant, level."""
+Task = tuple[str, str, float, str]
+"""Study, variant, level, ways out asked for."""
+Job = tuple[int, Task, tuple[int, ...]]
+"""Number of the task, the task, seeds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,30 +22,72 @@ class FaultFlight:
     """What came of one flight."""
 
     seed: int
+    outcome: Outcome
     reached: bool
-    kept: bool
-    """Reached, and never nearer than the margin."""
-    crashed: bool
     nearest_m: float
     """To a surface: inf where nothing was near."""
+    escape_mode: str
+    """Ways out that were flown: where what was asked for cannot be had, others are."""
+
+    @property
+    def kept(self) -> bool:
+        """Reached, and never nearer than the margin."""
+        return self.outcome == "safe"
+
+    @property
+    def not_reached(self) -> bool:
+        """Never nearer than the margin, but not there when its time was up."""
+        return self.outcome == "not reached"
+
+    @property
+    def margin_lost(self) -> bool:
+        """Nearer than the margin, without a crash."""
+        return self.outcome == "margin lost"
+
+    @property
+    def crashed(self) -> bool:
+        return self.outcome == "crashed"
+
+    @property
+    def margin_kept(self) -> bool:
+        """Never nearer than the margin, reached or not."""
+        return self.kept or self.not_reached
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One level of a variant."""
+    """One level of a variant: flights are kept, not_reached, margin_lost or crashed."""
 
     study: str
     variant: str
     level: float
+    escape_asked: str
     flights: tuple[FaultFlight, ...]
+
+    @property
+    def escape_mode(self) -> str:
+        """Ways out that were flown: the same in all flights, which have the same sensors."""
+        return self.flights[0].escape_mode
 
     @property
     def kept(self) -> int:
         return sum(flight.kept for flight in self.flights)
 
     @property
+    def not_reached(self) -> int:
+        return sum(flight.not_reached for flight in self.flights)
+
+    @property
+    def margin_lost(self) -> int:
+        return sum(flight.margin_lost for flight in self.flights)
+
+    @property
     def crashed(self) -> int:
         return sum(flight.crashed for flight in self.flights)
+
+    @property
+    def margin_kept(self) -> int:
+        return self.kept + self.not_reached
 
     @property
     def reached(self) -> int:
@@ -57,17 +102,16 @@ class Point:
         return wilson(count, len(self.flights))
 
 
-def fly_one(name: str, variant: str, level: float, seed: int) -> FaultFlight:
-    """One flight of a study."""
+def fly_one(name: str, variant: str, level: float, seed: int, escape: str = ESCAPE) -> FaultFlight:
+    """One flight of a study; escape: ways out asked for, as `[safety] escape`."""
     study = STUDIES[name]
-    setup = prepare(study.variants[variant](case(study, seed), level, seed))
-    run = setup.fly()
+    run = prepare(study.variants[variant](case(study, seed, escape), level, seed)).fly()
     return FaultFlight(
         seed,
+        outcome_of(run),
         run.reached,
-        run.safe and run.crashed_s is None,
-        run.crashed_s is not None,
         float(run.nearest_surface_m.min()),
+        "" if run.ways_out is None else run.ways_out.flown,
     )
 
 
@@ -76,10 +120,14 @@ def fly_studies(
     seeds: Sequence[int],
     workers: int = 2,
     on_flown: Callable[[int, int], None] = lambda _done, _total: None,
+    escape: str = ESCAPE,
 ) -> list[Point]:
-    """All levels and variants of studies, by name; on_flown hears how many flights are done."""
+    """All levels and variants of studies, by name; on_flown hears how many flights are done.
+
+    escape: ways out asked for, as `[safety] escape`.
+    """
     tasks = [
-        (name, variant, level)
+        (name, variant, level, escape)
         for name in names
         for variant in STUDIES[name].variants
         for level in STUDIES[name].levels
@@ -95,18 +143,10 @@ def _each(
     tasks: Sequence[Task], seeds: tuple[int, ...], workers: int
 ) -> Iterator[tuple[int, tuple[FaultFlight, ...]]]:
     """(number of the task, its flights) as they are done; one worker needs no other process."""
-    numbered = [(number, task, seeds) for number, task in enumerate(tasks)]
-    yield from in_processes(_numbered, numbered, workers)
+    jobs: list[Job] = [(number, task, seeds) for number, task in enumerate(tasks)]
+    yield from in_processes(_fly_level, jobs, workers)
 
 
-def _numbered(
-    job: tuple[int, Task, tuple[int, ...]],
-) -> tuple[int, tuple[FaultFlight, ...]]:
-    number, task, seeds = job
-    return number, _fly_level(*task, seeds)
-
-
-def _fly_level(
-    name: str, variant: str, level: float, seeds: tuple[int, ...]
-) -> tuple[FaultFlight, ...]:
-    return tuple(fly_one(name, variant, level, seed) for seed in seeds)
+def _fly_level(job: Job) -> tuple[int, tuple[FaultFlight, ...]]:
+    number, (name, variant, level, escape), seeds = job
+    return number, tuple(fly_one(name, variant, level, seed, escape) for seed in seeds)

@@ -8,7 +8,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from clearway.avoidance.way_out import Escape
 from clearway.missions.mission_file import MissionFile
+from clearway.missions.mission_sections import SafetySection
 from clearway.missions.place_sections import WorldObstacleSection
 from clearway.missions.world_file import mission_of
 from clearway.sim.worlds import ball_world
@@ -21,6 +23,12 @@ BALLS = 150
 PHANTOM_RADIUS_M = 1.5
 CORRIDOR_M = (10.0, 50.0, 8.0)
 """Phantoms stand between these along the leg, and as far to both sides and up and down."""
+NEVER_S = 600.0
+"""Later than any flight of a study ends: their time is up after 420 s."""
+ESCAPES = (Escape.STRICT.value, Escape.KNOWN.value, Escape.OFF.value)
+"""Ways out that can be asked for: `mapped` would be strict, since no map is declared complete."""
+ESCAPE: str = SafetySection().escape
+"""That of a mission file that says nothing."""
 Variant = Callable[[MissionFile, float, int], MissionFile]
 """(mission, level, seed) -> the mission with the fault at that level."""
 
@@ -166,15 +174,15 @@ STUDIES: Mapping[str, FaultStudy] = MappingProxyType(
             {LIDAR: _simulation("scan_latency_s")},
         ),
         "blind-sector": FaultStudy(
-            "Blind sector straight ahead, which claims that all is free",
+            "Blind sector ahead, which claims that all is free",
             "deg",
             (0.0, 2.0, 5.0, 10.0, 20.0, 40.0),
             _without_and_with_map(BLIND),
         ),
         "dead-sensor": FaultStudy(
-            "Dead sensor from a time on",
+            f"Dead sensor from a time on ({NEVER_S:g} s: after the flight)",
             "s",
-            (60.0, 40.0, 30.0, 20.0, 10.0, 0.0),
+            (NEVER_S, 60.0, 40.0, 20.0, 10.0, 0.0),
             _without_and_with_map(DEAD),
         ),
         "map-missing": FaultStudy(
@@ -208,9 +216,11 @@ STUDIES: Mapping[str, FaultStudy] = MappingProxyType(
 """Faults by name."""
 
 
-def case(study: FaultStudy, seed: int) -> MissionFile:
-    """What a study flies with a seed, without its fault."""
+def case(study: FaultStudy, seed: int, escape: str = ESCAPE) -> MissionFile:
+    """What a study flies with a seed, without its fault; escape: `[safety] escape`."""
     if study.traffic:
         deviating = ConflictParameters(detected_at_m=10.0, deviates=True)
-        return conflict("random", seed, deviating)
-    return mission_of(*ball_world(seed, BALLS), seed)
+        file = conflict("random", seed, deviating)
+    else:
+        file = mission_of(*ball_world(seed, BALLS), seed)
+    return file.changed("safety", escape=escape)

@@ -1,19 +1,23 @@
-"""Curves of what faults cost: shares of flights that kept their margin, and that crashed."""
+"""Curves of what faults cost: of how many flights came what, at each level of a fault."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
 from clearway.view.plot.style import SERIES
 
+Line = Literal["-", "--", "-.", ":"]
 COLUMNS = 3
 NARROWEST_IN = 6.4
 """Of a figure: the legend takes so much."""
@@ -23,6 +27,15 @@ LETTERS = 56
 """In a line of a title."""
 CROWDED = 12.0
 """Times the lowest level, from which on a linear axis would crowd the low ones."""
+OUTCOMES: dict[str, tuple[str, Line, str, bool]] = {
+    "kept": ("arrived with margin, 95 % interval", "-", "o", True),
+    "not_reached": ("safe, but not there in time", "-.", "o", False),
+    "margin_lost": ("margin lost, no crash", ":", "v", True),
+    "crashed": ("crashed", "--", "x", True),
+}
+"""Of a flight, by their field of `Curve`: in words, line, marker, whether that is full."""
+SIZES = ((3.0, 7.0), (1.3, 3.8))
+"""Line and markers of the first curve, and of the others, which are seen on top of it."""
 
 
 class Curve(NamedTuple):
@@ -30,8 +43,16 @@ class Curve(NamedTuple):
 
     label: str
     kept: Sequence[int]
+    not_reached: Sequence[int]
+    margin_lost: Sequence[int]
+    """Without a crash."""
     crashed: Sequence[int]
-    flown: Sequence[int]
+
+    @property
+    def flown(self) -> FloatArray:
+        """At each level."""
+        counts = np.array((self.kept, self.not_reached, self.margin_lost, self.crashed))
+        return np.asarray(counts.sum(axis=0), dtype=np.float64)
 
 
 class Panel(NamedTuple):
@@ -43,12 +64,16 @@ class Panel(NamedTuple):
     curves: Sequence[Curve]
 
 
-def draw_faults(faults: Sequence[Panel]) -> Figure:
-    """One panel a fault: kept in full lines with 95 % intervals, crashed in dashed ones."""
+def draw_faults(faults: Sequence[Panel], title: str) -> Figure:
+    """One panel a fault: a line for each outcome that any flight had, arrivals with 95 % intervals.
+
+    title: of the whole, such as which ways out were flown.
+    """
     across = min(COLUMNS, len(faults))
     rows = -(-len(faults) // across)
-    width, height = max(NARROWEST_IN, 4.4 * across), 3.1 * rows + 0.3 + (across < COLUMNS)
+    width, height = max(NARROWEST_IN, 4.4 * across), 3.1 * rows + 0.7 + (across < COLUMNS)
     figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(fill(title, int(10 * width)))
     panels = figure.subplots(rows, across, squeeze=False).ravel()
     labels = list(dict.fromkeys(curve.label for fault in faults for curve in fault.curves))
     for axes, fault in zip(panels, faults, strict=False):
@@ -57,32 +82,62 @@ def draw_faults(faults: Sequence[Panel]) -> Figure:
         axes.set_axis_off()
     for row in range(rows):
         panels[row * across].set_ylabel("share of flights (%)")
-    named = {
-        label: handle
-        for axes in panels[: len(faults)]
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    columns = min(2 if across < COLUMNS else 4, len(named))
-    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=columns)
+    handles = _legend(faults, labels)
+    columns = -(-len(handles) // 2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
+
+
+def _legend(faults: Sequence[Panel], labels: Sequence[str]) -> list[Artist]:
+    """Colours say what the vehicle has, lines what came of its flights."""
+    handles: list[Artist] = [
+        Patch(color=SERIES[number % len(SERIES)], label=label)
+        for number, label in enumerate(labels)
+    ]
+    if len(labels) % 2:
+        handles.append(Patch(alpha=0.0, label=" "))  # Lines begin a column of their own.
+    for field, (words, line, marker, full) in OUTCOMES.items():
+        if any(any(getattr(curve, field)) for fault in faults for curve in fault.curves):
+            one = Line2D([], [], color="black", marker=marker, markersize=5.0, label=words)
+            one.set_linestyle(line)
+            one.set_markerfacecolor("black" if full else "white")
+            handles.append(one)
+    return handles
 
 
 def _draw_fault(axes: Axes, fault: Panel, labels: Sequence[str]) -> None:
     places = np.array(fault.levels)
-    for curve in fault.curves:
-        color = SERIES[labels.index(curve.label) % len(SERIES)]
-        flown = np.array(curve.flown)
-        low, high = np.array([wilson(*pair) for pair in zip(curve.kept, flown, strict=True)]).T
-        axes.fill_between(places, 100 * low, 100 * high, color=color, alpha=0.12, linewidth=0)
-        kept, crashed = 100 * np.array(curve.kept) / flown, 100 * np.array(curve.crashed) / flown
-        axes.plot(places, kept, "o-", color=color, markersize=4, label=curve.label)
-        label = f"{curve.label}: crashed"
-        axes.plot(places, crashed, "x--", color=color, markersize=5, linewidth=1.0, label=label)
+    for number, curve in enumerate(fault.curves):
+        _draw_curve(axes, places, curve, labels.index(curve.label), SIZES[min(number, 1)])
     _scale_levels(axes, places)
     axes.set_xlabel(fault.unit)
     axes.set_title(fill(fault.title, LETTERS), fontsize=9)
     axes.set_ylim(-4, 104)
     axes.grid(alpha=0.25)
+
+
+def _draw_curve(
+    axes: Axes, places: FloatArray, curve: Curve, number: int, size: tuple[float, float]
+) -> None:
+    color, flown = SERIES[number % len(SERIES)], curve.flown
+    low, high = np.array([wilson(int(k), int(n)) for k, n in zip(curve.kept, flown, strict=True)]).T
+    order = np.argsort(places)
+    axes.fill_between(
+        places[order], 100 * low[order], 100 * high[order], color=color, alpha=0.12, linewidth=0
+    )
+    for field, (_, line, marker, full) in OUTCOMES.items():
+        count = np.array(getattr(curve, field))
+        if field == "kept" or count.any():
+            axes.plot(
+                places,
+                100 * count / flown,
+                color=color,
+                linestyle=line,
+                linewidth=size[0],
+                marker=marker,
+                markersize=size[1],
+                markerfacecolor=color if full else "white",
+            )
 
 
 def _scale_levels(axes: Axes, levels: FloatArray) -> None:
