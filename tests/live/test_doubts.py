@@ -109,3 +109,14 @@ def test_nothing_is_doubted_of_missions_that_ship(name: str | Path) -> None:
     setup = prepare(file)
     assert setup.doubts == ()
     assert over_wide_margin(setup.planner, file.safety.escape) == ""
+
+
+@pytest.mark.parametrize(("lost", "said"), [(0.9, False), (0.97, True)])
+def test_returns_that_are_nearly_all_lost_are_told_of_before(lost: float, said: bool) -> None:
+    file = read_mission_file("static-obstacles")
+    lidar = tuple(one.model_copy(update={"dropout": lost}) for one in file.lidar)
+    why = prepare(file.model_copy(update={"lidar": lidar})).escape.why
+    told = f"; {100 * lost:g} % of returns are lost: what whole sweeps miss passes for free"
+    assert (told in why) == said
+    off = file.model_copy(update={"lidar": lidar}).changed("safety", escape="off")
+    assert "are lost" not in prepare(off).escape.why

@@ -23,7 +23,7 @@ from clearway.avoidance.way_out_terms import in_wind_s
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.doubts import over_unsure, over_wide_margin
+from clearway.live.doubts import over_drop_outs, over_unsure, over_wide_margin
 from clearway.live.range_sensing import free_space_for, voxel_m
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
@@ -98,7 +98,7 @@ def escape_plan(
     start: tells how far off own states are declared to be.
     """
     plan = _escape_plan_of(planner, sensors, obstacle_map)
-    doubts = over_wide_margin(planner, plan.flown)
+    doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
     if start is not None and plan.flown == Escape.STRICT:
         doubts += over_unsure(planner, start)
     return replace(plan, why=plan.why + doubts) if doubts else plan
