@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from clearway.avoidance.escape_begun import Led, led_by
 from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.escape_places import loop_places
 from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.too_near import TooNear
 from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.wide_space import WideSpace
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.reach.escapes import EscapeLibrary, names_of
@@ -34,6 +37,25 @@ class Beginning(NamedTuple):
     """Where movements lead from attitudes there."""
 
 
+class LaidOut(NamedTuple):
+    """Escapes from an attitude, and where they lead."""
+
+    ways: Ways
+    loops: FloatArray
+    """By `loop_places`."""
+    led: Led
+
+    @classmethod
+    def of(cls, ways: Ways, legs: Legs) -> LaidOut:
+        return cls(ways, loop_places(ways, legs), led_by(ways))
+
+
+@lru_cache(maxsize=64)
+def _laid_out(library: EscapeLibrary, attitude: int) -> LaidOut:
+    """Those of a library, where movements lead from its attitudes: the same at all decisions."""
+    return LaidOut.of(library.ways[attitude], library.legs)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class WayOutSearch:
     """One decision's search; what is found out about loops is kept until it is over."""
@@ -47,7 +69,9 @@ class WayOutSearch:
     """Whether they have to lead through what was seen to be free to be certain."""
     near: TooNear
     """Of what stands at that decision."""
-    _loops: dict[tuple[int, int], tuple[Ways, Legs, FloatArray]] = field(default_factory=dict)
+    wide: WideSpace
+    """Of what was seen up to then."""
+    _laid_out: dict[tuple[int, int], tuple[Legs, LaidOut]] = field(default_factory=dict)
 
     def drifts(self, legs: Legs) -> bool:
         """Whether ways out come back only nearly to where they begin: in wind, and where the
@@ -65,10 +89,9 @@ class WayOutSearch:
         """The first way out, and which of some distances it keeps from what nobody has seen."""
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
-        ways, loops = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
-        escape, room_m, kept_m = first_escape(
-            ways, legs, loops, attitude, pose, start_s, terms, from_unseen_m, self.near
-        )
+        ways, loops, led = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
+        about = (attitude, pose, start_s, terms, from_unseen_m, self.near, self.wide)
+        escape, room_m, kept_m = first_escape(ways, legs, loops, led, *about)
         if escape < 0:
             return None, kept_m
         begins, loop = names_of(self.library, ways, escape)
@@ -91,21 +114,20 @@ class WayOutSearch:
         places = _places(np.concatenate([begins, loop]), at, terms)[skipped * SAMPLES :]
         return replace(way, margin_m=terms.margin_m, path_m=places, for_s=_for_s(terms))
 
-    def _searched(
-        self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray
-    ) -> tuple[Ways, FloatArray]:
-        """Escapes from an attitude, and the places of their loops, where those are looked up."""
+    def _searched(self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray) -> LaidOut:
+        """Escapes from an attitude, and where they lead, where places of them are looked up."""
+        ways = self.library.ways[attitude]
         if self.windy:
             x, y, z = wind_mps.tolist()
             cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
             turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
             ways = ways_in_wind(self.library, attitude, turned, self.speed_mps)
-        else:
-            ways = self.library.ways[attitude]
+        elif legs is self.library.legs:
+            return _laid_out(self.library, attitude)
         key = id(ways), id(legs)  # Of what is kept along with them.
-        if key not in self._loops:
-            self._loops[key] = ways, legs, loop_places(ways, legs)
-        return ways, self._loops[key][2]
+        if key not in self._laid_out:
+            self._laid_out[key] = legs, LaidOut.of(ways, legs)
+        return self._laid_out[key][1]
 
     def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
         """For so long as is to be verified: one round where that leads back, else some time."""

@@ -30,6 +30,7 @@ from clearway.avoidance.way_out_search import (
     world_from_level,
 )
 from clearway.avoidance.way_out_terms import in_wind_s, terms_of
+from clearway.avoidance.wide_space import wide_space
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
@@ -79,6 +80,7 @@ class WaysOut:
             in_wind_s(planner.automaton),
             self.strict,
             too_near(near.margin_m),
+            wide_space(self._terms.free),
         )
         self._surface_m = SURFACE / self._terms.window[3] + 3.0 * situation.range_sigma_m
         self._aloof: dict[int, bool] = {}

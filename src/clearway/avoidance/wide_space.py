@@ -1,0 +1,225 @@
+"""Voxels about the vehicle that have seen ones all round them: a search that goes on for long looks
+places up in them first, of which most lie too near to what nobody has seen."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.escape_begun import FAILS, UNKNOWN, Begun, Known
+from clearway.avoidance.escape_legs import EscapeTerms
+from clearway.base.arrays import IntArray
+from clearway.base.compiled import borrowing, inlined
+from clearway.base.frames import FloatArray
+from clearway.reach.ways import Ways
+from clearway.sensors.seen_space import ONE, WORD, Voxels
+
+ACROSS = 128
+"""Columns along both level axes, a power of two."""
+MOST = 2
+"""Voxels that are looked at on either side."""
+OFTEN = 600
+"""So many loops are looked at at one decision before this is worth filling in."""
+FILLED = -1
+SURELY = 1e-3
+"""Of a voxel, by which rounding may take a ball for a smaller one."""
+
+
+class WideSpace(NamedTuple):
+    """Which voxels were seen with all that lie within one or two steps along the axes."""
+
+    seen: Voxels
+    """[MOST, words, ACROSS, ACROSS] words of columns, from the lowest column on."""
+    between: Voxels
+    """[words, ACROSS, ACROSS] to work with."""
+    low: IntArray
+    """[2] number of the lowest column along each level axis."""
+    looked: IntArray
+    """[1] loops looked at up to now; FILLED once the voxels are."""
+
+
+def wide_space(free: Voxels) -> WideSpace:
+    """Room for them: nobody has touched it. free: as of `SeenSpace`."""
+    words = free.shape[2]
+    seen = np.empty((MOST, words, ACROSS, ACROSS), dtype=np.uint64)
+    between = np.empty((words, ACROSS, ACROSS), dtype=np.uint64)
+    return WideSpace(seen, between, np.zeros(2, np.int64), np.zeros(1, np.int64))
+
+
+@borrowing
+def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
+    """Voxels on either side that a ball of a radius meets wherever it lies; 0 where nothing can be
+    looked up: nothing is filled in, or a map is declared complete and tells more than was seen."""
+    if wide.looked[0] != FILLED or terms.window[8] <= terms.window[11]:
+        return 0
+    return min(int(max(radius * terms.window[3] - SURELY, 0.0)), MOST)
+
+
+@borrowing
+def first_wide(
+    escape: int,
+    ways: Ways,
+    places: FloatArray,
+    begun: Begun,
+    wind: FloatArray,
+    met: Known,
+    cleared: Known,
+    clear: Known,
+    seen: Known,
+    radius: float,
+    steps: int,
+    wide: WideSpace,
+    window: FloatArray,
+) -> int:
+    """The first from an escape on that has not failed, and of which all about its loop's places and
+    the end of its beginning may have been seen, within a radius; their number if there is none.
+
+    All in one loop: where thousands are passed over, each call of another would take longer than
+    what it does. steps: of the radius, above 0. Where beginnings lead is known up to the last.
+    """
+    begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
+    placed, led, voxels, level = begun.placed, begun.led.places, wide.seen, np.uint64(steps - 1)
+    per_m, low, escapes = window[3], int(window[2]), len(ways.begins)
+    low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), window[2]
+    east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
+    start_x, start_y, start_z = placed[0, 0], placed[0, 1], placed[0, 2]
+    start_cos, start_sin = placed[0, 3], placed[0, 4]
+    # Whatever lies in the ball declared free is, whoever has seen it.
+    from_x = window[4] * per_m - low_x
+    from_y = window[5] * per_m - low_y
+    from_z = window[6] * per_m - low_z
+    beside = window[7] * per_m + np.sqrt(3.0) * (radius * per_m + 2.0) if window[7] > 0.0 else 0.0
+    beside2, e = beside * beside, escape
+    while e < escapes:
+        begin = begins[e]
+        if seen[begin] == UNKNOWN:
+            ahead, left, when = led[begin, 0], led[begin, 1], led[begin, 5]
+            cosine, sine = led[begin, 3], led[begin, 4]
+            placed[begin, 0] = start_x + start_cos * ahead - start_sin * left + east_mps * when
+            placed[begin, 1] = start_y + start_sin * ahead + start_cos * left + north_mps * when
+            placed[begin, 2] = start_z + led[begin, 2] + up_mps * when
+            placed[begin, 3] = start_cos * cosine - start_sin * sine
+            placed[begin, 4] = start_sin * cosine + start_cos * sine
+            a = placed[begin, 0] * per_m - low_x
+            b = placed[begin, 1] * per_m - low_y
+            c = placed[begin, 2] * per_m - low_z
+            dx, dy, dz = a - from_x, b - from_y, c - from_z
+            if seen[parent[begin]] == FAILS or (
+                _is_missing(a, b, c, level, low, voxels) and dx * dx + dy * dy + dz * dz > beside2
+            ):
+                seen[begin] = FAILS
+        if seen[begin] == FAILS or clear[begin] == FAILS:
+            while e < escapes and begins[e] == begin:
+                e += 1
+            continue
+        x = placed[begin, 0] * per_m - low_x
+        y = placed[begin, 1] * per_m - low_y
+        z = placed[begin, 2] * per_m - low_z
+        cosine, sine = per_m * placed[begin, 3], per_m * placed[begin, 4]
+        while e < escapes and begins[e] == begin:
+            if met[e] != FAILS and cleared[e] != FAILS:
+                is_wide, loop = True, loops[e]
+                for n in range(loop_at[loop], loop_at[loop + 1]):
+                    ahead, left, when = places[n, 0], places[n, 1], per_m * places[n, 3]
+                    a = x + cosine * ahead - sine * left + east_mps * when
+                    b = y + sine * ahead + cosine * left + north_mps * when
+                    c = z + per_m * places[n, 2] + up_mps * when
+                    if _is_missing(a, b, c, level, low, voxels):
+                        dx, dy, dz = a - from_x, b - from_y, c - from_z
+                        if dx * dx + dy * dy + dz * dz > beside2:
+                            is_wide = False
+                            break
+                if is_wide:
+                    return e
+            e += 1
+    return escapes
+
+
+@inlined
+def _is_missing(a: float, b: float, c: float, level: np.uint64, low: int, seen: Voxels) -> bool:
+    """Whether a place, in voxels from the lowest one, has a voxel beside it that was not seen, as
+    far as that is filled in; low: number of the lowest row."""
+    rows = WORD * seen.shape[1]
+    if min(a, b, c) < 0.0 or max(a, b) >= ACROSS or c >= rows:
+        return False
+    at = (int(c) + low) & (rows - 1)
+    word = seen[level, np.uint64(at // WORD), np.uint64(a), np.uint64(b)]
+    return bool(not (word >> np.uint64(at & (WORD - 1))) & ONE)
+
+
+@borrowing
+def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
+    """Count loops that are looked at; whether that was once too often, and all is filled in now."""
+    if wide.looked[0] == FILLED or terms.free.shape[0] < ACROSS:
+        return False
+    wide.looked[0] += loops
+    if wide.looked[0] <= OFTEN:
+        return False
+    fill_in_wide(wide, terms)
+    return True
+
+
+@borrowing
+def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
+    """Note what was seen about the vehicle; beyond the columns all counts as seen."""
+    wide.looked[0] = FILLED
+    free, window = terms.free, terms.window
+    columns = free.shape[0]
+    for axis in range(2):
+        lowest = int(window[axis])
+        here = int(np.floor(terms.origin_m[axis] * window[3])) - ACROSS // 2
+        wide.low[axis] = min(max(here, lowest), lowest + columns - ACROSS)
+    one, two, between = wide.seen[0], wide.seen[1], wide.between
+    low_a, low_b = wide.low[0], wide.low[1]
+    for w in range(free.shape[2]):
+        for i in range(ACROSS):
+            a = np.uint64((low_a + i) & (columns - 1))
+            for j in range(ACROSS):
+                two[w, i, j] = free[a, np.uint64((low_b + j) & (columns - 1)), w]
+    _narrow_upwards(two, between)
+    _narrow_sideways(between, two)
+    _narrow_along(two, one)
+    _narrow_upwards(one, two)
+    _narrow_sideways(two, between)
+    _narrow_along(between, two)
+
+
+@borrowing
+def _narrow_upwards(before: Voxels, into: Voxels) -> None:
+    """Of voxels, those with neighbours above and below: [words, ACROSS, ACROSS]."""
+    one, last, words = np.uint64(1), np.uint64(WORD - 1), before.shape[0]
+    for w in range(words):
+        under, over = (w + words - 1) % words, (w + 1) % words
+        for i in range(ACROSS):
+            for j in range(ACROSS):
+                here = before[w, i, j]
+                from_below = (here << one) | (before[under, i, j] >> last)
+                from_above = (here >> one) | (before[over, i, j] << last)
+                into[w, i, j] = here & from_below & from_above
+
+
+@borrowing
+def _narrow_sideways(before: Voxels, into: Voxels) -> None:
+    """Those with neighbours in the columns beside."""
+    last = ACROSS - 1
+    for w in range(before.shape[0]):
+        for i in range(ACROSS):
+            into[w, i, 0] = before[w, i, 0] & before[w, i, 1]
+            for j in range(1, last):
+                into[w, i, j] = before[w, i, j - 1] & before[w, i, j] & before[w, i, j + 1]
+            into[w, i, last] = before[w, i, last - 1] & before[w, i, last]
+
+
+@borrowing
+def _narrow_along(before: Voxels, into: Voxels) -> None:
+    """Those with neighbours in the rows of columns beside."""
+    last = ACROSS - 1
+    for w in range(before.shape[0]):
+        for j in range(ACROSS):
+            into[w, 0, j] = before[w, 0, j] & before[w, 1, j]
+        for i in range(1, last):
+            for j in range(ACROSS):
+                into[w, i, j] = before[w, i - 1, j] & before[w, i, j] & before[w, i + 1, j]
+        for j in range(ACROSS):
+            into[w, last, j] = before[w, last - 1, j] & before[w, last, j]
