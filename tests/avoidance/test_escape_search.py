@@ -8,23 +8,33 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.clearance import moving_clearance, span_of
+from clearway.avoidance.escape_begun import KEEPS, begun_at, led_by
 from clearway.avoidance.escape_chains import chain_keeps, chain_room
-from clearway.avoidance.escape_legs import carried, pose_after, was_seen
+from clearway.avoidance.escape_legs import EscapeTerms, carried, pose_after, was_seen
 from clearway.avoidance.escape_places import NEARLY, loop_places, places_are_clear
 from clearway.avoidance.escape_search import first_escape, movements_of
 from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.hazards import MovingHazards, bin_points
-from clearway.avoidance.too_near import LONG, are_near, fill_in, too_near
+from clearway.avoidance.too_near import LONG, TooNear, are_near, fill_in, too_near
 from clearway.avoidance.way_out import WayOut
 from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.wide_space import (
+    MOST,
+    OFTEN,
+    fill_in_wide,
+    first_wide,
+    steps_within,
+    wide_space,
+)
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach.ways import Ways
 from clearway.sensors import simulate_scan
 from clearway.sensors.free_space import SHAPE
-from clearway.sensors.seen_space import packed
+from clearway.sensors.seen_space import NO_VOXELS, is_box_free, is_free, packed
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner()
@@ -44,22 +54,30 @@ def ways() -> WaysOut:
     return WaysOut(PLANNER, PLANNER.escapes, situation, in_reach(PLANNER, situation))
 
 
-@pytest.mark.parametrize("aloof_m", [(0.2,), (0.6, 0.2), (1.5, 0.6), (3.0, 2.0)])
+def searched(
+    ways: WaysOut, terms: EscapeTerms, pose, start_s, aloof_m, *, near: TooNear, often: bool
+) -> tuple[int, float]:
+    """The first escape from level flight, and the distance that it keeps; often: as in a search
+    that has gone on for long."""
+    escapes, legs = ways.library.ways[0], ways.library.legs
+    wide = wide_space(terms.free)
+    wide.looked[0] = OFTEN if often else 0
+    about = (terms, np.array(aloof_m), near, wide)
+    places, led = loop_places(escapes, legs), led_by(escapes)
+    found, _, kept_m = first_escape(escapes, legs, places, led, 0, pose, start_s, *about)
+    return found, kept_m
+
+
+@pytest.mark.parametrize("aloof_m", [(0.2,), (0.6, 0.2), (0.6, 0.4), (1.5, 0.6), (3.0, 2.0)])
 @pytest.mark.parametrize("ahead_m", [0.0, 2.0])
-def test_the_first_that_keeps_it(ways, aloof_m, ahead_m) -> None:
-    library, terms = ways.library, ways._terms
-    escapes, legs, pose = library.ways[0], library.legs, np.array([ahead_m, 0.0, 0.0, 0.0])
-    found, _, kept_m = first_escape(
-        escapes,
-        legs,
-        loop_places(escapes, legs),
-        0,
-        pose,
-        0.0,
-        terms,
-        np.array(aloof_m),
-        too_near(terms.margin_m),
-    )
+@pytest.mark.parametrize("wind_mps", [(0.0, 0.0, 0.0), (0.05, -0.1, 0.02)])
+@pytest.mark.parametrize("often", [False, True])
+def test_the_first_that_keeps_it(ways, aloof_m, ahead_m, wind_mps, often) -> None:
+    library, legs = ways.library, ways.library.legs
+    terms = ways._terms._replace(wind_mps=np.array(wind_mps))
+    escapes, pose = library.ways[0], np.array([ahead_m, 0.0, 0.0, 0.1 * ahead_m])
+    near = too_near(terms.margin_m)
+    found, kept_m = searched(ways, terms, pose, 0.0, aloof_m, near=near, often=often)
     for unseen_m in aloof_m:
         asked = terms._replace(unseen_m=unseen_m)
         upto = found if found >= 0 else len(escapes.begins) - 1
@@ -85,7 +103,7 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
     window[7] = 100.0 if declared else window[7]
     rng = np.random.default_rng([count, int(10.0 * margin_m)])
     library = ways.library
-    escapes, legs, loops = library.ways[0], library.legs, loop_places(library.ways[0], library.legs)
+    escapes, legs = library.ways[0], library.legs
     for pitch_rad in (0.0, 0.3):
         place = rng.uniform([-9.0, -9.0, -4.0], [9.0, 9.0, 4.0], (count, 3))
         place = place[np.linalg.norm(place, axis=1) > 1.0]
@@ -98,10 +116,9 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
             wind_mps=np.array(wind_mps),
         )
         pose = np.array([*rng.uniform(-1.0, 1.0, 3), rng.uniform(-np.pi, np.pi)])
-        unseen_m = np.array([terms.unseen_m])
-        near = too_near(0.6)
+        near, unseen_m = too_near(0.6), (terms.unseen_m,)
         near.looked[0] = looked
-        found, _, _ = first_escape(escapes, legs, loops, 0, pose, 0.5, terms, unseen_m, near)
+        found, _ = searched(ways, terms, pose, 0.5, unseen_m, near=near, often=looked > 0)
         upto = found if found >= 0 else len(escapes.begins) - 1
         kept = (
             escape
@@ -111,17 +128,75 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
         assert next(kept, -1) == found
 
 
-def test_some_are_found_and_some_not(ways) -> None:
-    library = ways.library
-    escapes, legs = library.ways[0], library.legs
-    loops, pose = loop_places(escapes, legs), np.zeros(4)
+@pytest.mark.parametrize("often", [False, True])
+def test_some_are_found_and_some_not(ways, often) -> None:
     near, far = (
-        first_escape(
-            escapes, legs, loops, 0, pose, 0.0, ways._terms, np.array([unseen_m]), too_near(0.6)
-        )[0]
+        searched(ways, ways._terms, np.zeros(4), 0.0, (unseen_m,), near=too_near(0.6), often=often)[
+            0
+        ]
         for unseen_m in (0.2, 30.0)
     )
     assert near > 0 > far
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> None:
+    """And others are where a voxel is missing so many steps from theirs: loops of one place each,
+    anywhere about the vehicle, in and beyond the voxels that are looked up and in the ball that is
+    declared free, by any radius; the vehicle about the middle of the window, anywhere."""
+    rng = np.random.default_rng(seed)
+    free = rng.random(SHAPE) < 0.5
+    for _ in range(200):  # Rooms of all sizes.
+        low = rng.integers(0, SHAPE)
+        high = low + rng.integers(1, 40, 3)
+        free[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = True
+    window = ways._terms.window.copy()
+    window[:3] = rng.integers(-300, 300, 3)
+    per_m = window[3]
+    middle = (window[:3] + np.array(SHAPE) / 2) / per_m
+    origin = middle + rng.uniform([-20, -20, -4], [20, 20, 4])
+    window[4:7], window[7] = origin + rng.uniform(-3.0, 3.0, 3), float(rng.choice([0.0, 2.5]))
+    if window[7] > 0.0:  # Nothing was seen in it, and all about it.
+        a, b, c = np.floor((window[4:7] - 5.0) * per_m).astype(np.int64)
+        ticks = np.arange(int(10.0 * per_m))
+        voxels = np.stack(np.meshgrid(a + ticks, b + ticks, c + ticks, indexing="ij"), axis=-1)
+        away = np.linalg.norm((voxels + 0.5) / per_m - window[4:7], axis=-1)
+        at = voxels & (np.array(SHAPE) - 1)
+        free[at[..., 0], at[..., 1], at[..., 2]] = away > window[7] - np.sqrt(0.75) / per_m
+    terms = ways._terms._replace(free=packed(free), window=window, origin_m=origin)
+    wide = wide_space(terms.free)
+    fill_in_wide(wide, terms)
+    where = rng.uniform([-20, -20, -18], [20, 20, 18], (3000, 3))
+    where[:1000] = window[4:7] - origin + rng.uniform(-4.0, 4.0, (1000, 3))
+    places = np.column_stack([where, np.zeros(len(where))])
+    count, one = len(places), np.zeros(1, dtype=np.int64)
+    loops = np.arange(count)
+    each = Ways(
+        one - 1, one - 1, one, np.zeros(count, dtype=np.int64), loops,
+        np.zeros(count, dtype=np.int64), np.arange(count + 1), np.zeros(count, dtype=np.int64),
+    )  # fmt: skip
+    begun = begun_at(np.zeros(4), 0.0, led_by(each), terms)
+    unknown = np.zeros(count, dtype=np.int8)
+    clear, seen = np.full(1, KEEPS, dtype=np.int8), np.full(1, KEEPS, dtype=np.int8)
+    radius = float(rng.uniform(0.01, 0.9))
+    steps = steps_within(wide, radius, terms)
+    assert steps == min(int(radius * per_m), MOST)
+    kept, at = set(), 0
+    while at < count:
+        about = (unknown, unknown, clear, seen, radius, steps, wide, window)
+        at = first_wide(at, each, places, begun, np.zeros(3), *about)
+        kept.add(at)
+        at += 1
+    truly = {
+        n for n, place in enumerate(origin + where) if is_free(terms.free, window, *place, radius)
+    }
+    assert truly <= kept
+    beyond_m = window[7] + np.sqrt(3.0) * (radius + 2.1 / per_m) if window[7] > 0.0 else 0.0
+    for n in np.flatnonzero(np.abs(where).max(axis=1) < 11.0).tolist():
+        if np.linalg.norm(origin + where[n] - window[4:7]) > beyond_m:
+            a, b, c = np.floor((origin + where[n]) * per_m).astype(np.int64).tolist()
+            box = (a - steps, a + steps, b - steps, b + steps, c - steps, c + steps)
+            assert (n in kept) == is_box_free(terms.free, window, box, NO_VOXELS)
 
 
 @pytest.mark.parametrize("seed", range(20))

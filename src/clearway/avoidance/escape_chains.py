@@ -10,7 +10,6 @@ from clearway.avoidance.clearance import Span, moving_clearance, reach_about
 from clearway.avoidance.escape_legs import (
     EscapeTerms,
     LegRoom,
-    carried,
     lay_out,
     leg_keeps_margin,
     leg_room,
@@ -131,15 +130,19 @@ def chain_corners(
     pose: FloatArray,
     start_s: float,
     legs: Legs,
-    terms: EscapeTerms,
+    wind: FloatArray,
 ) -> FloatArray:
-    """[movements x samples, 3] places along movements one after the other, level frame."""
+    """[movements x samples, 3] places along movements one after the other, level frame.
+
+    wind: [3] likewise.
+    """
     samples, at = legs.path.shape[2], start
-    places = np.empty((len(movements) * samples, 3))
+    places, corners = np.empty((len(movements) * samples, 3)), np.empty((samples + 1, 3))
     for n in range(len(movements)):
         m = movements[n]
         path, times = legs.path[at, m], (start_s, start_s + legs.duration_s[m])
-        places[n * samples : (n + 1) * samples] = carried(pose, path, times, terms)[1:]
+        lay_out(pose, path, times, wind, corners)
+        places[n * samples : (n + 1) * samples] = corners[1:]
         pose, at, start_s = pose_after(pose, path), legs.following[at, m], times[1]
     return places
 

@@ -189,26 +189,26 @@ def _first_seen(
     radius, escapes = NEARLY * unseen, len(ways.begins)
     e, steps = escape, steps_within(wide, radius, terms)
     while e < escapes:
-        if steps > 0:
+        if steps >= 0:
             lead_up_to(len(begun.posed) - 1, ways, legs, begun.led)
             looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.window)
             e = first_wide(e, ways, places, begun, wind, *looked_up)
             if e == escapes:
                 break
         begin, first = ways.begins[e], e
-        if seen[begin] == UNKNOWN and steps == 0:
+        if seen[begin] == UNKNOWN and steps < 0:
             place(begin, ways, legs, begun, wind)
             beyond = seen[ways.parent[begin]] == FAILS
             if beyond or not _is_clear(begun.placed[begin], unseen, terms):
                 seen[begin] = FAILS
         if seen[begin] != FAILS and clear[begin] != FAILS:
-            until = e + 1 if steps > 0 else escapes
+            until = e + 1 if steps >= 0 else escapes
             about = (begun, wind, met, cleared, unseen, terms, near)
             e = _first_loop_seen(e, until, ways, legs, places, *about)
             if e < until and ways.begins[e] == begin:
                 if begin_was_seen(begin, unseen, ways, legs, begun, seen, terms, room):
                     return e
-            elif steps > 0:
+            elif steps >= 0:
                 continue
         while e < escapes and ways.begins[e] == begin:
             e += 1

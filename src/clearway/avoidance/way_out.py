@@ -10,8 +10,10 @@ manoeuvre library of Arora, Choudhury, Althoff and Scherer (2015).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -54,6 +56,11 @@ class UnderWay(NamedTuple):
     left_s: float
 
 
+def nowhere() -> FloatArray:
+    """The places of a way of which nobody knows any."""
+    return np.zeros((0, 3))
+
+
 @dataclass(frozen=True, eq=False)
 class WayOut:
     """Movements that can be flown from some moment on, for ever."""
@@ -66,8 +73,6 @@ class WayOut:
     """Distance that it keeps from what is known."""
     certain: bool
     """Whether it is what was asked for; in strict mode, whether it was seen to be free."""
-    path_m: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    """[n, 3] its places up to the end of the first round, world frame."""
     room_m: float = np.inf
     """Distance from intruders on the first round, no more than twice the margin; inf without any,
     and where nobody has looked."""
@@ -78,9 +83,17 @@ class WayOut:
     """How many decisions in a row found none that is certain."""
     under_way_s: float | None = None
     """What is left of its first movement, where that is being flown already; else None."""
+    leads: Callable[[], FloatArray] = field(default=nowhere, repr=False)
+    """Tells `path_m`."""
 
     def __repr__(self) -> str:
         return one_line("WayOut", (runs(self.begins + self.loop), f"{self.margin_m:.3g} m clear"))
+
+    @cached_property
+    def path_m(self) -> FloatArray:
+        """[n, 3] its places up to the end of the first round, world frame, as they were found; few
+        decisions are looked at so closely."""
+        return self.leads()
 
     @property
     def movements(self) -> tuple[str, ...]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from clearway.avoidance.escape_begun import Led, led_by
 from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.escape_places import loop_places
-from clearway.avoidance.escape_search import first_escape, movements_of
+from clearway.avoidance.escape_search import first_escape
 from clearway.avoidance.too_near import TooNear
 from clearway.avoidance.way_out import WayOut
 from clearway.avoidance.wide_space import WideSpace
@@ -23,6 +23,7 @@ from clearway.reach.escapes import EscapeLibrary, names_of
 from clearway.reach.legs import SAMPLES, Legs
 from clearway.reach.upwind import ways_in_wind
 from clearway.reach.ways import Ways
+from clearway.vehicle.automaton import MovementAutomaton
 
 
 class Beginning(NamedTuple):
@@ -95,9 +96,10 @@ class WayOutSearch:
         if escape < 0:
             return None, kept_m
         begins, loop = names_of(self.library, ways, escape)
-        places = _places(movements_of(ways, escape), at, terms)
-        certain = terms.must_see or not self.strict
-        return WayOut(begins, loop, terms.margin_m, certain, places, room_m, _for_s(terms)), kept_m
+        certain, leads = terms.must_see or not self.strict, self._path(begins + loop, at, terms)
+        lasts_s = _for_s(terms)
+        found = WayOut(begins, loop, terms.margin_m, certain, room_m, lasts_s, leads=leads)
+        return found, kept_m
 
     def held(
         self, way: WayOut, begins: IntArray, at: Beginning, terms: EscapeTerms, skipped: int = 0
@@ -111,8 +113,9 @@ class WayOutSearch:
         whole = np.concatenate([begins, flown_for(loop, at.legs, terms.least_s)])
         if not chain_keeps(whole, at.attitude, at.pose, at.start_s, at.legs, terms):
             return None
-        places = _places(np.concatenate([begins, loop]), at, terms)[skipped * SAMPLES :]
-        return replace(way, margin_m=terms.margin_m, path_m=places, for_s=_for_s(terms))
+        names = self.library.automaton.names
+        leads = self._path((*(names[m] for m in begins), *way.loop), at, terms, skipped)
+        return replace(way, margin_m=terms.margin_m, leads=leads, for_s=_for_s(terms))
 
     def _searched(self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray) -> LaidOut:
         """Escapes from an attitude, and where they lead, where places of them are looked up."""
@@ -128,6 +131,13 @@ class WayOutSearch:
         if key not in self._laid_out:
             self._laid_out[key] = legs, LaidOut.of(ways, legs)
         return self._laid_out[key][1]
+
+    def _path(
+        self, names: tuple[str, ...], at: Beginning, terms: EscapeTerms, skipped: int = 0
+    ) -> Callable[[], FloatArray]:
+        """Tells where movements lead, but for the first few, once somebody asks."""
+        about = (terms.wind_mps, terms.yaw_rad, terms.origin_m)
+        return partial(_path, self.library.automaton, names, at, about, skipped)
 
     def _lasting(self, terms: EscapeTerms, legs: Legs) -> EscapeTerms:
         """For so long as is to be verified: one round where that leads back, else some time."""
@@ -152,8 +162,19 @@ def _for_s(terms: EscapeTerms) -> float:
     return terms.least_s if terms.least_s > 0.0 else np.inf
 
 
-def _places(movements: IntArray, at: Beginning, terms: EscapeTerms) -> FloatArray:
-    """[n, 3] world frame."""
-    places = chain_corners(movements, at.attitude, at.pose, at.start_s, at.legs, terms)
-    world: FloatArray = places @ world_from_level(terms.yaw_rad).T + terms.origin_m
-    return world
+def _path(
+    automaton: MovementAutomaton,
+    names: Sequence[str],
+    at: Beginning,
+    about: tuple[FloatArray, float, FloatArray],
+    skipped: int,
+) -> FloatArray:
+    """[n, 3] places along movements but for the first few, world frame.
+
+    about: wind [3] in the level frame, and where that lies: its yaw and its origin [3].
+    """
+    wind_mps, yaw_rad, origin_m = about
+    movements = np.array([automaton.names.index(name) for name in names], dtype=np.int64)
+    places = chain_corners(movements, at.attitude, at.pose, at.start_s, at.legs, wind_mps)
+    world: FloatArray = places @ world_from_level(yaw_rad).T + origin_m
+    return world[skipped * SAMPLES :]

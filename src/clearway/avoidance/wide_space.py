@@ -21,16 +21,17 @@ MOST = 2
 """Voxels that are looked at on either side."""
 OFTEN = 600
 """So many loops are looked at at one decision before this is worth filling in."""
-FILLED = -1
+FILLED, NONE = -1, -1
 SURELY = 1e-3
 """Of a voxel, by which rounding may take a ball for a smaller one."""
 
 
 class WideSpace(NamedTuple):
-    """Which voxels were seen with all that lie within one or two steps along the axes."""
+    """Which voxels were seen, alone, and with all that lie within one or two steps of them along
+    the axes."""
 
     seen: Voxels
-    """[MOST, words, ACROSS, ACROSS] words of columns, from the lowest column on."""
+    """[MOST + 1, words, ACROSS, ACROSS] words of columns, from the lowest column on."""
     between: Voxels
     """[words, ACROSS, ACROSS] to work with."""
     low: IntArray
@@ -42,17 +43,18 @@ class WideSpace(NamedTuple):
 def wide_space(free: Voxels) -> WideSpace:
     """Room for them: nobody has touched it. free: as of `SeenSpace`."""
     words = free.shape[2]
-    seen = np.empty((MOST, words, ACROSS, ACROSS), dtype=np.uint64)
+    seen = np.empty((MOST + 1, words, ACROSS, ACROSS), dtype=np.uint64)
     between = np.empty((words, ACROSS, ACROSS), dtype=np.uint64)
     return WideSpace(seen, between, np.zeros(2, np.int64), np.zeros(1, np.int64))
 
 
 @borrowing
 def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
-    """Voxels on either side that a ball of a radius meets wherever it lies; 0 where nothing can be
-    looked up: nothing is filled in, or a map is declared complete and tells more than was seen."""
+    """Voxels on either side that a ball of a radius meets wherever it lies; NONE where nothing can
+    be looked up: nothing is filled in, or a map is declared complete and tells more than was
+    seen."""
     if wide.looked[0] != FILLED or terms.window[8] <= terms.window[11]:
-        return 0
+        return NONE
     return min(int(max(radius * terms.window[3] - SURELY, 0.0)), MOST)
 
 
@@ -76,10 +78,10 @@ def first_wide(
     the end of its beginning may have been seen, within a radius; their number if there is none.
 
     All in one loop: where thousands are passed over, each call of another would take longer than
-    what it does. steps: of the radius, above 0. Where beginnings lead is known up to the last.
+    what it does. steps: of the radius. Where beginnings lead is known up to the last.
     """
     begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
-    placed, led, voxels, level = begun.placed, begun.led.places, wide.seen, np.uint64(steps - 1)
+    placed, led, voxels, level = begun.placed, begun.led.places, wide.seen, np.uint64(steps)
     per_m, low, escapes = window[3], int(window[2]), len(ways.begins)
     low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), window[2]
     east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
@@ -170,16 +172,16 @@ def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
         lowest = int(window[axis])
         here = int(np.floor(terms.origin_m[axis] * window[3])) - ACROSS // 2
         wide.low[axis] = min(max(here, lowest), lowest + columns - ACROSS)
-    one, two, between = wide.seen[0], wide.seen[1], wide.between
+    alone, one, two, between = wide.seen[0], wide.seen[1], wide.seen[2], wide.between
     low_a, low_b = wide.low[0], wide.low[1]
     for w in range(free.shape[2]):
         for i in range(ACROSS):
             a = np.uint64((low_a + i) & (columns - 1))
             for j in range(ACROSS):
-                two[w, i, j] = free[a, np.uint64((low_b + j) & (columns - 1)), w]
-    _narrow_upwards(two, between)
-    _narrow_sideways(between, two)
-    _narrow_along(two, one)
+                alone[w, i, j] = free[a, np.uint64((low_b + j) & (columns - 1)), w]
+    _narrow_upwards(alone, one)
+    _narrow_sideways(one, between)
+    _narrow_along(between, one)
     _narrow_upwards(one, two)
     _narrow_sideways(two, between)
     _narrow_along(between, two)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -75,8 +75,7 @@ class EscapeLibrary:
 
     def nearest(self, roll_rad: float, pitch_rad: float) -> int:
         """The attitude that is nearest."""
-        away = np.hypot(self.attitudes[:, 0] - roll_rad, self.attitudes[:, 1] - pitch_rad)
-        return int(np.argmin(away))
+        return _nearest(self, roll_rad, pitch_rad)
 
     def legs_at(self, roll_rad: float, pitch_rad: float) -> Legs:
         """Where movements lead if the nearest attitude is really this one, and all others are off
@@ -108,6 +107,13 @@ class EscapeLibrary:
         back = np.where(beyond & (ends >= starts - SAME_RAD), -1, following)
         stays = np.where(beyond & (ends > starts + SAME_RAD), -1, following)
         return np.where((back >= 0).any(axis=1, keepdims=True), back, stays)
+
+
+@lru_cache(maxsize=256)
+def _nearest(library: EscapeLibrary, roll_rad: float, pitch_rad: float) -> int:
+    """A decision asks several times, mostly of attitudes that movements lead to."""
+    away = np.hypot(library.attitudes[:, 0] - roll_rad, library.attitudes[:, 1] - pitch_rad)
+    return int(np.argmin(away))
 
 
 _found: dict[bytes, FoundWays] = {}

@@ -61,7 +61,17 @@ class MovementBuffer:
         for movement in movements:
             entries.append(BufferedMovement(movement, at, movement.duration_s))
             at += movement.duration_s
-        return cls(tuple(entries))
+        return cls._of_checked(tuple(entries))
+
+    @classmethod
+    def _of_checked(cls, entries: tuple[BufferedMovement, ...]) -> MovementBuffer:
+        """Of entries that are known to follow one another: made of movements, or parts of others.
+
+        Every decision makes several, of dozens of entries each.
+        """
+        buffer = object.__new__(cls)
+        object.__setattr__(buffer, "entries", entries)
+        return buffer
 
     @property
     def start_s(self) -> float:
@@ -106,7 +116,7 @@ class MovementBuffer:
                 cut = time_s - entry.start_s
                 before.append(BufferedMovement(entry.movement, entry.start_s, cut))
                 after.append(BufferedMovement(entry.movement, time_s, entry.duration_s - cut))
-        return MovementBuffer(tuple(before)), MovementBuffer(tuple(after))
+        return self._of_checked(tuple(before)), self._of_checked(tuple(after))
 
     def until(self, time_s: float) -> MovementBuffer:
         """What is done by a time: the first part of `split`."""
