@@ -17,8 +17,8 @@ from clearway.sensors.remembered import (
     BETWEEN,
     IN_LINE,
     Boxes,
+    Table,
     box_key,
-    copy_box,
     empty_boxes,
     first_boxes,
     key_of,
@@ -44,6 +44,12 @@ EVEN = 1.5
 end of a wire, in line with it by chance, is none of it."""
 MOST_TESTED = 400
 """Boxes of a sweep that are looked at, evenly picked by their voxels."""
+
+
+TAKEN = -2
+"""In place of the number of a box to come: there is one in its voxel already."""
+SURELY = 1e-6
+"""Share of the gap by which a cell lies too far off at least to be passed over."""
 
 
 class WireLine(NamedTuple):
@@ -75,7 +81,7 @@ def join_lines(
     middles = 0.5 * (boxes.low_m + boxes.high_m)
     order, start, keys, shift = _by_cell(middles, thin, gap)
     one_in = 1 + untold // MOST_TESTED
-    near, off = np.empty(MOST_NEIGHBOURS, dtype=np.int64), np.empty(MOST_NEIGHBOURS)
+    near, about = np.empty(MOST_NEIGHBOURS, dtype=np.int64), np.empty((4, MOST_NEIGHBOURS))
     pairs = np.empty((2 * len(thin), 2), dtype=np.int64)
     count = 0
     lined = boxes.kind.copy()
@@ -84,7 +90,7 @@ def join_lines(
             continue
         if one_in > 1 and key_of(boxes, n, voxel) * 0x9E3779B1 % one_in != 0:
             continue
-        line = _line_through(middles, n, order, start, keys, shift, gap, deviation, near, off)
+        line = _line_through(middles, n, order, start, keys, shift, gap, deviation, near, about)
         if not line.found:
             continue
         lined[n] = IN_LINE
@@ -140,31 +146,36 @@ def _neighbours(
     near: IntArray,
 ) -> int:
     """How many thin boxes lie within a distance of box n, written into `near`; -1 if too many."""
-    count = 0
+    count, x, y, z = 0, middles[n, 0], middles[n, 1], middles[n, 2]
+    surely2 = (within + SURELY * gap) ** 2
     for i in range(-1, 2):
+        away_x = _to_cell(x, i, gap)
         for j in range(-1, 2):
+            away_y = _to_cell(y, j, gap)
             for k in range(-1, 2):
-                key = box_key(
-                    middles[n, 0] + i * gap,
-                    middles[n, 1] + j * gap,
-                    middles[n, 2] + k * gap,
-                    0,
-                    gap,
-                )
+                away_z = _to_cell(z, k, gap)
+                if away_x * away_x + away_y * away_y + away_z * away_z > surely2:
+                    continue
+                key = box_key(x + i * gap, y + j * gap, z + k * gap, 0, gap)
                 slot = slot_of(key, keys, shift)
                 if keys[slot] != key:
                     continue
                 for at in range(start[slot], start[slot + 1]):
                     m = order[at]
-                    dx = middles[m, 0] - middles[n, 0]
-                    dy = middles[m, 1] - middles[n, 1]
-                    dz = middles[m, 2] - middles[n, 2]
+                    dx, dy, dz = middles[m, 0] - x, middles[m, 1] - y, middles[m, 2] - z
                     if m != n and dx * dx + dy * dy + dz * dz <= within * within:
                         if count == len(near):
                             return -1
                         near[count] = m
                         count += 1
     return count
+
+
+@borrowing
+def _to_cell(at: float, step: int, gap: float) -> float:
+    """Distance along an axis from a place to the cell beside its own, or to its own."""
+    into = at - np.floor(at / gap) * gap
+    return 0.0 if step == 0 else into if step < 0 else gap - into
 
 
 @compiled
@@ -178,55 +189,88 @@ def _line_through(
     gap: float,
     deviation: float,
     near: IntArray,
-    off: FloatArray,
+    about: FloatArray,
 ) -> WireLine:
-    """The line through a box on which most of those around it lie."""
+    """The line through a box on which most of those around it lie.
+
+    about: [4, MOST_NEIGHBOURS] room for where they are from it, and their squared distances.
+    """
     count = _neighbours(middles, n, order, start, keys, shift, gap, gap, near)
     if count < 0:
         count = _neighbours(middles, n, order, start, keys, shift, gap, CLOSE * gap, near)
     if count < ON_LINE:
         return WireLine(False, -1, -1)
-    px, py, pz = middles[n, 0], middles[n, 1], middles[n, 2]
-    # Directions from near by to far off: those far off are surer, those near by may be alone.
+    x, y, z, off = about[0], about[1], about[2], about[3]
     for m in range(count):
-        k = near[m]
-        off[m] = (middles[k, 0] - px) ** 2 + (middles[k, 1] - py) ** 2 + (middles[k, 2] - pz) ** 2
+        for axis in range(3):
+            about[axis, m] = middles[near[m], axis] - middles[n, axis]
+    for m in range(count):
+        off[m] = x[m] ** 2 + y[m] ** 2 + z[m] ** 2
+    # Directions from near by to far off: those far off are surer, those near by may be alone.
     ranked = np.argsort(off[:count])
     tried = min(count, MOST_DIRECTIONS)
     best, found = WireLine(False, -1, -1), 0
     for rank in range(tried):
-        k = near[ranked[count - 1 - rank * count // tried]]
-        ax, ay, az = middles[k, 0] - px, middles[k, 1] - py, middles[k, 2] - pz
-        length = np.sqrt(ax * ax + ay * ay + az * az)
+        k = ranked[count - 1 - rank * count // tried]
+        length = np.sqrt(x[k] * x[k] + y[k] * y[k] + z[k] * z[k])
         if length < deviation:
             continue
-        ax, ay, az = ax / length, ay / length, az / length
-        on, far_ahead, far_behind = 0, 0.0, 0.0
-        next_ahead, next_behind, ahead, behind = np.inf, np.inf, -1, -1
-        for m in range(count):
-            k = near[m]
-            x, y, z = middles[k, 0] - px, middles[k, 1] - py, middles[k, 2] - pz
-            forward = ax * x + ay * y + az * z
-            if off[m] - forward * forward > deviation * deviation:
-                continue
-            on += 1
-            if forward > 0.0:
-                far_ahead = max(far_ahead, forward)
-                if forward < next_ahead:
-                    next_ahead, ahead = forward, k
-            else:
-                far_behind = max(far_behind, -forward)
-                if -forward < next_behind:
-                    next_behind, behind = -forward, k
-        length = far_ahead + far_behind
-        even = EVEN * length / max(on, 1)
+        ax, ay, az = x[k] / length, y[k] / length, z[k] / length
+        on = _count_on(about, count, ax, ay, az, deviation)
         if on < ON_LINE or on < SHARE_ON_LINE * count or on <= found:
             continue
-        if length >= SLENDER * deviation and min(next_ahead, next_behind) <= even:
-            ahead = ahead if next_ahead <= even else -1
-            behind = behind if next_behind <= even else -1
-            best, found = WireLine(True, ahead, behind), on
+        line = _along(about, count, near, ax, ay, az, deviation, on)
+        if line.found:
+            best, found = line, on
     return best
+
+
+@borrowing
+def _count_on(
+    about: FloatArray, count: int, ax: float, ay: float, az: float, deviation: float
+) -> int:
+    """How many neighbours lie on a line along a direction."""
+    on = 0
+    for m in range(count):
+        forward = ax * about[0, m] + ay * about[1, m] + az * about[2, m]
+        on += not about[3, m] - forward * forward > deviation * deviation
+    return on
+
+
+@borrowing
+def _along(
+    about: FloatArray,
+    count: int,
+    near: IntArray,
+    ax: float,
+    ay: float,
+    az: float,
+    deviation: float,
+    on: int,
+) -> WireLine:
+    """The line along a direction, which so many lie on, if it is long enough and a neighbour is no
+    farther off than they are from each other."""
+    far_ahead, far_behind = 0.0, 0.0
+    next_ahead, next_behind, ahead, behind = np.inf, np.inf, -1, -1
+    for m in range(count):
+        forward = ax * about[0, m] + ay * about[1, m] + az * about[2, m]
+        if about[3, m] - forward * forward > deviation * deviation:
+            continue
+        if forward > 0.0:
+            far_ahead = max(far_ahead, forward)
+            if forward < next_ahead:
+                next_ahead, ahead = forward, near[m]
+        else:
+            far_behind = max(far_behind, -forward)
+            if -forward < next_behind:
+                next_behind, behind = -forward, near[m]
+    length = far_ahead + far_behind
+    even = EVEN * length / max(on, 1)
+    if length < SLENDER * deviation or min(next_ahead, next_behind) > even:
+        return WireLine(False, -1, -1)
+    return WireLine(
+        True, ahead if next_ahead <= even else -1, behind if next_behind <= even else -1
+    )
 
 
 @compiled
@@ -234,43 +278,122 @@ def _filled(
     boxes: Boxes, middles: FloatArray, pairs: IntArray, voxel: float, time_s: float
 ) -> Boxes:
     """The boxes, then one per voxel that none is in between the middles of pairs."""
-    steps = 0
+    known, steps = len(boxes.doubt), 0
     for p in range(len(pairs)):
         apart = np.sqrt(np.sum((middles[pairs[p, 0]] - middles[pairs[p, 1]]) ** 2))
         steps += int(np.ceil(apart / voxel))
-    bits = table_bits(len(boxes.doubt) + steps)
-    shift = 64 - bits
-    keys = np.full(1 << bits, -1, dtype=np.int64)
-    numbers = np.empty(1 << bits, dtype=np.int64)
-    every = empty_boxes(len(boxes.doubt) + steps)
-    count = 0
-    for n in range(len(boxes.doubt)):
-        copy_box(boxes, n, every, count)
-        key = key_of(boxes, n, voxel)
-        slot = slot_of(key, keys, shift)
-        keys[slot], numbers[slot] = key, count
-        count += 1
+    places, keys = np.empty((steps, 3)), np.empty(steps, dtype=np.int64)
+    total = _lay_between(middles, pairs, voxel, places, keys)
+    bits = table_bits(total)
+    table = Table(
+        np.full(1 << bits, -1, dtype=np.int64), np.full(1 << bits, -1, dtype=np.int64), 64 - bits
+    )
+    _note_taken(boxes, middles, voxel, places[:total], keys, table)
+    every = empty_boxes(known + total)
+    _copy_all(boxes, every)
+    return first_boxes(
+        every, _put_between(places[:total], keys, known, voxel, time_s, table, every)
+    )
+
+
+@borrowing
+def _lay_between(
+    middles: FloatArray, pairs: IntArray, voxel: float, places: FloatArray, keys: IntArray
+) -> int:
+    """Fill in places between the middles of pairs, no more than a voxel apart, and their voxels;
+    how many there are."""
+    total = 0
     for p in range(len(pairs)):
-        one, other = middles[pairs[p, 0]], middles[pairs[p, 1]]
-        # The same way round from either end.
-        if one[0] > other[0] or (one[0] == other[0] and one[1] > other[1]):
+        one, other = pairs[p, 0], pairs[p, 1]
+        ax, ay = middles[one, 0] - middles[other, 0], middles[one, 1] - middles[other, 1]
+        if ax > 0.0 or (ax == 0.0 and ay > 0.0):  # The same way round from either end.
             one, other = other, one
-        pieces = int(np.ceil(np.sqrt(np.sum((one - other) ** 2)) / voxel))
+        squared = 0.0
+        for axis in range(3):
+            squared += (middles[one, axis] - middles[other, axis]) ** 2
+        pieces = int(np.ceil(np.sqrt(squared) / voxel))
         for piece in range(1, pieces):
-            place = one + (other - one) * (piece / pieces)
-            key = box_key(place[0], place[1], place[2], 0, voxel)
-            slot = slot_of(key, keys, shift)
-            if keys[slot] != -1 and numbers[slot] < len(boxes.doubt):
-                continue
-            if keys[slot] == -1:
-                keys[slot], numbers[slot] = key, count
-                every.low_m[count], every.high_m[count] = place, place
-                every.spacing_m[count], every.last_seen_s[count] = 0.5 * voxel, time_s
-                every.size_m[count], every.doubt[count] = 0.0, 0.0
-                every.sweeps[count], every.kind[count], every.level[count] = 0, BETWEEN, 0
-                count += 1
-            m = numbers[slot]
             for axis in range(3):
-                every.low_m[m, axis] = min(every.low_m[m, axis], place[axis])
-                every.high_m[m, axis] = max(every.high_m[m, axis], place[axis])
-    return first_boxes(every, count)
+                start, end = middles[one, axis], middles[other, axis]
+                places[total, axis] = start + (end - start) * (piece / pieces)
+            x, y, z = places[total, 0], places[total, 1], places[total, 2]
+            keys[total] = box_key(x, y, z, 0, voxel)
+            total += 1
+    return total
+
+
+@borrowing
+def _note_taken(
+    boxes: Boxes,
+    middles: FloatArray,
+    voxel: float,
+    places: FloatArray,
+    keys: IntArray,
+    table: Table,
+) -> None:
+    """Enter the voxels of places into a table, as TAKEN where a box is there already."""
+    low_x, low_y, low_z = np.inf, np.inf, np.inf
+    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
+    for n in range(len(places)):
+        table.keys[slot_of(keys[n], table.keys, table.shift)] = keys[n]
+        low_x, high_x = min(low_x, places[n, 0] - voxel), max(high_x, places[n, 0] + voxel)
+        low_y, high_y = min(low_y, places[n, 1] - voxel), max(high_y, places[n, 1] + voxel)
+        low_z, high_z = min(low_z, places[n, 2] - voxel), max(high_z, places[n, 2] + voxel)
+    for n in range(len(boxes.level)):
+        x, y, z = middles[n, 0], middles[n, 1], middles[n, 2]
+        near = low_x <= x <= high_x and low_y <= y <= high_y and low_z <= z <= high_z
+        if near and boxes.level[n] == 0:
+            key = box_key(x, y, z, 0, voxel)
+            slot = slot_of(key, table.keys, table.shift)
+            if table.keys[slot] == key:
+                table.numbers[slot] = TAKEN
+
+
+@borrowing
+def _copy_all(boxes: Boxes, every: Boxes) -> None:
+    """Fill in the first boxes, column by column."""
+    for n in range(len(boxes.doubt)):
+        for axis in range(3):
+            every.low_m[n, axis] = boxes.low_m[n, axis]
+    for n in range(len(boxes.doubt)):
+        for axis in range(3):
+            every.high_m[n, axis] = boxes.high_m[n, axis]
+    for n in range(len(boxes.doubt)):
+        every.spacing_m[n], every.last_seen_s[n] = boxes.spacing_m[n], boxes.last_seen_s[n]
+    for n in range(len(boxes.doubt)):
+        every.size_m[n], every.doubt[n] = boxes.size_m[n], boxes.doubt[n]
+    for n in range(len(boxes.doubt)):
+        every.sweeps[n], every.kind[n] = boxes.sweeps[n], boxes.kind[n]
+    for n in range(len(boxes.doubt)):
+        every.level[n] = boxes.level[n]
+
+
+@borrowing
+def _put_between(
+    places: FloatArray,
+    keys: IntArray,
+    known: int,
+    voxel: float,
+    time_s: float,
+    table: Table,
+    every: Boxes,
+) -> int:
+    """Add a box for each voxel of places that is not taken; how many boxes there are then."""
+    count = known
+    for n in range(len(places)):
+        slot = slot_of(keys[n], table.keys, table.shift)
+        if table.numbers[slot] == TAKEN:
+            continue
+        if table.numbers[slot] < 0:
+            table.numbers[slot] = count
+            for axis in range(3):
+                every.low_m[count, axis] = every.high_m[count, axis] = places[n, axis]
+            every.spacing_m[count], every.last_seen_s[count] = 0.5 * voxel, time_s
+            every.size_m[count], every.doubt[count] = 0.0, 0.0
+            every.sweeps[count], every.kind[count], every.level[count] = 0, BETWEEN, 0
+            count += 1
+        m = table.numbers[slot]
+        for axis in range(3):
+            every.low_m[m, axis] = min(every.low_m[m, axis], places[n, axis])
+            every.high_m[m, axis] = max(every.high_m[m, axis], places[n, axis])
+    return count
