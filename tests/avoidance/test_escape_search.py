@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.clearance import moving_clearance, span_of
-from clearway.avoidance.escape_begun import KEEPS, begun_at, led_by
+from clearway.avoidance.escape_begun import KEEPS, begun_at, tips_of
 from clearway.avoidance.escape_chains import chain_keeps, chain_room
 from clearway.avoidance.escape_legs import EscapeTerms, carried, pose_after, was_seen
 from clearway.avoidance.escape_places import NEARLY, loop_places, places_are_clear
@@ -63,8 +63,8 @@ def searched(
     wide = wide_space(terms.free)
     wide.looked[0] = OFTEN if often else 0
     about = (terms, np.array(aloof_m), near, wide)
-    places, led = loop_places(escapes, legs), led_by(escapes)
-    found, _, kept_m = first_escape(escapes, legs, places, led, 0, pose, start_s, *about)
+    places, tips = loop_places(escapes, legs), tips_of(escapes)
+    found, _, kept_m = first_escape(escapes, legs, places, tips, 0, pose, start_s, *about)
     return found, kept_m
 
 
@@ -175,7 +175,7 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
         one - 1, one - 1, one, np.zeros(count, dtype=np.int64), loops,
         np.zeros(count, dtype=np.int64), np.arange(count + 1), np.zeros(count, dtype=np.int64),
     )  # fmt: skip
-    begun = begun_at(np.zeros(4), 0.0, led_by(each), terms)
+    begun = begun_at(np.zeros(4), 0.0, tips_of(each), terms)
     unknown = np.zeros(count, dtype=np.int8)
     clear, seen = np.full(1, KEEPS, dtype=np.int8), np.full(1, KEEPS, dtype=np.int8)
     radius = float(rng.uniform(0.01, 0.9))

@@ -20,7 +20,7 @@ Known = npt.NDArray[np.int8]
 """Of each, whether it is UNKNOWN, KEEPS what is asked, or FAILS."""
 
 
-class Led(NamedTuple):
+class Tips(NamedTuple):
     """Where beginnings lead from a start at yaw 0, for places to be looked up: it stays the same
     from decision to decision, and is filled in as far as any asked."""
 
@@ -30,11 +30,11 @@ class Led(NamedTuple):
     """[1] the first so many are filled in."""
 
 
-def led_by(ways: Ways) -> Led:
+def tips_of(ways: Ways) -> Tips:
     """Nothing but where they start."""
     places = np.zeros((len(ways.parent), 6))
     places[0, 3] = 1.0
-    return Led(places, np.ones(1, dtype=np.int64))
+    return Tips(places, np.ones(1, dtype=np.int64))
 
 
 class Begun(NamedTuple):
@@ -50,17 +50,17 @@ class Begun(NamedTuple):
     """[beginnings, 5] by `placed_at`, but for rounding: to look places up."""
     up: IntArray
     """[beginnings] room for those before one."""
-    led: Led
+    tips: Tips
 
 
 @compiled
-def begun_at(pose: FloatArray, start_s: float, led: Led, terms: EscapeTerms) -> Begun:
+def begun_at(pose: FloatArray, start_s: float, tips: Tips, terms: EscapeTerms) -> Begun:
     """The empty beginning, and room for the others."""
-    count = len(led.places)
+    count = len(tips.places)
     poses, times, posed = np.empty((count, 4)), np.empty(count), np.zeros(count, dtype=np.int8)
     placed = np.empty((count, 5))
     poses[0], times[0], posed[0], placed[0] = pose, start_s, KEEPS, placed_at(pose, start_s, terms)
-    return Begun(poses, times, posed, placed, np.empty(count, dtype=np.int64), led)
+    return Begun(poses, times, posed, placed, np.empty(count, dtype=np.int64), tips)
 
 
 @compiled
@@ -90,23 +90,23 @@ def placed_at(pose: FloatArray, start_s: float, terms: EscapeTerms) -> FloatArra
 @borrowing
 def place(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: FloatArray) -> None:
     """Fill in where a beginning is placed."""
-    led, placed = begun.led.places, begun.placed
-    if begin >= begun.led.known[0]:
-        lead_up_to(begin, ways, legs, begun.led)
-    cosine, sine, when = placed[0, 3], placed[0, 4], led[begin, 5]
-    ahead, left, cos_yaw, sin_yaw = led[begin, 0], led[begin, 1], led[begin, 3], led[begin, 4]
+    tips, placed = begun.tips.places, begun.placed
+    if begin >= begun.tips.known[0]:
+        lead_up_to(begin, ways, legs, begun.tips)
+    cosine, sine, when = placed[0, 3], placed[0, 4], tips[begin, 5]
+    ahead, left, cos_yaw, sin_yaw = tips[begin, 0], tips[begin, 1], tips[begin, 3], tips[begin, 4]
     placed[begin, 0] = placed[0, 0] + cosine * ahead - sine * left + wind[0] * when
     placed[begin, 1] = placed[0, 1] + sine * ahead + cosine * left + wind[1] * when
-    placed[begin, 2] = placed[0, 2] + led[begin, 2] + wind[2] * when
+    placed[begin, 2] = placed[0, 2] + tips[begin, 2] + wind[2] * when
     placed[begin, 3] = cosine * cos_yaw - sine * sin_yaw
     placed[begin, 4] = sine * cos_yaw + cosine * sin_yaw
 
 
 @borrowing
-def lead_up_to(begin: int, ways: Ways, legs: Legs, led: Led) -> None:
+def lead_up_to(begin: int, ways: Ways, legs: Legs, tips: Tips) -> None:
     """Fill in where beginnings up to one lead; those before them come first."""
-    places, end = led.places, legs.path.shape[2] - 1
-    for b in range(led.known[0], begin + 1):
+    places, end = tips.places, legs.path.shape[2] - 1
+    for b in range(tips.known[0], begin + 1):
         parent, m = ways.parent[b], ways.movement[b]
         at = ways.attitude[parent]
         ahead, left, up = (
@@ -122,7 +122,7 @@ def lead_up_to(begin: int, ways: Ways, legs: Legs, led: Led) -> None:
         places[b, 3] = cosine * cos_turn - sine * sin_turn
         places[b, 4] = sine * cos_turn + cosine * sin_turn
         places[b, 5] = places[parent, 5] + legs.duration_s[m]
-    led.known[0] = begin + 1
+    tips.known[0] = begin + 1
 
 
 @borrowing

@@ -10,7 +10,7 @@ from clearway.avoidance.escape_begun import (
     UNKNOWN,
     Begun,
     Known,
-    Led,
+    Tips,
     begin_keeps_margin,
     begin_was_seen,
     begun_at,
@@ -78,7 +78,7 @@ def first_escape(
     ways: Ways,
     legs: Legs,
     places: FloatArray,
-    led: Led,
+    tips: Tips,
     start: int,
     pose: FloatArray,
     start_s: float,
@@ -98,7 +98,7 @@ def first_escape(
     beginnings whose ends nobody has seen, no loop is looked at.
     """
     count, escapes = len(ways.parent), len(ways.begins)
-    begun = begun_at(pose, start_s, led, terms)
+    begun = begun_at(pose, start_s, tips, terms)
     wind, chain = wind_of(terms), chain_for(LONGEST, legs, terms.shapes)
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
@@ -190,7 +190,7 @@ def _first_seen(
     e, steps = escape, steps_within(wide, radius, terms)
     while e < escapes:
         if steps >= 0:
-            lead_up_to(len(begun.posed) - 1, ways, legs, begun.led)
+            lead_up_to(len(begun.posed) - 1, ways, legs, begun.tips)
             looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.window)
             e = first_wide(e, ways, places, begun, wind, *looked_up)
             if e == escapes:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.escape_begun import Led, led_by
+from clearway.avoidance.escape_begun import Tips, tips_of
 from clearway.avoidance.escape_chains import chain_corners, chain_keeps, rounds
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.escape_places import loop_places
@@ -44,11 +44,11 @@ class LaidOut(NamedTuple):
     ways: Ways
     loops: FloatArray
     """By `loop_places`."""
-    led: Led
+    tips: Tips
 
     @classmethod
     def of(cls, ways: Ways, legs: Legs) -> LaidOut:
-        return cls(ways, loop_places(ways, legs), led_by(ways))
+        return cls(ways, loop_places(ways, legs), tips_of(ways))
 
 
 @lru_cache(maxsize=64)
@@ -90,9 +90,9 @@ class WayOutSearch:
         """The first way out, and which of some distances it keeps from what nobody has seen."""
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
-        ways, loops, led = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
+        ways, loops, tips = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
         about = (attitude, pose, start_s, terms, from_unseen_m, self.near, self.wide)
-        escape, room_m, kept_m = first_escape(ways, legs, loops, led, *about)
+        escape, room_m, kept_m = first_escape(ways, legs, loops, tips, *about)
         if escape < 0:
             return None, kept_m
         begins, loop = names_of(self.library, ways, escape)

@@ -81,7 +81,7 @@ def first_wide(
     what it does. steps: of the radius. Where beginnings lead is known up to the last.
     """
     begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
-    placed, led, voxels, level = begun.placed, begun.led.places, wide.seen, np.uint64(steps)
+    placed, tips, voxels, level = begun.placed, begun.tips.places, wide.seen, np.uint64(steps)
     per_m, low, escapes = window[3], int(window[2]), len(ways.begins)
     low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), window[2]
     east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
@@ -96,11 +96,11 @@ def first_wide(
     while e < escapes:
         begin = begins[e]
         if seen[begin] == UNKNOWN:
-            ahead, left, when = led[begin, 0], led[begin, 1], led[begin, 5]
-            cosine, sine = led[begin, 3], led[begin, 4]
+            ahead, left, when = tips[begin, 0], tips[begin, 1], tips[begin, 5]
+            cosine, sine = tips[begin, 3], tips[begin, 4]
             placed[begin, 0] = start_x + start_cos * ahead - start_sin * left + east_mps * when
             placed[begin, 1] = start_y + start_sin * ahead + start_cos * left + north_mps * when
-            placed[begin, 2] = start_z + led[begin, 2] + up_mps * when
+            placed[begin, 2] = start_z + tips[begin, 2] + up_mps * when
             placed[begin, 3] = start_cos * cosine - start_sin * sine
             placed[begin, 4] = start_sin * cosine + start_cos * sine
             a = placed[begin, 0] * per_m - low_x

@@ -25,7 +25,7 @@ SURELY = 1e-6
 """Share of the reach by which a column lies aside at least of what beams see, to be passed over."""
 
 
-class Field(NamedTuple):
+class BeamField(NamedTuple):
     """Where beams of a pattern lie about a direction, in the bins of its raster."""
 
     lowest: FloatArray
@@ -51,7 +51,7 @@ class Field(NamedTuple):
 
 
 @compiled
-def field_of(raster: BeamRaster) -> Field:
+def field_of(raster: BeamRaster) -> BeamField:
     """Of all beams of a raster."""
     lowest, highest = np.full(raster.low.shape, np.inf), np.full(raster.low.shape, -np.inf)
     beside = np.zeros(raster.low.shape, dtype=np.uint8)
@@ -75,7 +75,7 @@ def field_of(raster: BeamRaster) -> Field:
                 beside[j, k] |= TO_LEFT
     per_column, per_row, bottom = raster.per_column, raster.per_row, raster.bottom
     bins = (lowest, highest, beside, per_column, per_row, bottom)
-    return Field(*bins, least, most, behind, right, left)
+    return BeamField(*bins, least, most, behind, right, left)
 
 
 @borrowing
@@ -135,7 +135,7 @@ def mark(
     low: IntArray,
     voxel: float,
     raster: BeamRaster,
-    field: Field,
+    field: BeamField,
     nearest: FloatArray,
     sensor: Sensor,
     reach: float,
@@ -154,7 +154,7 @@ def _mark_passed(
     free: Voxels,
     low: IntArray,
     voxel: float,
-    field: Field,
+    field: BeamField,
     around: FloatArray,
     sensor: Sensor,
     reach: float,
@@ -287,7 +287,7 @@ def _goes_on(
     distance: float,
     short: float,
     around: FloatArray,
-    field: Field,
+    field: BeamField,
 ) -> bool:
     """Whether beams lie about a direction, and all of them go on beyond a distance."""
     sine = z / (distance + TINY)

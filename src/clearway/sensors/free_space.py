@@ -24,7 +24,15 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.blind_range import heard_of
-from clearway.sensors.free_marking import COLUMNS, ROLL_WITHIN, ROWS, WITHIN, Field, field_of, mark
+from clearway.sensors.free_marking import (
+    COLUMNS,
+    ROLL_WITHIN,
+    ROWS,
+    WITHIN,
+    BeamField,
+    field_of,
+    mark,
+)
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor
@@ -67,7 +75,7 @@ class FreeSpace:
         """How far from the vehicle anything is marked."""
         self._complete_m = NO_BOX if complete_m is None else complete_m
         self._low = self._lowest(self._start_m)
-        self._looks: dict[str, tuple[BeamPattern, tuple[BeamRaster, Field]]] = {}
+        self._looks: dict[str, tuple[BeamPattern, tuple[BeamRaster, BeamField]]] = {}
 
     def __repr__(self) -> str:
         count = int(np.unpackbits(self._free.view(np.uint8)).sum())
@@ -168,7 +176,7 @@ class FreeSpace:
         nearest = np.argsort(squared, kind="stable")
         return np.asarray(ball[nearest[: np.count_nonzero(squared <= most**2)]], dtype=np.int64)
 
-    def _looks_of(self, lidar: Lidar) -> tuple[BeamRaster, Field]:
+    def _looks_of(self, lidar: Lidar) -> tuple[BeamRaster, BeamField]:
         """Where its beams look, in directions no finer than voxels are at their farthest."""
         known = self._looks.get(lidar.name)
         if known is None or known[0] is not lidar.pattern:
