@@ -9,7 +9,7 @@ import pytest
 
 from clearway.avoidance.clearance import moving_clearance, span_of
 from clearway.avoidance.escape_begun import KEEPS, begun_at, tips_of
-from clearway.avoidance.escape_chains import chain_keeps, chain_room
+from clearway.avoidance.escape_chains import chain_keeps, chain_room, rounds
 from clearway.avoidance.escape_legs import EscapeTerms, carried, pose_after, was_seen
 from clearway.avoidance.escape_places import NEARLY, loop_places, places_are_clear
 from clearway.avoidance.escape_search import first_escape, movements_of
@@ -31,6 +31,8 @@ from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.reach.legs import Legs
+from clearway.reach.upwind import ways_in_wind
 from clearway.reach.ways import Ways
 from clearway.sensors import simulate_scan
 from clearway.sensors.free_space import SHAPE
@@ -126,6 +128,42 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
             if chain_keeps(movements_of(escapes, escape), 0, pose, 0.5, legs, terms)
         )
         assert next(kept, -1) == found
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize("wind_mps", [(0.05, -0.1, 0.0), (0.15, 0.0, 0.0)])
+@pytest.mark.parametrize("often", [False, True])
+def test_likewise_where_beginnings_are_not_in_order(ways, yaw_rad, wind_mps, often) -> None:
+    """As they are of loops against the wind: some come long before those that they begin with."""
+    library, legs, wind = ways.library, ways.library.legs, np.array(wind_mps)
+    terms = ways._terms._replace(wind_mps=wind, least_s=30.0)
+    for attitude in range(3):
+        against = ways_in_wind(library, attitude, wind, 1.0)
+        assert (np.diff(against.begins) < 0).any()
+        pose = np.array([1.0, 0.0, 0.0, yaw_rad])
+        search = (attitude, pose, 1.0, terms, np.array([0.6, 0.2]), too_near(terms.margin_m))
+        wide = wide_space(terms.free)
+        wide.looked[0] = OFTEN if often else 0
+        laid_out = loop_places(against, legs), tips_of(against)
+        found, _, kept_m = first_escape(against, legs, *laid_out, *search, wide)
+        least = first_that_keeps(against, legs, attitude, pose, terms, (0.6, 0.2))
+        assert (found, kept_m if found >= 0 else 0.0) == least
+
+
+def first_that_keeps(
+    against: Ways, legs: Legs, attitude, pose, terms, aloof_m
+) -> tuple[int, float]:
+    """By trying them all."""
+    for unseen_m in aloof_m:
+        asked = terms._replace(unseen_m=unseen_m)
+        for escape in range(len(against.begins)):
+            loop = against.loop[escape]
+            once = against.loop_movement[against.loop_at[loop] : against.loop_at[loop + 1]]
+            before = movements_of(against, escape)[: -len(once)]
+            chain = np.concatenate([before, rounds(once, legs, asked.least_s)])
+            if chain_keeps(chain, attitude, pose, 1.0, legs, asked):
+                return escape, unseen_m
+    return -1, 0.0
 
 
 @pytest.mark.parametrize("often", [False, True])

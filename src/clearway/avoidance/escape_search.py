@@ -196,11 +196,12 @@ def _first_seen(
             if e == escapes:
                 break
         begin, first = ways.begins[e], e
-        if seen[begin] == UNKNOWN and steps < 0:
+        if steps < 0:  # Else `first_wide` has done both.
             place(begin, ways, legs, begun, wind)
-            beyond = seen[ways.parent[begin]] == FAILS
-            if beyond or not _is_clear(begun.placed[begin], unseen, terms):
-                seen[begin] = FAILS
+            if seen[begin] == UNKNOWN:
+                beyond = seen[ways.parent[begin]] == FAILS
+                if beyond or not _is_clear(begun.placed[begin], unseen, terms):
+                    seen[begin] = FAILS
         if seen[begin] != FAILS and clear[begin] != FAILS:
             until = e + 1 if steps >= 0 else escapes
             about = (begun, wind, met, cleared, unseen, terms, near)

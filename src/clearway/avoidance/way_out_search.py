@@ -47,8 +47,9 @@ class LaidOut(NamedTuple):
     tips: Tips
 
     @classmethod
-    def of(cls, ways: Ways, legs: Legs) -> LaidOut:
-        return cls(ways, loop_places(ways, legs), tips_of(ways))
+    def of(cls, ways: Ways, legs: Legs, tips: Tips | None = None) -> LaidOut:
+        """tips: of the same beginnings, where they are at hand."""
+        return cls(ways, loop_places(ways, legs), tips or tips_of(ways))
 
 
 @lru_cache(maxsize=64)
@@ -119,17 +120,20 @@ class WayOutSearch:
 
     def _searched(self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray) -> LaidOut:
         """Escapes from an attitude, and where they lead, where places of them are looked up."""
-        ways = self.library.ways[attitude]
+        ways, tips = self.library.ways[attitude], None
+        if legs is self.library.legs:
+            laid_out = _laid_out(self.library, attitude)
+            if not self.windy:
+                return laid_out
+            tips = laid_out.tips
         if self.windy:
             x, y, z = wind_mps.tolist()
             cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
             turned = np.array([cosine * x + sine * y, cosine * y - sine * x, z])
             ways = ways_in_wind(self.library, attitude, turned, self.speed_mps)
-        elif legs is self.library.legs:
-            return _laid_out(self.library, attitude)
         key = id(ways), id(legs)  # Of what is kept along with them.
         if key not in self._laid_out:
-            self._laid_out[key] = legs, LaidOut.of(ways, legs)
+            self._laid_out[key] = legs, LaidOut.of(ways, legs, tips)
         return self._laid_out[key][1]
 
     def _path(

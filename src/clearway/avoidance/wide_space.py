@@ -95,29 +95,27 @@ def first_wide(
     beside2, e = beside * beside, escape
     while e < escapes:
         begin = begins[e]
-        if seen[begin] == UNKNOWN:
-            ahead, left, when = tips[begin, 0], tips[begin, 1], tips[begin, 5]
-            cosine, sine = tips[begin, 3], tips[begin, 4]
-            placed[begin, 0] = start_x + start_cos * ahead - start_sin * left + east_mps * when
-            placed[begin, 1] = start_y + start_sin * ahead + start_cos * left + north_mps * when
-            placed[begin, 2] = start_z + tips[begin, 2] + up_mps * when
-            placed[begin, 3] = start_cos * cosine - start_sin * sine
-            placed[begin, 4] = start_sin * cosine + start_cos * sine
-            a = placed[begin, 0] * per_m - low_x
-            b = placed[begin, 1] * per_m - low_y
-            c = placed[begin, 2] * per_m - low_z
-            dx, dy, dz = a - from_x, b - from_y, c - from_z
-            if seen[parent[begin]] == FAILS or (
-                _is_missing(a, b, c, level, low, voxels) and dx * dx + dy * dy + dz * dz > beside2
-            ):
-                seen[begin] = FAILS
+        if seen[begin] == UNKNOWN and seen[parent[begin]] == FAILS:
+            seen[begin] = FAILS
         if seen[begin] == FAILS or clear[begin] == FAILS:
             while e < escapes and begins[e] == begin:
                 e += 1
             continue
+        ahead, left, when = tips[begin, 0], tips[begin, 1], tips[begin, 5]
+        cosine, sine = tips[begin, 3], tips[begin, 4]
+        placed[begin, 0] = start_x + start_cos * ahead - start_sin * left + east_mps * when
+        placed[begin, 1] = start_y + start_sin * ahead + start_cos * left + north_mps * when
+        placed[begin, 2] = start_z + tips[begin, 2] + up_mps * when
+        placed[begin, 3] = start_cos * cosine - start_sin * sine
+        placed[begin, 4] = start_sin * cosine + start_cos * sine
         x = placed[begin, 0] * per_m - low_x
         y = placed[begin, 1] * per_m - low_y
         z = placed[begin, 2] * per_m - low_z
+        if seen[begin] == UNKNOWN and _is_missing(x, y, z, level, low, voxels):
+            dx, dy, dz = x - from_x, y - from_y, z - from_z
+            if dx * dx + dy * dy + dz * dz > beside2:
+                seen[begin] = FAILS
+                continue  # To its other escapes.
         cosine, sine = per_m * placed[begin, 3], per_m * placed[begin, 4]
         while e < escapes and begins[e] == begin:
             if met[e] != FAILS and cleared[e] != FAILS:
