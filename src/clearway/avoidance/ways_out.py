@@ -80,7 +80,7 @@ class WaysOut:
             in_wind_s(planner.automaton),
             self.strict,
             too_near(near.margin_m),
-            wide_space(self._terms.free),
+            wide_space(),
         )
         self._surface_m = SURFACE / self._terms.window[3] + 3.0 * situation.range_sigma_m
         self._aloof: dict[int, bool] = {}

@@ -31,21 +31,20 @@ class WideSpace(NamedTuple):
     the axes."""
 
     seen: Voxels
-    """[MOST + 1, words, ACROSS, ACROSS] words of columns, from the lowest column on."""
+    """[MOST + 1, ACROSS, ACROSS] a word for each column, from the lowest one on: WORD voxels."""
     between: Voxels
-    """[words, ACROSS, ACROSS] to work with."""
+    """[ACROSS, ACROSS] to work with."""
     low: IntArray
-    """[2] number of the lowest column along each level axis."""
+    """[3] number of the lowest voxel along each axis."""
     looked: IntArray
     """[1] loops looked at up to now; FILLED once the voxels are."""
 
 
-def wide_space(free: Voxels) -> WideSpace:
-    """Room for them: nobody has touched it. free: as of `SeenSpace`."""
-    words = free.shape[2]
-    seen = np.empty((MOST + 1, words, ACROSS, ACROSS), dtype=np.uint64)
-    between = np.empty((words, ACROSS, ACROSS), dtype=np.uint64)
-    return WideSpace(seen, between, np.zeros(2, np.int64), np.zeros(1, np.int64))
+def wide_space() -> WideSpace:
+    """Room for them: nobody has touched it."""
+    seen = np.empty((MOST + 1, ACROSS, ACROSS), dtype=np.uint64)
+    between = np.empty((ACROSS, ACROSS), dtype=np.uint64)
+    return WideSpace(seen, between, np.zeros(3, np.int64), np.zeros(1, np.int64))
 
 
 @borrowing
@@ -82,8 +81,8 @@ def first_wide(
     """
     begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
     placed, tips, voxels, level = begun.placed, begun.tips.places, wide.seen, np.uint64(steps)
-    per_m, low, escapes = window[3], int(window[2]), len(ways.begins)
-    low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), window[2]
+    per_m, escapes = window[3], len(ways.begins)
+    low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), float(wide.low[2])
     east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
     start_x, start_y, start_z = placed[0, 0], placed[0, 1], placed[0, 2]
     start_cos, start_sin = placed[0, 3], placed[0, 4]
@@ -111,7 +110,7 @@ def first_wide(
         x = placed[begin, 0] * per_m - low_x
         y = placed[begin, 1] * per_m - low_y
         z = placed[begin, 2] * per_m - low_z
-        if seen[begin] == UNKNOWN and _is_missing(x, y, z, level, low, voxels):
+        if seen[begin] == UNKNOWN and _is_missing(x, y, z, level, voxels):
             dx, dy, dz = x - from_x, y - from_y, z - from_z
             if dx * dx + dy * dy + dz * dz > beside2:
                 seen[begin] = FAILS
@@ -125,7 +124,7 @@ def first_wide(
                     a = x + cosine * ahead - sine * left + east_mps * when
                     b = y + sine * ahead + cosine * left + north_mps * when
                     c = z + per_m * places[n, 2] + up_mps * when
-                    if _is_missing(a, b, c, level, low, voxels):
+                    if _is_missing(a, b, c, level, voxels):
                         dx, dy, dz = a - from_x, b - from_y, c - from_z
                         if dx * dx + dy * dy + dz * dz > beside2:
                             is_wide = False
@@ -137,21 +136,18 @@ def first_wide(
 
 
 @inlined
-def _is_missing(a: float, b: float, c: float, level: np.uint64, low: int, seen: Voxels) -> bool:
+def _is_missing(a: float, b: float, c: float, level: np.uint64, seen: Voxels) -> bool:
     """Whether a place, in voxels from the lowest one, has a voxel beside it that was not seen, as
-    far as that is filled in; low: number of the lowest row."""
-    rows = WORD * seen.shape[1]
-    if min(a, b, c) < 0.0 or max(a, b) >= ACROSS or c >= rows:
+    far as that is filled in."""
+    if min(a, b, c) < 0.0 or max(a, b) >= ACROSS or c >= WORD:
         return False
-    at = (int(c) + low) & (rows - 1)
-    word = seen[level, np.uint64(at // WORD), np.uint64(a), np.uint64(b)]
-    return bool(not (word >> np.uint64(at & (WORD - 1))) & ONE)
+    return bool(not (seen[level, np.uint64(a), np.uint64(b)] >> np.uint64(c)) & ONE)
 
 
 @borrowing
 def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
     """Count loops that are looked at; whether that was once too often, and all is filled in now."""
-    if wide.looked[0] == FILLED or terms.free.shape[0] < ACROSS:
+    if wide.looked[0] == FILLED or terms.free.shape[0] < ACROSS or terms.free.shape[2] < 2:
         return False
     wide.looked[0] += loops
     if wide.looked[0] <= OFTEN:
@@ -162,21 +158,25 @@ def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
 
 @borrowing
 def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
-    """Note what was seen about the vehicle; beyond the columns all counts as seen."""
+    """Note what was seen about the vehicle; what lies farther off counts as seen."""
     wide.looked[0] = FILLED
-    free, window = terms.free, terms.window
-    columns = free.shape[0]
-    for axis in range(2):
+    free, window, low = terms.free, terms.window, wide.low
+    columns, words = free.shape[0], free.shape[2]
+    for axis in range(3):
+        across, most = (ACROSS, columns) if axis < 2 else (WORD, WORD * words)
         lowest = int(window[axis])
-        here = int(np.floor(terms.origin_m[axis] * window[3])) - ACROSS // 2
-        wide.low[axis] = min(max(here, lowest), lowest + columns - ACROSS)
+        here = int(np.floor(terms.origin_m[axis] * window[3])) - across // 2
+        low[axis] = min(max(here, lowest), lowest + most - across)
+    low_a, low_b = low[0], low[1]
+    # A word from within two, one above the other.
+    under, bit = np.uint64((low[2] // WORD) & (words - 1)), np.uint64(low[2] & (WORD - 1))
+    over, rest = np.uint64((low[2] // WORD + 1) & (words - 1)), np.uint64(WORD - 1) - bit
     alone, one, two, between = wide.seen[0], wide.seen[1], wide.seen[2], wide.between
-    low_a, low_b = wide.low[0], wide.low[1]
-    for w in range(free.shape[2]):
-        for i in range(ACROSS):
-            a = np.uint64((low_a + i) & (columns - 1))
-            for j in range(ACROSS):
-                alone[w, i, j] = free[a, np.uint64((low_b + j) & (columns - 1)), w]
+    for i in range(ACROSS):
+        a = np.uint64((low_a + i) & (columns - 1))
+        for j in range(ACROSS):
+            b = np.uint64((low_b + j) & (columns - 1))
+            alone[i, j] = (free[a, b, under] >> bit) | ((free[a, b, over] << rest) << ONE)
     _narrow_upwards(alone, one)
     _narrow_sideways(one, between)
     _narrow_along(between, one)
@@ -187,39 +187,33 @@ def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
 
 @borrowing
 def _narrow_upwards(before: Voxels, into: Voxels) -> None:
-    """Of voxels, those with neighbours above and below: [words, ACROSS, ACROSS]."""
-    one, last, words = np.uint64(1), np.uint64(WORD - 1), before.shape[0]
-    for w in range(words):
-        under, over = (w + words - 1) % words, (w + 1) % words
-        for i in range(ACROSS):
-            for j in range(ACROSS):
-                here = before[w, i, j]
-                from_below = (here << one) | (before[under, i, j] >> last)
-                from_above = (here >> one) | (before[over, i, j] << last)
-                into[w, i, j] = here & from_below & from_above
+    """Of voxels, those with neighbours above and below: [ACROSS, ACROSS]."""
+    highest = ONE << np.uint64(WORD - 1)
+    for i in range(ACROSS):
+        for j in range(ACROSS):
+            here = before[i, j]
+            into[i, j] = here & ((here << ONE) | ONE) & ((here >> ONE) | highest)
 
 
 @borrowing
 def _narrow_sideways(before: Voxels, into: Voxels) -> None:
     """Those with neighbours in the columns beside."""
     last = ACROSS - 1
-    for w in range(before.shape[0]):
-        for i in range(ACROSS):
-            into[w, i, 0] = before[w, i, 0] & before[w, i, 1]
-            for j in range(1, last):
-                into[w, i, j] = before[w, i, j - 1] & before[w, i, j] & before[w, i, j + 1]
-            into[w, i, last] = before[w, i, last - 1] & before[w, i, last]
+    for i in range(ACROSS):
+        into[i, 0] = before[i, 0] & before[i, 1]
+        for j in range(1, last):
+            into[i, j] = before[i, j - 1] & before[i, j] & before[i, j + 1]
+        into[i, last] = before[i, last - 1] & before[i, last]
 
 
 @borrowing
 def _narrow_along(before: Voxels, into: Voxels) -> None:
     """Those with neighbours in the rows of columns beside."""
     last = ACROSS - 1
-    for w in range(before.shape[0]):
+    for j in range(ACROSS):
+        into[0, j] = before[0, j] & before[1, j]
+    for i in range(1, last):
         for j in range(ACROSS):
-            into[w, 0, j] = before[w, 0, j] & before[w, 1, j]
-        for i in range(1, last):
-            for j in range(ACROSS):
-                into[w, i, j] = before[w, i - 1, j] & before[w, i, j] & before[w, i + 1, j]
-        for j in range(ACROSS):
-            into[w, last, j] = before[w, last - 1, j] & before[w, last, j]
+            into[i, j] = before[i - 1, j] & before[i, j] & before[i + 1, j]
+    for j in range(ACROSS):
+        into[last, j] = before[last - 1, j] & before[last, j]
