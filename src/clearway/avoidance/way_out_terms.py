@@ -12,7 +12,7 @@ from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, margin_slope
 from clearway.avoidance.way_out import Escape
-from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.frames import FloatArray, length_of, world_from_body
 from clearway.reach.lattice import grid_from_level
 from clearway.reach.legs import SAME_RAD
 from clearway.sensors.seen_space import NOTHING_SEEN
@@ -64,9 +64,9 @@ def carried_m(planner: Planner, situation: Situation | Here) -> float:
     if library is None:
         return 0.0
     roll, pitch, _ = situation.state.attitude_rad.tolist()
-    tilt_rad = np.linalg.norm(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
-    drift_mps = planner.speed_mps * min(1.0, float(tilt_rad)) if tilt_rad > SAME_RAD else 0.0
-    drift_mps += float(np.linalg.norm(situation.wind_mps))
+    tilt_rad = length_of(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
+    drift_mps = planner.speed_mps * min(1.0, tilt_rad) if tilt_rad > SAME_RAD else 0.0
+    drift_mps += length_of(situation.wind_mps)
     return drift_mps * in_wind_s(planner.automaton) if drift_mps else 0.0
 
 

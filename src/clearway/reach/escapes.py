@@ -80,9 +80,10 @@ class EscapeLibrary:
     def legs_at(self, roll_rad: float, pitch_rad: float) -> Legs:
         """Where movements lead if the nearest attitude is really this one, and all others are off
         by as much."""
-        off = np.array([roll_rad, pitch_rad]) - self.attitudes[self.nearest(roll_rad, pitch_rad)]
-        if np.all(np.abs(off) <= SAME_RAD):
+        roll, pitch = self.attitudes[self.nearest(roll_rad, pitch_rad)].tolist()
+        if abs(roll_rad - roll) <= SAME_RAD and abs(pitch_rad - pitch) <= SAME_RAD:
             return self.legs
+        off = np.array([roll_rad - roll, pitch_rad - pitch])
         paths = movement_paths(self.automaton, SAMPLES)
         attitudes = self.attitudes + off
         return legs_of(paths, attitudes, self._within_limit(attitudes), self.automaton)

@@ -12,6 +12,7 @@ nobody has seen.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cached_property
 
@@ -190,8 +191,17 @@ class FreeSpace:
         middle = np.floor(position_m / self._voxel_m).astype(np.int64)
         return np.asarray(middle - np.array(SHAPE) // 2, dtype=np.int64)
 
+    def _is_about(self, position_m: FloatArray) -> bool:
+        """Whether the window need not follow to a place."""
+        for at, low, count in zip(position_m.tolist(), self._low.tolist(), SHAPE, strict=True):
+            if abs(math.floor(at / self._voxel_m) - count // 2 - low) > count // ROLL_WITHIN:
+                return False
+        return True
+
     def _follow(self, position_m: FloatArray) -> None:
         """Let the window follow the vehicle, and clear what comes into it."""
+        if self._is_about(position_m):
+            return
         wanted = self._lowest(position_m)
         low = self._low.copy()
         for axis, count in enumerate(SHAPE):
