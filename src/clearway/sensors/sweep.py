@@ -89,7 +89,7 @@ def remembered_after(
 ) -> Swept:
     """What a sweep from a place leaves of what was remembered, and what it adds."""
     voxel, reach, capacity = limits.voxel_m, limits.reach_m, limits.capacity
-    refuted = _count_refuted(before, doubt)
+    refuted = _count_refuted(before, doubt) if _count_cleared(doubt) else 0
     _expire(before, doubt, origin, reach, limits.oldest_s)
     if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, capacity, limits.fine_m):
         # Nothing comes, nothing goes: but for doubt all is as it was.
