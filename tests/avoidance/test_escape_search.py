@@ -197,7 +197,7 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
     window[:3] = rng.integers(-300, 300, 3)
     per_m = window[3]
     middle = (window[:3] + np.array(SHAPE) / 2) / per_m
-    origin = middle + rng.uniform([-20, -20, -4], [20, 20, 4])
+    origin = middle + rng.uniform([-15, -15, -4], [15, 15, 4])
     window[4:7], window[7] = origin + rng.uniform(-3.0, 3.0, 3), float(rng.choice([0.0, 2.5]))
     if window[7] > 0.0:  # Nothing was seen in it, and all about it.
         a, b, c = np.floor((window[4:7] - 5.0) * per_m).astype(np.int64)
@@ -209,8 +209,9 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
     terms = ways._terms._replace(free=packed(free), window=window, origin_m=origin)
     wide = wide_space()
     fill_in_wide(wide, terms)
-    where = rng.uniform([-20, -20, -18], [20, 20, 18], (3000, 3))
+    where = rng.uniform([-40, -40, -24], [40, 40, 24], (4000, 3))
     where[:1000] = window[4:7] - origin + rng.uniform(-4.0, 4.0, (1000, 3))
+    where[1000:2000] *= 0.25
     places = np.column_stack([where, np.zeros(len(where))])
     count, one = len(places), np.zeros(1, dtype=np.int64)
     loops = np.arange(count)
@@ -226,7 +227,7 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
     assert steps == min(int(radius * per_m), MOST)
     kept, at = set(), 0
     while at < count:
-        about = (unknown, unknown, clear, seen, radius, steps, wide, window)
+        about = (unknown, unknown, clear, seen, radius, steps, wide, terms.free, window)
         at = first_wide(at, each, places, begun, np.zeros(3), *about)
         kept.add(at)
         at += 1
@@ -235,10 +236,13 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
     }
     assert truly <= kept
     beyond_m = window[7] + np.sqrt(3.0) * (radius + 2.1 / per_m) if window[7] > 0.0 else 0.0
-    for n in np.flatnonzero((np.abs(where) < [11.0, 11.0, 6.0]).all(axis=1)).tolist():
+    near = (np.abs(where) < [11.0, 11.0, 6.0]).all(axis=1)
+    far = (np.abs(where) > [17.0, 17.0, 13.0]).any(axis=1)  # The window may end there.
+    for n in np.flatnonzero(near | far).tolist():
         if np.linalg.norm(origin + where[n] - window[4:7]) > beyond_m:
             a, b, c = np.floor((origin + where[n]) * per_m).astype(np.int64).tolist()
-            box = (a - steps, a + steps, b - steps, b + steps, c - steps, c + steps)
+            more = steps if near[n] else 0
+            box = (a - more, a + more, b - more, b + more, c - more, c + more)
             assert (n in kept) == is_box_free(terms.free, window, box, NO_VOXELS)
 
 

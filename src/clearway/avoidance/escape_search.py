@@ -191,7 +191,7 @@ def _first_seen(
     while e < escapes:
         if steps >= 0:
             lead_up_to(len(begun.posed) - 1, ways, legs, begun.tips)
-            looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.window)
+            looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.free, terms.window)
             e = first_wide(e, ways, places, begun, wind, *looked_up)
             if e == escapes:
                 break

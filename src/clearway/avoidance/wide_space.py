@@ -13,7 +13,7 @@ from clearway.base.arrays import IntArray
 from clearway.base.compiled import borrowing, inlined
 from clearway.base.frames import FloatArray
 from clearway.reach.ways import Ways
-from clearway.sensors.seen_space import ONE, WORD, Voxels
+from clearway.sensors.seen_space import ONE, WORD, Voxels, is_marked
 
 ACROSS = 128
 """Columns along both level axes, a power of two."""
@@ -71,6 +71,7 @@ def first_wide(
     radius: float,
     steps: int,
     wide: WideSpace,
+    free: Voxels,
     window: FloatArray,
 ) -> int:
     """The first from an escape on that has not failed, and of which all about its loop's places and
@@ -110,7 +111,7 @@ def first_wide(
         x = placed[begin, 0] * per_m - low_x
         y = placed[begin, 1] * per_m - low_y
         z = placed[begin, 2] * per_m - low_z
-        if seen[begin] == UNKNOWN and _is_missing(x, y, z, level, voxels):
+        if seen[begin] == UNKNOWN and _is_missing(x, y, z, level, voxels, wide, free, window):
             dx, dy, dz = x - from_x, y - from_y, z - from_z
             if dx * dx + dy * dy + dz * dz > beside2:
                 seen[begin] = FAILS
@@ -124,7 +125,7 @@ def first_wide(
                     a = x + cosine * ahead - sine * left + east_mps * when
                     b = y + sine * ahead + cosine * left + north_mps * when
                     c = z + per_m * places[n, 2] + up_mps * when
-                    if _is_missing(a, b, c, level, voxels):
+                    if _is_missing(a, b, c, level, voxels, wide, free, window):
                         dx, dy, dz = a - from_x, b - from_y, c - from_z
                         if dx * dx + dy * dy + dz * dz > beside2:
                             is_wide = False
@@ -136,12 +137,33 @@ def first_wide(
 
 
 @inlined
-def _is_missing(a: float, b: float, c: float, level: np.uint64, seen: Voxels) -> bool:
-    """Whether a place, in voxels from the lowest one, has a voxel beside it that was not seen, as
-    far as that is filled in."""
+def _is_missing(
+    a: float,
+    b: float,
+    c: float,
+    level: np.uint64,
+    seen: Voxels,
+    wide: WideSpace,
+    free: Voxels,
+    window: FloatArray,
+) -> bool:
+    """Whether a place, in voxels from the lowest one, has a voxel beside it that was not seen; of
+    places farther off than is filled in, whether their own was not."""
     if min(a, b, c) < 0.0 or max(a, b) >= ACROSS or c >= WORD:
-        return False
+        return _was_not_seen(a, b, c, wide.low, free, window)
     return bool(not (seen[level, np.uint64(a), np.uint64(b)] >> np.uint64(c)) & ONE)
+
+
+@borrowing
+def _was_not_seen(
+    a: float, b: float, c: float, low: IntArray, free: Voxels, window: FloatArray
+) -> bool:
+    """Whether the voxel of a place was not seen, or lies beyond the window."""
+    i, j, k = int(np.floor(a)) + low[0], int(np.floor(b)) + low[1], int(np.floor(c)) + low[2]
+    columns, rows = free.shape[0], WORD * free.shape[2]
+    if not (0 <= i - window[0] < columns and 0 <= j - window[1] < columns):
+        return True
+    return not (0 <= k - window[2] < rows and is_marked(free, i, j, k))
 
 
 @borrowing
@@ -158,7 +180,7 @@ def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
 
 @borrowing
 def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
-    """Note what was seen about the vehicle; what lies farther off counts as seen."""
+    """Note what was seen about the vehicle; beside what lies farther off all counts as seen."""
     wide.looked[0] = FILLED
     free, window, low = terms.free, terms.window, wide.low
     columns, words = free.shape[0], free.shape[2]
