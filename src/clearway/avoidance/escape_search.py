@@ -238,7 +238,8 @@ def _first_clear(
     while e < escapes:
         begin = ways.begins[e]
         if clear[begin] == UNKNOWN:
-            put(begin, ways, legs, begun)
+            if begun.posed[begin] == UNKNOWN:
+                put(begin, ways, legs, begun)
             then, when = begun.poses[begin], begun.times_s[begin]
             beyond = clear[ways.parent[begin]] == FAILS
             if beyond or not _is_clear_of_returns(HERE, 0, 1, then, when, terms, near):
@@ -277,7 +278,7 @@ def _first_loop_seen(
     free, window, begins = terms.free, terms.window, ways.begins
     begin, e = begins[escape], escape
     in_cells, within_m = near.looked[0] == FILLED, NEARLY * terms.margin_m
-    if in_cells:
+    if in_cells and begun.posed[begin] == UNKNOWN:
         put(begin, ways, legs, begun)
     placed, pose, start_s = begun.placed[begin], begun.poses[begin], begun.times_s[begin]
     x, y, z, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
