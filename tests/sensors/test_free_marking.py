@@ -36,8 +36,9 @@ def pattern(rng: np.random.Generator, seed: int) -> BeamPattern:
     return BeamPattern("p", azimuth.ravel(), elevation_rad=elevation.ravel(), spacing_rad=spacing)
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", [*range(8), 19, 29, 42, 47, 65, 70])
 def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
+    """The later ones have columns that only just reach into what beams see."""
     rng = np.random.default_rng(seed)
     raster = beam_raster(pattern(rng, seed))
     field = field_of(raster)
