@@ -190,7 +190,8 @@ def _first_seen(
     e, steps = escape, steps_within(wide, radius, terms)
     while e < escapes:
         if steps >= 0:
-            lead_up_to(len(begun.posed) - 1, ways, legs, begun.tips)
+            if begun.tips.known[0] < len(begun.posed):
+                lead_up_to(len(begun.posed) - 1, ways, legs, begun.tips)
             looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.free, terms.window)
             e = first_wide(e, ways, places, begun, wind, *looked_up)
             if e == escapes:
