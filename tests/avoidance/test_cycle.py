@@ -1,4 +1,4 @@
-"""An ordinary decision, in two compiled calls, is what its steps alone come to."""
+"""An ordinary decision, in one compiled call, is what its steps alone come to."""
 
 from dataclasses import replace
 from functools import partial
@@ -10,19 +10,27 @@ from hypothesis import strategies as st
 
 from clearway.avoidance.candidates import Candidates, Commitment, Side, log_ratings
 from clearway.avoidance.costs import curved_distance_to_go
-from clearway.avoidance.cycle import PassedCells, assessed
+from clearway.avoidance.cycle import assessed
 from clearway.avoidance.decide import decide
 from clearway.avoidance.evidence import Sources
-from clearway.avoidance.fusion import Evidence, assess_cells, rate_reach_set, total, untouched
+from clearway.avoidance.fusion import (
+    Evidence,
+    PassedCells,
+    assess_cells,
+    rate_reach_set,
+    total,
+    untouched,
+)
 from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
 from clearway.avoidance.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.tiers import NO_LOITER as LAST
 from clearway.avoidance.tiers import NodeRatings, in_order, picked
 from clearway.base.errors import ClearwayError
+from clearway.base.frames import world_from_body
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach.tree import ReachSet
-from clearway.sensors import coated_cells
+from clearway.sensors import Scan, coated_cells, detect
 from first_clear import RoomPrice, first_clear
 from situations_for_tests import Draws, situation
 from worlds_for_tests import GRID, LIBRARY, LIDAR, planner
@@ -70,18 +78,13 @@ def test_what_is_known_is_rated_as_step_by_step(seed: int, unknown: float, retur
     points = PointHazards(
         rng.uniform([0, -6, -5], [11, 6, 5], (returns, 3)), rng.uniform(0.0, 0.3, returns)
     )
-    ways = PassedCells(
-        REACH_SET.parent, REACH_SET.cell_start, REACH_SET.cell_index, REACH_SET.exit_kind
-    )
-    found = assessed(told, points, margin_m, GRID.edges, unknown, 1.0, ways)
+    passed = PassedCells.of(REACH_SET)
+    found = assessed(told, points, margin_m, GRID.edges, unknown, 1.0, passed)
     coated = coated_cells(GRID, points.position_m, points.radius_m + margin_m)
     coated |= told.coated_by_map
     cells = assess_cells(told.evidence(GRID, coated), total, unknown, 1.0)
     reach = rate_reach_set(REACH_SET, cells.rating)
     alone = (
-        coated,
-        cells.map,
-        cells.obstacle,
         cells.rating,
         reach.node_rating,
         reach.feasibility,
@@ -245,10 +248,39 @@ def test_costs_that_are_no_numbers_are_refused_in_one_call_too() -> None:
 
 
 def test_logarithms_of_ratings_are_those_of_numpy() -> None:
-    reach = rate_reach_set(REACH_SET, np.linspace(0.0, 1.0, GRID.cells))
-    logs = log_ratings(reach, REACH_SET.trajectories)
-    expected = np.log(np.maximum(reach.node_rating[REACH_SET.trajectories], 1e-6))
-    np.testing.assert_array_equal(logs, expected)
+    ratings = np.concatenate([np.linspace(0.0, 1.0, 500), [1e-7, 1e-6, np.nan]])
+    every_other = np.arange(0, len(ratings), 2)
+    logs = log_ratings(ratings, every_other)
+    np.testing.assert_array_max_ulp(logs, np.log(np.maximum(ratings, 1e-6))[every_other])
+
+
+@given(SEEDS, st.integers(0, 200))
+@settings(max_examples=40, deadline=None)
+def test_a_scan_at_hand_decides_as_what_it_says_of_the_cells(seed: int, returns: int) -> None:
+    """Sorted into cells within the one call, or before it."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0.0, 5.0, (returns, 3))
+    points[rng.uniform(size=returns) < 0.02] = np.nan
+    turned = world_from_body(rng.uniform(-0.5, 0.5, 3)), rng.normal(0.0, 0.5, 3)
+    told = detect(GRID, LIDAR, Scan(points, 5.0, LIDAR.name), grid_from_body=turned)
+    moment = situation(Draws(seed, 0.0), GRID, LIDAR)
+    placed, spelt_out = replace(moment, detections=[told]), replace(told, hits=told.hits)
+    assert (told.scan_at_hand is None, spelt_out.scan_at_hand is None) == (False, True)
+    one, other = (decide(IN_ONE, replace(placed, detections=[d])) for d in (told, spelt_out))
+    assert (one.choice.node, one.choice.cost_m) == (other.choice.node, other.choice.cost_m)
+    assert one.choice.rating == other.choice.rating
+    for name in ("detected", "visibility", "seen", "coated"):
+        np.testing.assert_array_equal(
+            getattr(one.cells.evidence, name), getattr(other.cells.evidence, name)
+        )
+    np.testing.assert_array_equal(one.cells.rating, other.cells.rating)
+
+
+def test_what_is_told_otherwise_than_the_scan_says_counts() -> None:
+    told = detect(GRID, LIDAR, Scan(np.array([[5.0, 0.0, 0.0]]), 5.0, LIDAR.name))
+    changed = replace(told, probability=np.ones(GRID.cells))
+    moment = replace(situation(Draws(3, 0.0), GRID, LIDAR), detections=[changed])
+    np.testing.assert_array_equal(decide(IN_ONE, moment).cells.evidence.detected, 1.0)
 
 
 def test_only_the_cost_to_go_that_is_given_is_made_part_of_one_call() -> None:

@@ -10,7 +10,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.sensors import BeamPattern
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.returns import Filters, bin_returns
-from clearway.sensors.scan_cells import detected_in, hindrance_of, share_of
+from clearway.sensors.scan_cells import PlacedScan, detected_in, hindrance_of, share_of
 
 GRID = AvoidanceGrid.uniform()
 PATTERN = BeamPattern.per_cell(GRID, 4, 3, max_range_m=12.0)
@@ -34,7 +34,8 @@ def test_a_scan_in_one_call_is_its_steps(seed: int, count: int, has_ground: bool
         0.01,
     )
     beams = count_beams(GRID, PATTERN, filters.rotation)
-    found = detected_in(read_only(points), filters, cell_tables(GRID), beams, GRID.layers)
+    scan = PlacedScan(read_only(points), filters, cell_tables(GRID), beams, GRID.layers)
+    found = detected_in(scan)
     binned = bin_returns(read_only(points), filters, cell_tables(GRID))
     hindrance, visibility = hindrance_of(binned.hindering, binned.blocked, beams, GRID.layers)
     steps = (

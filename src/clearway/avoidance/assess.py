@@ -6,9 +6,10 @@ The first half of every decision, and all of what looks at a scene: there is no 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
-from clearway.avoidance.cycle import PassedCells, assessed
+from clearway.avoidance.cycle import assessed
 from clearway.avoidance.evidence import (
     CountedAs,
     InReach,
@@ -21,6 +22,7 @@ from clearway.avoidance.evidence import (
 )
 from clearway.avoidance.fusion import (
     CellAssessment,
+    PassedCells,
     ReachAssessment,
     assess_cells,
     rate_reach_set,
@@ -28,9 +30,34 @@ from clearway.avoidance.fusion import (
     untouched,
 )
 from clearway.avoidance.situation import Situation
+from clearway.base.brief import brief
+from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 from clearway.traffic import IntruderCells
+
+
+@dataclass(frozen=True, eq=False)
+class KnownCells:
+    """What all sources together mean for the cells, put together when somebody asks."""
+
+    terms: Terms = field(repr=False)
+    near: InReach
+    sources: Sources
+
+    __repr__ = brief
+
+    @cached_property
+    def assessed(self) -> CellAssessment:
+        """(4.17), (5.54), step by step."""
+        terms, settings = self.terms, self.terms.settings
+        coated = coated_cells(terms, self.near, self.sources)
+        evidence = self.sources.evidence(terms.grid, coated)
+        return assess_cells(evidence, terms.cell_rating, settings.unknown, settings.unknown_unseen)
+
+    def rating(self) -> FloatArray:
+        """[cells] how safe a passage is."""
+        return self.assessed.rating
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,10 +68,16 @@ class Assessment:
     """In the grid frame."""
     intruders: tuple[IntruderCells, ...]
     """All of them together, or each on its own where it is told how it counts."""
-    cells: CellAssessment
+    known: KnownCells
     reach: ReachAssessment
     untouched: BoolArray
     """[nodes] paths that pass no coated cell (def. 6)."""
+
+    __repr__ = brief
+
+    @property
+    def cells(self) -> CellAssessment:
+        return self.known.assessed
 
 
 def assess_situation(
@@ -63,55 +96,42 @@ def assess_situation(
     """
     near = in_reach(terms, situation, reach_m, horizon_s)
     intruders = intruder_cells(terms, near, counted)  # (5.36)
-    sources = sources_of(terms, situation, near, intruders)  # (5.38), (5.47), (5.53), (5.37)
-    assess = _assess if terms.cell_rating is total else _assess_by_own_rating
-    return assess(terms, near, intruders, sources, reach_set)
+    return assess_near(terms, situation, near, intruders, reach_set)
 
 
-def _assess(
+def assess_near(
     terms: Terms,
+    situation: Situation,
     near: InReach,
     intruders: tuple[IntruderCells, ...],
-    sources: Sources,
     reach_set: ReachSet,
+) -> Assessment:
+    """The same of what has been found to be near."""
+    sources = sources_of(terms, situation, near, intruders)  # (5.38), (5.47), (5.53), (5.37)
+    known = KnownCells(terms, near, sources)
+    if terms.cell_rating is total:
+        return _in_one(known, intruders, reach_set)
+    cells = known.assessed  # (4.17), (5.54)
+    reach = rate_reach_set(reach_set, cells.rating, terms.settings.threshold)  # (4.22), (4.23)
+    clear = untouched(reach_set, cells.evidence.coated)
+    return Assessment(near, intruders, known, reach, clear)
+
+
+def _in_one(
+    known: KnownCells, intruders: tuple[IntruderCells, ...], reach_set: ReachSet
 ) -> Assessment:
     """In one compiled call."""
-    settings = terms.settings
+    near, settings = known.near, known.terms.settings
     found = assessed(
-        sources,
+        known.sources,
         near.hazards.points,
         near.margin_m,
-        terms.grid.edges,
+        known.terms.grid.edges,
         float(settings.unknown),
         float(settings.unknown_unseen),
-        PassedCells(
-            reach_set.parent, reach_set.cell_start, reach_set.cell_index, reach_set.exit_kind
-        ),
-    )  # (4.17), (5.54), (4.21), (4.22)
-    evidence = sources.evidence(terms.grid, found.coated)
-    cells = CellAssessment(evidence, found.map, found.obstacle, found.rating)
+        PassedCells.of(reach_set),
+    )  # (4.21), (4.22)
     reach = ReachAssessment(
-        found.node_rating,
-        found.feasibility,
-        reach_set,
-        found.rating,
-        float(settings.threshold),
+        found.node_rating, found.feasibility, reach_set, known.rating, float(settings.threshold)
     )  # (4.23)
-    return Assessment(near, intruders, cells, reach, found.untouched)
-
-
-def _assess_by_own_rating(
-    terms: Terms,
-    near: InReach,
-    intruders: tuple[IntruderCells, ...],
-    sources: Sources,
-    reach_set: ReachSet,
-) -> Assessment:
-    """Step by step, since one of them is in Python."""
-    settings = terms.settings
-    evidence = sources.evidence(terms.grid, coated_cells(terms, near, sources))
-    cells = assess_cells(
-        evidence, terms.cell_rating, settings.unknown, settings.unknown_unseen
-    )  # (4.17), (5.54)
-    reach = rate_reach_set(reach_set, cells.rating, settings.threshold)  # (4.22), (4.23)
-    return Assessment(near, intruders, cells, reach, untouched(reach_set, evidence.coated))
+    return Assessment(near, intruders, known, reach, found.untouched)

@@ -127,9 +127,9 @@ def price_candidates(
         goal.final,
         arrived.reached,
         grazing_of(arrived, goal),
-        log_ratings(assessment, nodes),
+        log_ratings(assessment.node_rating, nodes),
         untouched,
-        view_of(goal, prepared),
+        view_of(goal.target_m, float(prepared.reach_set.grid.range_m)),
         weights_of(prices, commitment, prepared),
     )
     cost = priced.cost_m
@@ -161,12 +161,15 @@ def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
     return share**4
 
 
-def log_ratings(assessment: ReachAssessment, nodes: IntArray) -> FloatArray:
-    """[n] log P_R of some nodes [n].
-
-    By numpy: compiled loops round the logarithm elsewhere, and prices are to stay what they were.
-    """
-    logs: FloatArray = np.log(np.maximum(assessment.node_rating[nodes], SMALLEST_RATING))
+@compiled
+def log_ratings(rating: FloatArray, nodes: IntArray) -> FloatArray:
+    """[n] log P_R of some nodes [n]; rating: [nodes]."""
+    logs = np.empty(len(nodes))
+    for n in range(len(nodes)):
+        least = rating[nodes[n]]
+        if least < SMALLEST_RATING:  # What is not a number stays so.
+            least = SMALLEST_RATING
+        logs[n] = np.log(least)
     return logs
 
 
@@ -182,11 +185,11 @@ class GoalView(NamedTuple):
     dead_band_m: float
 
 
-def view_of(goal: Goal, prepared: PreparedReachSet) -> GoalView:
-    ahead_m, left_m = float(goal.target_m[0]), float(goal.target_m[1])
-    range_m = prepared.reach_set.grid.range_m
-    away_m = float(np.hypot(ahead_m, left_m))
-    return GoalView(ahead_m, left_m, away_m, HERE * range_m, DEAD_BAND * range_m)
+@compiled
+def view_of(target: FloatArray, range_m: float) -> GoalView:
+    """target: [3] level frame; range_m: of the grid."""
+    away_m = np.hypot(target[0], target[1])
+    return GoalView(target[0], target[1], away_m, HERE * range_m, DEAD_BAND * range_m)
 
 
 class Weights(NamedTuple):

@@ -1,9 +1,8 @@
-"""An ordinary decision in two compiled calls: what is known, rated; what can be flown, chosen.
+"""An ordinary decision in one compiled call: what is known, rated; what can be flown, chosen.
 
 Nothing is computed here. What follows is the paper's order, over the same loops that stand, and are
 tested, in the files that they come from; with ratings, costs and rules of a user's own, decisions
-call them one by one instead (`assess`, `decide`). Between the two calls stand the logarithms of
-ratings, which numpy takes (`candidates.log_ratings`), and what rules are in force.
+call them one by one instead (`assess`, `at_hand`).
 """
 
 from __future__ import annotations
@@ -12,47 +11,41 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.candidates import Candidates, GoalView, Weights, are_finite, priced_ends
+from clearway.avoidance.candidates import (
+    Candidates,
+    Weights,
+    are_finite,
+    log_ratings,
+    priced_ends,
+    view_of,
+)
 from clearway.avoidance.costs import Goal, TurnsAndClimbs, cost_to_go
 from clearway.avoidance.evidence import Sources
-from clearway.avoidance.fusion import obstacle_of, rate_nodes, total_of, untouched_nodes
-from clearway.avoidance.hazards import MovingHazards, PointBins, PointHazards
-from clearway.avoidance.loiter import LoiterCircles
-from clearway.avoidance.prepared import Ends
+from clearway.avoidance.fusion import (
+    PassedCells,
+    rate_nodes,
+    total_of,
+    unknown_of,
+    untouched_nodes,
+)
+from clearway.avoidance.hazards import MovingHazards, PointBins, PointHazards, bin_points
+from clearway.avoidance.prepared import Ends, WayArrays
 from clearway.avoidance.tiers import NodeRatings, Picked, picked
-from clearway.avoidance.verify import Paths
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
-from clearway.base.state import BoolArray, IndexArray
+from clearway.base.state import BoolArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.coating import coated_by
+from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into
 
 
-class PassedCells(NamedTuple):
-    """Of a reach set, which cells its movements pass."""
+class RatedWays(NamedTuple):
+    """What is known, as far as trajectories go by it."""
 
-    parent: IndexArray
-    cell_start: IndexArray
-    cell_index: IndexArray
-    exit_kind: IndexArray
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-
-class RatedEvidence(NamedTuple):
-    """What is known, cell by cell and trajectory by trajectory."""
-
-    coated: BoolArray
-    """[cells] def. 5, def. 6."""
-    map: FloatArray
-    """[cells] P_OM (5.54)."""
-    obstacle: FloatArray
-    """[cells] P_O (4.17)."""
     rating: FloatArray
-    """[cells]"""
+    """[cells] how safe a passage is."""
     node_rating: FloatArray
     """[nodes] P_R (4.22)."""
     feasibility: FloatArray
@@ -72,40 +65,44 @@ def assessed(
     edges: GridEdges,
     unknown: float,
     unknown_unseen: float,
-    ways: PassedCells,
-) -> RatedEvidence:
-    """From evidence to how safe cells and trajectories are, by the rating `total`.
+    passed: PassedCells,
+) -> RatedWays:
+    """From evidence to how safe trajectories are, by the rating `total`.
 
-    points: in the grid frame. unknown, unknown_unseen: as of `fusion.assess_cells`.
+    points: in the grid frame. unknown, unknown_unseen: as of `fusion.assess_cells`. That rating
+    goes by the sources alone: P_OM (5.54) and P_O (4.17) are worked out by who asks for them.
     """
     # Coating: the cells that the margin around returns and shapes reaches into (def. 5, def. 6).
     coated = coated_by(points.position_m, points.radius_m + margin, edges) | sources.coated_by_map
-    # Fusion: P_OM (5.54) and P_O (4.17) of every cell, and how safe it is.
-    map_probability, obstacle, unknown_cells = obstacle_of(
+    # Fusion: how safe every cell is, by total probability.
+    rating = total_of(
         sources.detected,
         sources.visibility,
         sources.map_base,
         sources.intruder,
-        sources.seen,
-        unknown,
-        unknown_unseen,
-    )
-    rating = total_of(
-        sources.detected, sources.visibility, sources.map_base, sources.intruder, unknown_cells
+        unknown_of(sources.seen, unknown, unknown_unseen),
     )
     # Trajectories: P_R along the cells that they pass (4.21), (4.22), and what it leaves (2.3).
     node_rating, feasibility = rate_nodes(
-        ways.parent, ways.cell_start, ways.cell_index, ways.exit_kind, rating
+        passed.parent, passed.cell_start, passed.cell_index, passed.exit_kind, rating
     )
-    untouched = untouched_nodes(ways.parent, ways.cell_start, ways.cell_index, coated)
-    return RatedEvidence(
-        coated, map_probability, obstacle, rating, node_rating, feasibility, untouched
-    )
+    untouched = untouched_nodes(passed.parent, passed.cell_start, passed.cell_index, coated)
+    return RatedWays(rating, node_rating, feasibility, untouched)
 
 
-class Chosen(NamedTuple):
-    """What comes of all that can be flown."""
+class Decided(NamedTuple):
+    """What comes of all that can be flown, and what it comes of."""
 
+    detected: FloatArray
+    """[cells] as of `Sources`, these and the next two."""
+    visibility: FloatArray
+    seen: BoolArray
+    node_rating: FloatArray
+    """[nodes] as of `RatedWays`, these and the next two."""
+    feasibility: FloatArray
+    untouched: BoolArray
+    bins: PointBins
+    """Of the points."""
     priced: bool
     """Whether all costs are finite numbers; else nothing is picked."""
     candidates: Candidates
@@ -118,39 +115,75 @@ class Chosen(NamedTuple):
 
 
 @compiled
-def chosen(
-    states: FloatArray,
-    length_m: FloatArray,
-    start_pitch: float,
-    ends: Ends,
-    goal: Goal,
-    able: TurnsAndClimbs,
-    reached: BoolArray,
-    grazing: FloatArray,
-    log_rating: FloatArray,
-    untouched: BoolArray,
-    view: GoalView,
-    weights: Weights,
-    ratings: NodeRatings,
-    paths: Paths,
-    bins: PointBins,
+def decided(
+    sensed: bool,
+    scan: PlacedScan,
+    sources: Sources,
+    points: PointHazards,
     shapes: Shapes,
     moving: MovingHazards,
     margin: float,
-    loiter: LoiterCircles,
-) -> Chosen:
-    """From ratings to the node to fly to: the cheapest that passes and keeps the margin.
+    unknown: float,
+    unknown_unseen: float,
+    threshold: float,
+    ways: WayArrays,
+    ends: Ends,
+    goal: Goal,
+    reached: BoolArray,
+    grazing: FloatArray,
+    able: TurnsAndClimbs,
+    weights: Weights,
+) -> Decided:
+    """From the returns of a scan to the node to fly to: the cheapest that passes and keeps the
+    margin, by the rating `total`.
 
-    states, length_m: [nodes] of the reach set. reached, grazing, log_rating, untouched: as of
-    `candidates.priced_ends`.
+    sensed: whether there is a scan; else sources say what sensors do. points, shapes, moving: in
+    the grid frame. ends: of complete trajectories. reached, grazing: [nodes] as of `priced_ends`.
     """
-    known = np.full((len(paths.parent), 3), np.nan)
+    edges, paths = scan.tables.edges, ways.paths
+    # Sensors: P_OD (5.41) and P_V (5.47) of every cell.
+    detected, visibility, seen = sources.detected, sources.visibility, sources.seen
+    if sensed:
+        cells = detected_in(scan)
+        detected, visibility = cells.share, cells.visibility
+        seen = looked_into(scan.beams, len(edges.range_m) - 1)
+    known_cells = Sources(
+        detected, visibility, seen, sources.map_base, sources.intruder, sources.coated_by_map
+    )
+    # Fusion, and how safe trajectories are: (4.21), (4.22), (2.3).
+    rated = assessed(known_cells, points, margin, edges, unknown, unknown_unseen, ways.passed)
     # Cost to go from where each candidate ends, and all that it costs (4.6).
-    to_go = cost_to_go(states, paths.parent, length_m, ends.nodes, start_pitch, reached, goal, able)
+    to_go = cost_to_go(
+        ways.states, paths.parent, ways.length_m, ends.nodes, ways.start_pitch_rad, reached, goal,
+        able,
+    )  # fmt: skip
     candidates = priced_ends(
-        ends, to_go, goal.final, reached, grazing, log_rating, untouched, view, weights
+        ends,
+        to_go,
+        goal.final,
+        reached,
+        grazing,
+        log_ratings(rated.node_rating, ends.nodes),
+        rated.untouched,
+        view_of(goal.target_m, ways.range_m),
+        weights,
     )
     priced = are_finite(candidates.cost_m)
     # Verification, the cheapest first: against points, shapes, and intruders at equal times.
-    found = picked(paths, candidates, ratings, bins, shapes, moving, margin, loiter, known)
-    return Chosen(priced, candidates, found, known)
+    bins = bin_points(points.position_m, points.radius_m)
+    ratings = NodeRatings(rated.node_rating, rated.feasibility, ways.first_node, threshold)
+    known = np.full((len(paths.parent), 3), np.nan)
+    found = picked(paths, candidates, ratings, bins, shapes, moving, margin, ways.loiter, known)
+    return Decided(
+        detected,
+        visibility,
+        seen,
+        rated.node_rating,
+        rated.feasibility,
+        rated.untouched,
+        bins,
+        priced,
+        candidates,
+        found,
+        known,
+    )

@@ -1,8 +1,8 @@
 """One decision: see, fuse, rate, verify, choose, explain. Start reading here.
 
-`decide` is the whole cycle in the paper's order; its first half is `assess_situation`. It knows no
-files, clocks or sensors' drivers: `live.AvoidanceSystem` feeds it in flight, `sim.simulate` in
-closed loop.
+`decide` is the whole cycle in the paper's order; what an ordinary one computes, from the returns of
+a scan to the node to fly to, is `cycle.decided`. It knows no files, clocks or sensors' drivers:
+`live.AvoidanceSystem` feeds it in flight, `sim.simulate` in closed loop.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from functools import partial
 
 import numpy as np
 
-from clearway.avoidance.assess import assess_situation
+from clearway.avoidance.assess import Assessment
 from clearway.avoidance.at_hand import BeforeChoice, Priced, priced, priced_in_steps
 from clearway.avoidance.candidates import Candidates, Commitment
 from clearway.avoidance.choice import choose_by_rules, pick
 from clearway.avoidance.chosen import Choice
 from clearway.avoidance.costs import price_of
 from clearway.avoidance.decision import Decision
+from clearway.avoidance.evidence import in_reach, intruder_cells
 from clearway.avoidance.floor import above_floor
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.in_force import InForce, in_force
@@ -29,7 +30,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.situation import Situation, goal_of, margin_slope
-from clearway.avoidance.verify import KnownClearances, sloping
+from clearway.avoidance.verify import sloping
 from clearway.avoidance.way_out import Escape, Narrow
 from clearway.avoidance.way_out_terms import carried_m
 from clearway.avoidance.ways_out import WaysOut
@@ -60,13 +61,13 @@ def decide(
     True
     """
     _check_grids(planner, situation)
-    at_hand = _at_hand(planner, situation, commitment or Commitment())  # (4.17), (4.22), (4.23)
-    near, before = at_hand.known.near, at_hand.before
+    at_hand = _at_hand(planner, situation, commitment or Commitment())
+    near, before = at_hand.near, at_hand.before
     rules = in_force(planner, situation, at_hand.prepared, at_hand.goal, near, before)
-    found = priced(at_hand, rules.ruling)  # (4.6)
-    leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found.looked))
+    found = priced(at_hand, rules.ruling)  # (4.17), (4.22), (4.23), (4.6)
+    leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found))
     taken = _taken(leaving, near.hazards, nothing_leads_on=before.stays)
-    return _decision(at_hand, leaving.ways, rules, taken)
+    return _decision(at_hand, found.known, leaving.ways, rules, taken)
 
 
 def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool = False) -> None:
@@ -75,13 +76,13 @@ def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool =
     none_passes: as of `choice.pick`.
     """
     at_hand = _at_hand(planner, situation, Commitment())
-    found, known, settings = priced_in_steps(at_hand), at_hand.known, planner.settings
+    found, near, settings = priced_in_steps(at_hand), at_hand.near, planner.settings
     pick(
         at_hand.prepared,
-        known.reach,
+        found.known.reach,
         found.candidates,
-        known.near.hazards,
-        margin_m=known.near.margin_m,
+        near.hazards,
+        margin_m=near.margin_m,
         threshold=settings.threshold,
         verify=settings.verify,
         none_passes=none_passes,
@@ -90,17 +91,14 @@ def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool =
 
 
 def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:
-    """What is known, and what can be flown: all that comes before a choice."""
+    """What is around, and what can be flown: all that comes before rating and choice."""
     prepared = _from_here(planner, situation)
-    known = assess_situation(
-        planner,
-        situation,
-        prepared.reach_set,
-        reach_m=max(prepared.reach_m, planner.escape_reach_m + carried_m(planner, situation)),
-        horizon_s=planner.horizon_s,
-    )
+    escapes_to_m = planner.escape_reach_m + carried_m(planner, situation)
+    reach_m = max(prepared.reach_m, escapes_to_m)
+    near = in_reach(planner, situation, reach_m, planner.horizon_s)
+    intruders = intruder_cells(planner, near)  # (5.36)
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    return BeforeChoice(planner, situation, before, prepared, known, goal)
+    return BeforeChoice(planner, situation, before, prepared, near, intruders, goal)
 
 
 def _check_grids(planner: Planner, situation: Situation) -> None:
@@ -138,23 +136,23 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
     return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
 
 
-def _choosing(at_hand: BeforeChoice, ruling: Ruling | None, looked: KnownClearances) -> ChooseAmong:
+def _choosing(at_hand: BeforeChoice, ruling: Ruling | None, found: Priced) -> ChooseAmong:
     """The choice among some candidates clear of some hazards, by a share of the margin."""
-    settings, prepared, known = at_hand.planner.settings, at_hand.prepared, at_hand.known
+    settings, prepared, near = at_hand.planner.settings, at_hand.prepared, at_hand.near
 
     def pick_clear_of(
         hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
     ) -> Choice:
         return pick(
             prepared,
-            known.reach,
+            found.known.reach,
             candidates,
             hazards,
-            margin_m=share * known.near.margin_m,
+            margin_m=share * near.margin_m,
             threshold=settings.threshold,
             verify=settings.verify,
             none_passes=none_passes,
-            looked=looked,
+            looked=found.looked,
         )
 
     def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
@@ -169,14 +167,14 @@ def _choosing(at_hand: BeforeChoice, ruling: Ruling | None, looked: KnownClearan
 def _leaving(at_hand: BeforeChoice, found: Priced, choose_among: ChooseAmong) -> Leaving:
     """The choice among candidates that leave a way out, as far as one is asked for."""
     planner, before, prepared = at_hand.planner, at_hand.before, at_hand.prepared
-    settings, near, ways = planner.settings, at_hand.known.near, None
+    settings, near, ways = planner.settings, at_hand.near, None
     if planner.escapes is not None:
         ways = WaysOut(planner, planner.escapes, at_hand.situation, near, before.under_way)
     allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
     held = before.way_out
     return Leaving(
         prepared,
-        at_hand.known.reach,
+        found.known.reach,
         found.candidates,
         choose_among,
         at_hand.goal,
@@ -215,10 +213,10 @@ def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Tak
 
 
 def _decision(
-    at_hand: BeforeChoice, ways: WaysOut | None, rules: InForce, taken: Taken
+    at_hand: BeforeChoice, known: Assessment, ways: WaysOut | None, rules: InForce, taken: Taken
 ) -> Decision:
     """What was taken, with all that it was taken from."""
-    near, prepared = at_hand.known.near, at_hand.prepared
+    near, prepared = at_hand.near, at_hand.prepared
     choice, finishes = taken.choice, taken.finishes
     movements = prepared.reach_set.movements_to(choice.node)
     if finishes:
@@ -231,8 +229,8 @@ def _decision(
         movements=movements,
         goal=at_hand.goal,
         margin_m=near.margin_m,
-        cells=at_hand.known.cells,
-        reach=at_hand.known.reach,
+        known=known.known,
+        reach=known.reach,
         prepared=prepared,
         hazards=taken.hazards,
         under_way_s=finishes.left_s if finishes else None,
@@ -255,7 +253,7 @@ def _decide_within(at_hand: BeforeChoice, choice: Choice, *, strict: bool) -> fl
     turn away inside it; with evidence in reach, and where a way out has to be seen, at the end of
     the movement.
     """
-    planner, prepared, near = at_hand.planner, at_hand.prepared, at_hand.known.near
+    planner, prepared, near = at_hand.planner, at_hand.prepared, at_hand.near
     reach_set, hazards = prepared.reach_set, near.hazards
     first = prepared.first_node[choice.node]
     one_movement = float(reach_set.end_time_s[first])

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from clearway.avoidance.assess import KnownCells
 from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.costs import Goal
 from clearway.avoidance.fusion import CellAssessment, ReachAssessment
@@ -43,7 +44,8 @@ class Decision:
     """The movement buffer to execute."""
     goal: Goal
     margin_m: float
-    cells: CellAssessment
+    known: KnownCells
+    """What was known, in the grid frame."""
     reach: ReachAssessment
     prepared: PreparedReachSet
     hazards: Hazards
@@ -65,6 +67,11 @@ class Decision:
     under_way_s: float | None = None
     """What is left of the first movement, where a decision in the middle of one finds nothing
     better than to finish it and fly the way out; else None."""
+
+    @property
+    def cells(self) -> CellAssessment:
+        """What was known of every cell; worked out when first asked for."""
+        return self.known.assessed
 
     @property
     def escapes(self) -> bool:

@@ -36,6 +36,7 @@ from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, comb
 from clearway.traffic.models.many import Intruders
 
 NO_SHAPES, NOTHING_MOVING = no_shapes(), nothing_moving()
+NO_SHARES, NO_MARKS = np.zeros(0), np.zeros(0, dtype=np.bool_)
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
 MOST_MEASURED = 20_000
@@ -85,6 +86,9 @@ class InReach(NamedTuple):
     intruders: Intruders
     """At the time of the state."""
 
+    def __repr__(self) -> str:
+        return brief(self)
+
 
 def in_reach(
     terms: Terms, situation: Situation, reach_m: float = 0.0, horizon_s: float = 0.0
@@ -112,7 +116,10 @@ def in_reach(
 
 
 class Sources(NamedTuple):
-    """What each source says of every cell, in arrays of one kind for compiled loops."""
+    """What each source says of every cell, in arrays of one kind for compiled loops.
+
+    What sensors say has no length where it is yet to be worked out from a scan at hand.
+    """
 
     detected: FloatArray
     """[cells] P_OD (5.38)."""
@@ -147,15 +154,23 @@ def sources_of(
     terms: Terms, situation: Situation, near: InReach, cells: Sequence[IntruderCells]
 ) -> Sources:
     """Per-cell evidence of each source: sensors 5.2 and 5.3, map 5.4, intruders 5.1."""
-    grid, shapes = terms.grid, near.hazards.shapes
-    map_base = intruder = np.zeros(grid.cells)
-    coated_by_shapes = np.zeros(grid.cells, dtype=np.bool_)
     if situation.detections:
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
         detected, visibility, seen = sensed.detected, sensed.visibility, sensed.seen
     else:
-        free = Evidence.free(grid)
+        free = Evidence.free(terms.grid)
         detected, visibility, seen = free.detected, free.visibility, free.seen
+    others = sources_but_sensors(terms, near, cells)
+    return others._replace(
+        detected=plain(detected), visibility=plain(visibility), seen=plain(seen, np.bool_)
+    )
+
+
+def sources_but_sensors(terms: Terms, near: InReach, cells: Sequence[IntruderCells]) -> Sources:
+    """The same of map and intruders alone."""
+    grid, shapes = terms.grid, near.hazards.shapes
+    map_base = intruder = np.zeros(grid.cells)
+    coated_by_shapes = np.zeros(grid.cells, dtype=np.bool_)
     if len(shapes.radius_m):
         map_base = base_probability(shapes, grid, terms.settings.accuracy)
         coated_by_shapes = coated_by_map(shapes, grid, near.margin_m)
@@ -166,9 +181,9 @@ def sources_of(
             else combine_intruders(np.concatenate([one.each for one in cells]))
         )  # (5.37)
     return Sources(
-        plain(detected),
-        plain(visibility),
-        plain(seen, np.bool_),
+        NO_SHARES,
+        NO_SHARES,
+        NO_MARKS,
         plain(map_base),
         plain(intruder),
         plain(coated_by_shapes, np.bool_),

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -185,15 +185,10 @@ def assess_cells(
     unknown: how far hidden space counts as blocked, u in [0, 1]; unknown_unseen: the same for
     columns without any beam.
     """
-    map_probability, obstacle, unknown_cells = obstacle_of(
-        evidence.detected,
-        evidence.visibility,
-        evidence.map_base,
-        evidence.intruder,
-        evidence.seen,
-        float(unknown),
-        float(unknown_unseen),
+    map_probability, obstacle = obstacle_of(
+        evidence.detected, evidence.visibility, evidence.map_base, evidence.intruder
     )
+    unknown_cells = unknown_of(evidence.seen, float(unknown), float(unknown_unseen))
     return CellAssessment(
         evidence, map_probability, obstacle, rating(evidence, obstacle, unknown_cells)
     )
@@ -205,19 +200,24 @@ def obstacle_of(
     visibility: FloatArray,
     map_base: FloatArray,
     intruder: FloatArray,
-    seen: BoolArray,
-    unknown: float,
-    unknown_unseen: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """P_OM (5.54), P_O (4.17), and how far what is hidden counts as blocked, of every cell."""
+) -> tuple[FloatArray, FloatArray]:
+    """P_OM (5.54) and P_O (4.17) of every cell."""
     cells = len(detected)
-    map_probability, obstacle, unknown_cells = np.empty(cells), np.empty(cells), np.empty(cells)
+    map_probability, obstacle = np.empty(cells), np.empty(cells)
     for cell in range(cells):
         map_probability[cell] = map_base[cell] * (1.0 - visibility[cell])
         free = (1.0 - intruder[cell]) * (1.0 - map_probability[cell]) * (1.0 - detected[cell])
         obstacle[cell] = 1.0 - free
-        unknown_cells[cell] = unknown if seen[cell] else unknown_unseen
-    return map_probability, obstacle, unknown_cells
+    return map_probability, obstacle
+
+
+@compiled
+def unknown_of(seen: BoolArray, unknown: float, unknown_unseen: float) -> FloatArray:
+    """[cells] how far what is hidden counts as blocked."""
+    shares = np.empty(len(seen))
+    for cell in range(len(seen)):
+        shares[cell] = unknown if seen[cell] else unknown_unseen
+    return shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,8 +230,8 @@ class ReachAssessment:
     feasibility: FloatArray
     """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
     reach_set: ReachSet = field(repr=False)
-    cell_rating: FloatArray = field(repr=False)
-    """[cells] what it was rated by."""
+    rated_by: Callable[[], FloatArray] = field(repr=False)
+    """The ratings [cells] that it was rated by."""
     threshold: float
 
     __repr__ = brief
@@ -263,7 +263,7 @@ class ReachAssessment:
             ways.cell_start,
             ways.cell_index,
             ways.exit_kind,
-            self.cell_rating,
+            self.rated_by(),
             self.threshold,
         )
 
@@ -276,8 +276,26 @@ class ReachAssessment:
             ways.cell_index,
             ways.exit_kind,
             self.node_rating,
-            self.cell_rating,
+            self.rated_by(),
             self.threshold,
+        )
+
+
+class PassedCells(NamedTuple):
+    """Of a reach set, which cells its movements pass."""
+
+    parent: IndexArray
+    cell_start: IndexArray
+    cell_index: IndexArray
+    exit_kind: IndexArray
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+    @classmethod
+    def of(cls, reach_set: ReachSet) -> PassedCells:
+        return cls(
+            reach_set.parent, reach_set.cell_start, reach_set.cell_index, reach_set.exit_kind
         )
 
 
@@ -295,7 +313,8 @@ def rate_reach_set(
         reach_set.exit_kind,
         cell_rating,
     )
-    return ReachAssessment(node_rating, feasibility, reach_set, cell_rating, float(threshold))
+    rated_by = partial(np.asarray, cell_rating)
+    return ReachAssessment(node_rating, feasibility, reach_set, rated_by, float(threshold))
 
 
 def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:

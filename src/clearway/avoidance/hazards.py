@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -110,12 +111,17 @@ class Hazards:
     left_out_m: float = np.inf
     """Distance from the vehicle to the nearest thing that is known, but out of reach and not among
     these; inf without any."""
-    bins: PointBins = field(init=False, repr=False)
 
     __repr__ = brief
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "bins", bin_points(*self.points))
+    @cached_property
+    def bins(self) -> PointBins:
+        """The points, in cubes."""
+        return bin_points(*self.points)
+
+    def note_bins(self, bins: PointBins) -> None:
+        """Take over what somebody else has sorted by `bin_points`."""
+        self.__dict__["bins"] = bins
 
     def keeping_clear_of(self, share: float) -> Hazards:
         """The same with a share of what intruders may do."""

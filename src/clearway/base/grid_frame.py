@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.brief import brief
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 
@@ -20,6 +21,8 @@ class GridFrame:
     """[3] roll, which is 0, pitch and yaw."""
     world_from_grid: FloatArray
     """[3, 3] rotation (3.37)."""
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, state: State) -> GridFrame:

@@ -2,15 +2,8 @@
 
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.coating import coated_cells, thin_points
-from clearway.sensors.detection import (
-    Detection,
-    Ground,
-    SensedCells,
-    combine_detections,
-    detect,
-    detection_of_cells,
-    unseen,
-)
+from clearway.sensors.combined import SensedCells, combine_detections
+from clearway.sensors.detection import Detection, Ground, detect, detection_of_cells, unseen
 from clearway.sensors.estimate import estimate_pattern
 from clearway.sensors.lidar import Lidar, Mounting, Scan
 from clearway.sensors.memory import PointMemory, update_memory

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.checks import array_problem, found, number_problem, points_of
-from clearway.base.compiled import compiled, read_only
-from clearway.base.errors import ClearwayError, InputError
+from clearway.base.compiled import read_only
+from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray, State, frozen_array
@@ -22,8 +22,7 @@ from clearway.base.variants import Variants
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.returns import REASONS, Filters, kept_returns
-from clearway.sensors.scan_cells import detected_in, share_of
-from clearway.sensors.standing import combine_rule_named
+from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into, share_of
 from clearway.sensors.visibility import surface_probability, visible_behind
 
 Rule = str
@@ -86,18 +85,42 @@ class Detection:
     """Returns kept, outside the grid, and dropped, by reason."""
     weight: float = 1.0
     """Precision times present trust of the sensor, in (0, 1]; the rule "weighted" uses it."""
-    unplaced: tuple[FloatArray, Filters] | None = field(default=None, repr=False)
-    """Returns of the sensor frame, and how to place them: `points_m` and `radius_m` of a scan are
-    worked out when first asked for, since flight goes by what is remembered."""
+    placed: PlacedScan | None = field(default=None, repr=False)
+    """The scan that it is of, where that is at hand: what it says of the cells, and `points_m` and
+    `radius_m`, are then worked out when first asked for. A decision works the cells out itself, and
+    flight goes by what is remembered."""
+    to_probability: OfHits | None = field(default=None, repr=False)
+    """How hits become P_OD, where not by (5.41)."""
 
-    def __getattr__(self, name: str) -> FloatArray:
+    def __getattr__(self, name: str) -> Any:
         """Of what is not there yet."""
-        if name not in ("points_m", "radius_m") or self.unplaced is None:
+        if name not in LATER or self.placed is None:
             raise AttributeError(name)
-        points, radii = kept_returns(*self.unplaced)
-        object.__setattr__(self, "points_m", points)
-        object.__setattr__(self, "radius_m", radii)
-        return points if name == "points_m" else radii
+        there = self._of_returns if name in OF_RETURNS else self._of_cells
+        for key, value in there(self.placed).items():
+            object.__setattr__(self, key, value)
+        return getattr(self, name)
+
+    def _of_returns(self, placed: PlacedScan) -> dict[str, Any]:
+        points_m, radius_m = kept_returns(placed.points_m, placed.filters)
+        return {"points_m": points_m, "radius_m": radius_m}
+
+    def _of_cells(self, placed: PlacedScan) -> dict[str, Any]:
+        found, probability = detected_in(placed), self.to_probability
+        return {
+            "hits": found.hits,
+            "probability": found.share
+            if probability is None
+            else probability(self.grid, found.hits, found.squared_ranges_m2, placed.beams),
+            "hindrance": found.hindrance,
+            "visibility": found.visibility,
+            "counts": MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
+        }
+
+    @property
+    def scan_at_hand(self) -> PlacedScan | None:
+        """The scan, where all that it says of cells follows from it by (5.41)."""
+        return self.placed if self.to_probability is None else None
 
     def __post_init__(self) -> None:
         cells, columns = (self.grid.cells,), (self.grid.columns * self.grid.rows,)
@@ -114,6 +137,7 @@ class Detection:
         )
         if problems:
             raise InputError(f"detection {self.sensor}", problems)
+        object.__setattr__(self, "placed", None)  # All is told, and may be other than a scan says.
 
     @classmethod
     def trusted(cls, **values: object) -> Detection:
@@ -127,18 +151,19 @@ class Detection:
 
     def weighing(self, weight: float) -> Detection:
         """The same with another weight."""
-        there = (one for one in fields(self) if one.name not in ("points_m", "radius_m"))
-        values = {one.name: getattr(self, one.name) for one in there}
-        if self.unplaced is None:
-            values |= {"points_m": self.points_m, "radius_m": self.radius_m}
+        names = [one.name for one in fields(self) if self.placed is None or one.name not in LATER]
+        values = {name: getattr(self, name) for name in names}
         return Detection.trusted(**values | {"weight": weight})
 
     @property
     def seen(self) -> BoolArray:
         """[cells] true where some beam looks into the cell's column."""
-        return _looked_into(self.beams, self.grid.layers)
+        return looked_into(self.beams, self.grid.layers)
 
 
+OF_RETURNS = ("points_m", "radius_m")
+LATER = ("hits", "probability", "hindrance", "visibility", "counts", *OF_RETURNS)
+"""What is worked out when first asked for, of a detection whose scan is at hand."""
 NO_GROUND = Ground(np.array([0.0, 0.0, 1.0]), -np.inf)
 IDENTITY = (frozen_array(np.eye(3), (3, 3)), frozen_array(np.zeros(3), (3,)))
 
@@ -166,31 +191,35 @@ def detect(
     else:
         filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
     beams = count_beams(grid, lidar.pattern, filters.rotation)
-    found = detected_in(
-        scan.points_m,
-        filters,
-        cell_tables(grid),
-        beams,
-        _layers_within(grid, lidar.pattern.max_range_m),
-    )
-    probability = found.share
-    if hits_to_probability is not _ratio:
-        probability = hits_to_probability(
-            grid, found.hits, found.squared_ranges_m2, beams, reference_area_m2
-        )
+    layers_in_range = _layers_within(grid, lidar.pattern.max_range_m)
     return Detection.trusted(
         grid=grid,
         sensor=lidar.name,
         time_s=scan.time_s,
-        hits=found.hits,
         beams=beams,
-        probability=probability,
-        hindrance=found.hindrance,
-        visibility=found.visibility,
-        unplaced=(scan.points_m, filters),
-        counts=MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
         weight=lidar.standing.weight,
+        placed=PlacedScan(scan.points_m, filters, cell_tables(grid), beams, layers_in_range),
+        to_probability=None
+        if hits_to_probability is _ratio
+        else partial(hits_to_probability, area_m2=reference_area_m2),
     )
+
+
+def scan_of(detections: Sequence[Detection], grid: AvoidanceGrid) -> PlacedScan | None:
+    """The scan that all is told by, where there is but one, at hand and sorted into that grid."""
+    if len(detections) != 1 or detections[0].grid is not grid:
+        return None
+    return detections[0].scan_at_hand
+
+
+@lru_cache(maxsize=16)
+def scan_of_nothing(grid: AvoidanceGrid) -> PlacedScan:
+    """In place of one, where there is none."""
+    nowhere = read_only(np.zeros(3))
+    filters = Filters(read_only(np.eye(3)), nowhere, nowhere, nowhere, *(0.0,) * 5)
+    beams = np.zeros(grid.columns * grid.rows, dtype=np.int64)
+    beams.setflags(write=False)
+    return PlacedScan(nowhere.reshape(1, 3)[:0], filters, cell_tables(grid), beams, 0)
 
 
 def detection_of_cells(
@@ -294,15 +323,6 @@ def _layers_within(grid: AvoidanceGrid, range_m: float) -> int:
     return int(np.searchsorted(grid.range_edges_m[:-1], range_m * (1.0 - 1e-10)))
 
 
-@compiled
-def _looked_into(beams: IntArray, layers: int) -> BoolArray:
-    seen = np.empty(layers * len(beams), dtype=np.bool_)
-    for column in range(len(beams)):
-        for layer in range(layers):
-            seen[layer * len(beams) + column] = beams[column] > 0
-    return seen
-
-
 def _ratio(
     grid: AvoidanceGrid, hits: IntArray, squared: FloatArray, beams: IntArray, area_m2: float
 ) -> FloatArray:
@@ -319,44 +339,11 @@ def _surface(
     return surface_probability(hits, squared, beams, solid_angle, float(area_m2))
 
 
-HitsToProbability = Callable[[AvoidanceGrid, IntArray, FloatArray, IntArray, float], FloatArray]
+OfHits = Callable[[AvoidanceGrid, IntArray, FloatArray, IntArray], FloatArray]
+"""(grid, hits [cells], squared ranges [cells], beams [columns * rows]) -> P_OD [cells]."""
+HitsToProbability = Callable[..., FloatArray]
+"""The same, with `area_m2` of a reference surface besides."""
 RULES: Variants[HitsToProbability] = Variants(
     "detection rule", {"ratio": _ratio, "surface": _surface}
 )
 """How hits become P_OD; `detect` takes the name."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SensedCells:
-    """All sensors together."""
-
-    detected: FloatArray
-    """[cells] P_OD (5.38)."""
-    visibility: FloatArray
-    """[cells] P_V, the largest over the sensors."""
-    seen: BoolArray
-    """[cells] true where some beam of some sensor looks into the cell's column."""
-    hits: IntArray
-    """[cells] over all sensors."""
-
-
-def combine_detections(detections: Sequence[Detection], rule: str = "conjunction") -> SensedCells:
-    """Several sensors as one: P_OD by (5.38), or by another rule by name; see `COMBINE_RULES`.
-
-    Raises ClearwayError without any detection, and for a rule that does not exist.
-    """
-    combine = combine_rule_named(rule)
-    if not detections:
-        raise ClearwayError("combine_detections: at least one detection is needed")
-    if len(detections) == 1:
-        (only,) = detections
-        return SensedCells(only.probability, only.visibility, only.seen, only.hits)
-    looks = np.stack([each.seen for each in detections])
-    detected, visibility = combine(
-        np.stack([each.probability for each in detections]),
-        np.stack([each.visibility for each in detections]),
-        looks,
-        np.array([each.weight for each in detections]),
-    )
-    hits = np.sum([each.hits for each in detections], axis=0)
-    return SensedCells(detected, visibility, np.any(looks, axis=0), np.asarray(hits))

@@ -9,10 +9,25 @@ import numpy as np
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.binning import CellTables
 from clearway.sensors.returns import Filters, bin_returns
 from clearway.sensors.visibility import visible_behind
+
+
+class PlacedScan(NamedTuple):
+    """The returns of a scan, and all that sorts them into the cells of a grid."""
+
+    points_m: FloatArray
+    """[n, 3] sensor frame."""
+    filters: Filters
+    tables: CellTables
+    beams: IntArray
+    """[columns * rows] |L| of (5.39)."""
+    layers_in_range: int
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 class DetectedCells(NamedTuple):
@@ -36,20 +51,12 @@ class DetectedCells(NamedTuple):
 
 
 @compiled
-def detected_in(
-    points: FloatArray,
-    filters: Filters,
-    tables: CellTables,
-    beams: IntArray,
-    layers_in_range: int,
-) -> DetectedCells:
-    """From the returns [n, 3] of a scan, sensor frame, to what it says of the cells.
-
-    beams: [columns * rows] |L| of (5.39).
-    """
-    found = bin_returns(points, filters, tables)  # (5.40)
+def detected_in(scan: PlacedScan) -> DetectedCells:
+    """From the returns of a scan to what it says of the cells."""
+    beams = scan.beams
+    found = bin_returns(scan.points_m, scan.filters, scan.tables)  # (5.40)
     hindrance, visibility = hindrance_of(
-        found.hindering, found.blocked, beams, layers_in_range
+        found.hindering, found.blocked, beams, scan.layers_in_range
     )  # (5.42), (5.47)
     return DetectedCells(
         found.hits,
@@ -59,6 +66,16 @@ def detected_in(
         hindrance,
         visibility,
     )
+
+
+@compiled
+def looked_into(beams: IntArray, layers: int) -> BoolArray:
+    """[layers * columns * rows] whether any beam looks into the cell's column."""
+    seen = np.empty(layers * len(beams), dtype=np.bool_)
+    for column in range(len(beams)):
+        for layer in range(layers):
+            seen[layer * len(beams) + column] = beams[column] > 0
+    return seen
 
 
 @compiled
