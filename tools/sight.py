@@ -143,7 +143,7 @@ class Watched(AvoidanceSystem):
             return "an escape"
         roll, pitch, _ = situation.state.attitude_rad.tolist()
         legs, at = library.legs_at(roll, pitch), library.nearest(roll, pitch)
-        terms, end_s = terms_of(planner, situation, near), float(legs.duration_s[first])
+        terms, end_s = terms_of(planner, library, situation, near), float(legs.duration_s[first])
         path, then = legs.path[at, first], int(legs.following[at, first])
         if not leg_keeps(STANDING, path, float(legs.sagitta_m[at, first]), 0.0, end_s, terms):
             return "nothing"

@@ -12,7 +12,7 @@ from clearway.avoidance.way_out_terms import terms_of
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.legs import legs_from_level
+from clearway.reach.escapes import EscapeLibrary
 from worlds_for_tests import planner
 
 
@@ -22,9 +22,9 @@ def found(walls: list[Obstacle], cell_m: float = 0.3, most: int = 40_000) -> tup
     charted = ObstacleMap(walls)
     situation = Situation(State(np.zeros(3)), np.array([50.0, 0.0, 0.0]), obstacle_map=charted)
     near = in_reach(who, situation, 40.0, who.horizon_s)
-    _, legs = legs_from_level(who.automaton)
-    terms = terms_of(who, situation, near)
-    to, whole = leads_on(np.zeros(4), 0, 0.0, legs, terms, cell_m, most)
+    library = EscapeLibrary.of(who.automaton)
+    terms = terms_of(who, library, situation, near)
+    to, whole = leads_on(np.zeros(4), 0, 0.0, library.legs, terms, cell_m, most)
     return goes_on(to), whole
 
 

@@ -1,6 +1,7 @@
 """One moment assessed: what is known of it, and what that means for cells and trajectories.
 
-The first half of every decision, and all of what looks at a scene: there is no other.
+All of what looks at a scene, and the first half of every decision: an ordinary one is rated by the
+same loops within `cycle.decided`, and its cells are put together here when somebody asks for them.
 """
 
 from __future__ import annotations

@@ -36,6 +36,7 @@ from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, comb
 from clearway.traffic.models.many import Intruders
 
 NO_SHAPES, NOTHING_MOVING = no_shapes(), nothing_moving()
+NOBODY_NEAR = Intruders.of(())
 NO_SHARES, NO_MARKS = np.zeros(0), np.zeros(0, dtype=np.bool_)
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
@@ -101,12 +102,12 @@ def in_reach(
     margin = margin_m(settings, situation)
     sloped_m = margin_slope(settings, situation) * range_m
     within_m = max(range_m + sloped_m, reach_m) + margin
-    reports = Intruders.of(situation.intruders)
-    intruders = reports.seen_at(situation.state, frame.world_from_grid)
     points, points_left_out_m = _points(situation, settings, within_m)
     shapes = _shapes_near(situation, terms.grid, within_m)
-    moving = NOTHING_MOVING
-    if intruders.told:
+    intruders, moving = NOBODY_NEAR, NOTHING_MOVING
+    if situation.intruders:
+        reports = Intruders.of(situation.intruders)
+        intruders = reports.seen_at(situation.state, frame.world_from_grid)
         ages_s = reports.ages_s(situation.state.time_s)
         within_s = max(range_m / terms.speed_mps, horizon_s)
         moving = _moving(reports, intruders, ages_s, settings, within_s)

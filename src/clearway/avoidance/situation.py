@@ -24,7 +24,7 @@ from clearway.base.checks import (
     vector_problem,
 )
 from clearway.base.errors import ClearwayError, InputError
-from clearway.base.frames import LEVEL, FloatArray, world_from_body
+from clearway.base.frames import LEVEL, FloatArray, rotation_of
 from clearway.base.grid_frame import GridFrame
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_array
@@ -220,7 +220,7 @@ def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None
 
 def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:
     """The waypoints in the level frame of the vehicle; at its height, if it is to stay there."""
-    level_from_world = world_from_body([0.0, 0.0, situation.state.attitude_rad[2]]).T
+    level_from_world = rotation_of(0.0, 0.0, float(situation.state.attitude_rad[2])).T
     origin = situation.state.position_m
     target = level_from_world @ (situation.target_m - origin)
     final = situation.next_m is None

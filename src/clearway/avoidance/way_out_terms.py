@@ -3,20 +3,21 @@ vehicle may stray, where wind carries it and for how long that is looked at."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from clearway.avoidance.escape_legs import EscapeTerms
-from clearway.avoidance.evidence import InReach
+from clearway.avoidance.evidence import NOTHING_MOVING, InReach
 from clearway.avoidance.floor import with_ground
-from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Here, Situation, margin_slope
 from clearway.avoidance.way_out import Escape
-from clearway.base.frames import FloatArray, length_of, world_from_body
+from clearway.base.frames import FloatArray, length_of, rotation_of
+from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.lattice import grid_from_level
 from clearway.reach.legs import SAME_RAD
 from clearway.sensors.seen_space import NOTHING_SEEN
-from clearway.vehicle.automaton import MovementAutomaton
 
 IN_WIND_TURNS = 2.0
 """Full circles' worth of time for which a way out is verified where wind carries it."""
@@ -24,7 +25,9 @@ STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
 
-def terms_of(planner: Planner, situation: Situation, near: InReach) -> EscapeTerms:
+def terms_of(
+    planner: Planner, library: EscapeLibrary, situation: Situation, near: InReach
+) -> EscapeTerms:
     """With the whole margin, and through what was seen to be free where that is asked for."""
     state, settings, seen = situation.state, planner.settings, situation.seen
     _, pitch, yaw = state.attitude_rad.tolist()
@@ -38,20 +41,22 @@ def terms_of(planner: Planner, situation: Situation, near: InReach) -> EscapeTer
         margin_slope(settings, situation),
         state.position_m,
         yaw,
-        np.ascontiguousarray(grid_from_level(pitch)),
+        grid_from_level(pitch),
         near.hazards.bins,
         with_ground(near.hazards.shapes, near.frame, situation.floor_m, near.margin_m),
         near.hazards.moving,
-        nothing_moving(),
-        np.ascontiguousarray(world_from_body([0.0, 0.0, yaw]).T @ situation.wind_mps),
+        NOTHING_MOVING,
+        _level_wind(situation.wind_mps, yaw),
         settings.sigmas * situation.wind_sigma_mps,
-        *_tube_of(planner.automaton),
+        *_tube_of(library),
         0.0,
     )
 
 
-def in_wind_s(automaton: MovementAutomaton) -> float:
+@lru_cache(maxsize=64)
+def in_wind_s(library: EscapeLibrary) -> float:
     """For how long ways out are verified where wind carries them."""
+    automaton = library.automaton
     radius = automaton.turning_radius_m
     if np.isfinite(radius) and automaton.fastest_mps > 0.0:
         return IN_WIND_TURNS * 2.0 * np.pi * radius / automaton.fastest_mps
@@ -67,11 +72,20 @@ def carried_m(planner: Planner, situation: Situation | Here) -> float:
     tilt_rad = length_of(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
     drift_mps = planner.speed_mps * min(1.0, tilt_rad) if tilt_rad > SAME_RAD else 0.0
     drift_mps += length_of(situation.wind_mps)
-    return drift_mps * in_wind_s(planner.automaton) if drift_mps else 0.0
+    return drift_mps * in_wind_s(library) if drift_mps else 0.0
 
 
-def _tube_of(automaton: MovementAutomaton) -> tuple[FloatArray, float]:
+def _level_wind(wind_mps: FloatArray, yaw_rad: float) -> FloatArray:
+    """[3] in the level frame."""
+    if not any(wind_mps.tolist()):
+        return np.zeros(3)
+    return np.ascontiguousarray(rotation_of(0.0, 0.0, yaw_rad).T @ wind_mps)
+
+
+@lru_cache(maxsize=64)
+def _tube_of(library: EscapeLibrary) -> tuple[FloatArray, float]:
     """Radii after 0, 1, ... movements, and how long one takes at least."""
+    automaton = library.automaton
     shortest_s = min(movement.duration_s for movement in automaton.movements)
     if automaton.pairs is None:
         return np.zeros(0), shortest_s

@@ -71,13 +71,13 @@ class WaysOut:
             or self._is_one_of(roll, pitch)
             or not self._is_one_of(*self._rest(under_way)[2])
         )
-        self._terms = terms_of(planner, situation, near)
+        self._terms = terms_of(planner, library, situation, near)
         self._full_m, self.strict = near.margin_m, self._terms.must_see
         self._search = WayOutSearch(
             library,
             bool(situation.wind_mps.any()),
             planner.speed_mps,
-            in_wind_s(planner.automaton),
+            in_wind_s(library),
             self.strict,
             too_near(near.margin_m),
             wide_space(),

@@ -67,6 +67,12 @@ def plain(values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64) -> npt.ND
     return np.array(values, dtype=dtype, order="C")
 
 
+def sealed(fresh: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """An array that nobody else has yet, from now on read only: of one kind for compiled loops."""
+    fresh.setflags(write=False)
+    return fresh
+
+
 def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """A C-contiguous float64 view that cannot be written: one array type for compiled loops.
 

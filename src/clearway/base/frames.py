@@ -34,14 +34,14 @@ def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
     """
     attitude = np.asarray(attitude_rad, dtype=np.float64)
     if attitude.ndim == 1:
-        return _rotation(*attitude.tolist())
-    flat = [_rotation(*angles) for angles in attitude.reshape(-1, 3)]
+        return rotation_of(*attitude.tolist())
+    flat = [rotation_of(*angles) for angles in attitude.reshape(-1, 3)]
     return np.array(flat).reshape(*attitude.shape[:-1], 3, 3)
 
 
 @compiled
-def _rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """(3.37) for one attitude: the product of yaw (3.36), pitch (3.35) and roll (3.34)."""
+def rotation_of(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """[3, 3] (3.37) of one attitude, rad: the product of yaw (3.36), pitch (3.35), roll (3.34)."""
     sin_roll, cos_roll = np.sin(roll), np.cos(roll)
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
     sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.brief import one_line
+from clearway.base.brief import brief, one_line
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
@@ -33,6 +33,9 @@ class GridEdges(NamedTuple):
     range_m: FloatArray
     azimuth_rad: FloatArray
     elevation_rad: FloatArray
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 @keywords_beyond_two

@@ -208,7 +208,9 @@ class Knowledge:
         elif not self.own_states.reach_back_to(scan.time_s):
             self.counts["scan: no own state of its time"] += 1
         else:
-            self.counts.update(self.sensing.take(scan, self.own_states.at(scan.time_s)))
+            left_out = self.sensing.take(scan, self.own_states.at(scan.time_s))
+            if left_out:
+                self.counts.update(left_out)
             if len(scan.points_m):
                 self.news, self.unchecked = "new returns", True
             if not self.sensing.believes(scan.sensor):

@@ -88,9 +88,11 @@ def _hold(facts: ModeFacts) -> str:
 
 
 def _escape(facts: ModeFacts) -> str:
+    if not facts.decision.escapes:
+        return ""
     after = ", ".join(facts.decision.no_way_out)
     blind = facts.blind_s is not None and facts.decision.way_out is not None
-    if not facts.decision.escapes or blind or (facts.progress.closed and not after):
+    if blind or (facts.progress.closed and not after):
         return ""  # Where no way leads on, or nobody sees one, a way out is what it stays in.
     return f"no way out after {after}" if after else "nothing else is verified"
 
@@ -110,7 +112,9 @@ def _landing(facts: ModeFacts) -> str:
 
 def _avoidance(facts: ModeFacts) -> str:
     decision, choice = facts.decision, facts.decision.choice
-    reasons = [f"{number} by {name}" for name, number in choice.ruled_out_by.items()]
+    reasons = []
+    if not choice.is_first:
+        reasons = [f"{number} by {name}" for name, number in choice.ruled_out_by.items()]
     if choice.below_threshold:
         reasons.append(f"{choice.below_threshold} rated too low")
     if decision.no_way_out:

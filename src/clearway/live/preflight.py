@@ -240,10 +240,10 @@ def _by_map(planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatA
 
 def _over_drift(planner: Planner) -> str:
     """For how long ways out are verified in the wind that is known; nothing without any."""
-    speed = float(np.linalg.norm(planner.settings.wind_mps))
-    if not speed:
+    speed, library = float(np.linalg.norm(planner.settings.wind_mps)), planner.escapes
+    if not speed or library is None:
         return ""
-    return f", verified for {in_wind_s(planner.automaton):.3g} s in a wind of {speed:.3g} m/s"
+    return f", verified for {in_wind_s(library):.3g} s in a wind of {speed:.3g} m/s"
 
 
 def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]) -> int | None:

@@ -123,7 +123,7 @@ class RangeSensing:
             return "scan: late or repeated"
         return None
 
-    def take(self, scan: Scan, state: State) -> Counter[str]:
+    def take(self, scan: Scan, state: State) -> Mapping[str, int]:
         """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
@@ -279,10 +279,10 @@ class RangeSensing:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
 
 
-def _left_out(memory: PointMemory) -> Counter[str]:
+def _left_out(memory: PointMemory) -> Mapping[str, int]:
     """What the latest sweep made a memory leave out, or hold more coarsely."""
     if not (memory.merged or memory.dropped or memory.too_small):
-        return Counter()
+        return {}
     return +Counter(
         {
             "memory: merged into coarser balls, for want of room": memory.merged,

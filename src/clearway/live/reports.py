@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -27,7 +28,7 @@ class Reports(Protocol):
         """Keep a report, or say why it cannot be used."""
         ...
 
-    def intruders(self, own: State, now_s: float, /) -> tuple[list[Intruder], Counter[str]]:
+    def intruders(self, own: State, now_s: float, /) -> tuple[list[Intruder], Mapping[str, int]]:
         """Who is there at a moment, and what was left out since the last call, by reason."""
         ...
 
@@ -70,9 +71,9 @@ class LatestReports:
         self._manoeuvres.take(name, report)
         return None
 
-    def intruders(self, _own: State, now_s: float, /) -> tuple[list[Intruder], Counter[str]]:
+    def intruders(self, _own: State, now_s: float, /) -> tuple[list[Intruder], Mapping[str, int]]:
         if not self._latest:
-            return [], Counter()
+            return [], {}
         stale = [
             name for name, report in self._latest.items() if now_s - report.time_s > self._stale_s
         ]
@@ -81,7 +82,7 @@ class LatestReports:
             self._manoeuvres.forget(name)
         left_out = {"intruder: stale": len(stale)} if stale else {}
         shown = [self._manoeuvres.shown_by(name, each) for name, each in self._latest.items()]
-        return shown, Counter(left_out)
+        return shown, left_out
 
 
 class TrackedReports:
@@ -98,7 +99,7 @@ class TrackedReports:
         self._heard.append(Report.of(report))
         return None
 
-    def intruders(self, own: State, now_s: float, /) -> tuple[list[Intruder], Counter[str]]:
+    def intruders(self, own: State, now_s: float, /) -> tuple[list[Intruder], Mapping[str, int]]:
         velocity = self._speed_mps * own.world_from_body[:, 0]
         ownship = Ownship(own.position_m, velocity, self._address)
         before = Counter(self._tracks.left_out)

@@ -320,7 +320,7 @@ class AvoidanceSystem:
         commitment = self._plan.commitment(now, self.escape.within, blind=blind)
         if self.progress.closed:
             commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
-        decision = decide(planner, situation, commitment)
+        decision = decide(planner, situation, commitment=commitment)
         self._kept_m = widest_margin_m(self.planner, situation)
         picture = self._looked_at(situation)
         return self._adopt(decision, now, now_s, scan_age, picture)
@@ -360,9 +360,9 @@ class AvoidanceSystem:
         bold = self._insistence is not None and self._insistence.bold and blind_s is None
         facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold)
         self._mode = mode_after(self._mode, facts)
-        fresh: Counter[str] = Counter()
+        fresh: dict[str, int] = {}
         if dict.__ne__(self.counts, self._told):
-            fresh = self.counts - self._told
+            fresh = dict(self.counts - self._told)
             self._told = Counter(self.counts)
         if self._known.clock.shifted:
             decision = replace(decision, state=replace(decision.state, time_s=told_s))
@@ -374,7 +374,7 @@ class AvoidanceSystem:
             self.obstacle_map,
             self._known.clock.in_doubt,
             scan_age,
-            dict(fresh),
+            fresh,
             picture,
             self._known.blind_s(now),
         )

@@ -7,12 +7,14 @@ they are said to lead.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.situation import CALM
+from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, length_of
 from clearway.base.state import State
@@ -50,26 +52,19 @@ class _LatestSteps:
 
     def __init__(self) -> None:
         self._rows, self._first, self._end = np.empty((64, 7)), 0, 0
-        self._lasts_s: float | None = 0.0  # None: not added up yet.
+        self.lasts_s, self.fastest_mps = 0.0, 0.0
+        """Of all that is there."""
 
     def __len__(self) -> int:
         return self._end - self._first
 
     @property
-    def columns(self) -> Steps:
-        """Views of what is there until the next one is added."""
-        rows = self._rows[self._first : self._end]
-        return Steps(rows[:, 0], rows[:, 1:4], rows[:, 4], rows[:, 5], rows[:, 6])
+    def rows(self) -> FloatArray:
+        """[n, 7] what is there: later ones are written behind it, or elsewhere."""
+        return self._rows[self._first : self._end]
 
-    @property
-    def lasts_s(self) -> float:
-        """Of all, as it adds up along them."""
-        if self._lasts_s is None:
-            ends_s = np.cumsum(self._rows[self._first : self._end, 0])
-            self._lasts_s = float(ends_s[-1]) if len(ends_s) else 0.0
-        return self._lasts_s
-
-    def add(self, step: Sequence[float]) -> None:
+    def add(self, step: Sequence[float], window_s: float) -> None:
+        """Add a step, and drop the first ones until all last no longer than a window."""
         if self._end == len(self._rows):
             kept = self._rows[self._first : self._end]
             self._rows = np.empty((max(64, 2 * len(kept)), 7))
@@ -77,14 +72,32 @@ class _LatestSteps:
             self._first, self._end = 0, len(kept)
         self._rows[self._end] = step
         self._end += 1
-        self._lasts_s = None
-
-    def drop_first(self) -> None:
-        self._first += 1
-        self._lasts_s = None
+        latest = _latest_of(self._rows, self._first, self._end, window_s)
+        self._first, self.lasts_s, self.fastest_mps = latest
 
     def clear(self) -> None:
-        self._first, self._lasts_s = self._end, 0.0
+        self._first, self.lasts_s, self.fastest_mps = self._end, 0.0, 0.0
+
+
+@compiled
+def _latest_of(rows: FloatArray, first: int, end: int, window_s: float) -> tuple[int, float, float]:
+    """The first row from which on they last no longer than a window, for how long these last, and
+    the fastest of them."""
+    while True:
+        lasts_s = 0.0
+        for n in range(first, end):
+            lasts_s += rows[n, 0]
+        if not lasts_s > window_s:
+            break
+        first += 1
+    fastest = 0.0
+    for n in range(first, end):
+        fastest = max(fastest, rows[n, 6])
+    return first, lasts_s, fastest
+
+
+def _columns(rows: FloatArray) -> Steps:
+    return Steps(rows[:, 0], rows[:, 1:4], rows[:, 4], rows[:, 5], rows[:, 6])
 
 
 class WindEstimate:
@@ -103,7 +116,7 @@ class WindEstimate:
         self.wind_mps = told
         """[3] world frame; the way that air, or whatever it is, carries the vehicle."""
         self._sigma_mps = 0.0
-        self._unfitted: Steps | None = None  # Whose deviation nobody has asked for yet.
+        self._unfitted: FloatArray | None = None  # Steps whose deviation nobody has asked for yet.
         self._latest = _LatestSteps()
         self._last_mps = CALM
 
@@ -111,21 +124,26 @@ class WindEstimate:
     def sigma_mps(self) -> float:
         """Standard deviation of each axis, as far as the noise that states declare tells."""
         if self._unfitted is not None:
-            _, self._sigma_mps = line_through(self._unfitted)
+            _, self._sigma_mps = line_through(_columns(self._unfitted))
             self._unfitted = None
         return self._sigma_mps
 
     @property
     def steps(self) -> Steps:
         """Of the latest window."""
-        return self._latest.columns
+        return _columns(self._latest.rows)
 
     def unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
         """How far off an own state lies that no wind explains, neither the present one nor that of
         the last step; arguments as of `take`."""
-        carried, duration = after.position_m - flown_m, after.time_s - before.time_s
-        winds = (self.wind_mps, self._last_mps)
-        return min(length_of(carried - wind * duration) for wind in winds)
+        x, y, z = (after.position_m - flown_m).tolist()
+        duration = after.time_s - before.time_s
+        off_m = []
+        for wind in (self.wind_mps, self._last_mps):
+            by_x, by_y, by_z = wind.tolist()
+            beyond = (x - by_x * duration, y - by_y * duration, z - by_z * duration)
+            off_m.append(math.sqrt(sum(each * each for each in beyond)))
+        return min(off_m)
 
     def take(
         self, before: State, after: State, flown_m: FloatArray, *, jumped: bool = False
@@ -147,9 +165,8 @@ class WindEstimate:
         carried = after.position_m - flown_m
         self._last_mps = carried / duration
         fastest = length_of(self._last_mps)
-        self._latest.add((duration, *carried, after.position_std_m, wandering, fastest))
-        while self._latest.lasts_s > WINDOW_S + 1e-6:
-            self._latest.drop_first()
+        step = (duration, *carried.tolist(), after.position_std_m, wandering, fastest)
+        self._latest.add(step, WINDOW_S + 1e-6)
         self._fit()
 
     def forget(self) -> None:
@@ -160,13 +177,13 @@ class WindEstimate:
     def _fit(self) -> None:
         if self._latest.lasts_s < LEAST_S or len(self._latest) < FEWEST_STEPS:
             return
-        steps, least = self.steps, LEAST_OF_SPEED * self._speed_mps
+        least = LEAST_OF_SPEED * self._speed_mps
         # The line is no steeper than the steepest step.
-        if steps.fastest_mps.max() < SURELY_LESS * least:
-            self.wind_mps, self._unfitted = CALM, steps
+        if self._latest.fastest_mps < SURELY_LESS * least:
+            self.wind_mps, self._unfitted = CALM, self._latest.rows
             return
         self._unfitted = None
-        slope, self._sigma_mps = line_through(steps)
+        slope, self._sigma_mps = line_through(self.steps)
         least = max(SURE * self._sigma_mps, least)
         slope.setflags(write=False)
         self.wind_mps = slope if length_of(slope) > least else CALM

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clearway.base.brief import one_line
 from clearway.base.checks import kind_of, points_of
-from clearway.base.compiled import compiled
+from clearway.base.compiled import compiled, plain
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -94,7 +94,7 @@ class ObstacleMap:
     ) -> FloatArray:
         """Range [n] from a world point [3] along unit directions [n, 3]; inf where none is met."""
         return cast_rays(
-            np.ascontiguousarray(origin_m, dtype=np.float64),
+            plain(np.asarray(origin_m, dtype=np.float64)),
             points_of("obstacle map: directions", directions),
             float(max_range_m),
             self.shapes,

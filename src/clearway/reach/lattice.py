@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.frames import FloatArray, rotation_of
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.curves import PathAt, curve_parts
 from clearway.vehicle.automaton import Movement, MovementAutomaton
@@ -205,7 +205,7 @@ def _curves(
 
 def grid_from_level(start_pitch_rad: float) -> FloatArray:
     """[3, 3] from level axes at yaw 0 into the grid, the body frame at the start pitch."""
-    rotation: FloatArray = np.ascontiguousarray(world_from_body([0.0, start_pitch_rad, 0.0]).T)
+    rotation: FloatArray = np.ascontiguousarray(rotation_of(0.0, start_pitch_rad, 0.0).T)
     return rotation
 
 

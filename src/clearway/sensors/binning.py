@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges, interval_of
@@ -46,6 +47,9 @@ class CellTables(NamedTuple):
     """[6] around the grid's directions: normals (x, y) of the half-planes at its sides, zero where
     it is no narrower than half a circle, then its lowest and highest sine, squared with their
     signs."""
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 ABOUT_RAD = 1e-6

@@ -28,6 +28,8 @@ class Mounting:
     """[3] roll, pitch (nose down positive), yaw (left positive) of the sensor in the body."""
     body_from_sensor: FloatArray = field(init=False, repr=False)
     """[3, 3] rotation (3.37)."""
+    is_none: bool = field(init=False, repr=False)
+    """Whether the sensor looks along the body's axes from its origin."""
 
     __repr__ = brief
 
@@ -39,6 +41,8 @@ class Mounting:
             object.__setattr__(self, name, values)
         rotation = frozen_array(world_from_body(self.attitude_rad), (3, 3))
         object.__setattr__(self, "body_from_sensor", rotation)
+        here = not self.position_m.any() and not self.attitude_rad.any()
+        object.__setattr__(self, "is_none", here)
 
 
 @keywords_beyond_two

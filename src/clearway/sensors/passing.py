@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import borrowing, compiled, sealed
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray, State
 from clearway.sensors.beams import BeamPattern
@@ -51,8 +51,8 @@ def sensor_at(lidar: Lidar, state: State, tolerance_m: float) -> Sensor:
     rotation, origin = sensor_pose(lidar, state)
     pattern = lidar.pattern
     return Sensor(
-        read_only(rotation),
-        read_only(origin),
+        sealed(rotation),
+        sealed(origin),
         state.position_m,
         float(pattern.min_range_m),
         float(min(pattern.max_range_m, 1e30)),

@@ -17,9 +17,11 @@ NO_DRAWS = np.empty(0)
 
 def sensor_pose(lidar: Lidar, state: State) -> tuple[FloatArray, FloatArray]:
     """Rotation [3, 3] world from sensor, and the sensor's position [3] in the world frame."""
-    world_from_body = state.world_from_body
-    origin = state.position_m + world_from_body @ lidar.mounting.position_m
-    return world_from_body @ lidar.mounting.body_from_sensor, origin
+    world_from_body, mounting = state.world_from_body, lidar.mounting
+    if mounting.is_none:
+        return world_from_body, state.position_m
+    origin = state.position_m + world_from_body @ mounting.position_m
+    return world_from_body @ mounting.body_from_sensor, origin
 
 
 class Scanner(Protocol):

@@ -428,7 +428,8 @@ class MovementAutomaton:
 
     def chain(self, names: Iterable[str]) -> tuple[Movement, ...]:
         """Movements by name, in order."""
-        return tuple(self[name] for name in names)
+        by_name = self._by_name
+        return tuple([by_name[name] if name in by_name else self[name] for name in names])
 
     def fly(
         self,

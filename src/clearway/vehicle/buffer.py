@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy.typing as npt
 
@@ -15,8 +16,7 @@ from clearway.vehicle.automaton import Movement, MovementAutomaton
 TIME_TOLERANCE_S = 1e-9
 
 
-@dataclass(frozen=True)
-class BufferedMovement:
+class BufferedMovement(NamedTuple):
     """One entry of a buffer: a movement, when it starts, and for how long it is held."""
 
     movement: Movement
@@ -122,7 +122,15 @@ class MovementBuffer:
         """What is done by a time: the first part of `split`."""
         if not self.entries or self.entries[-1].end_s <= time_s + TIME_TOLERANCE_S:
             return self
-        return self.split(time_s)[0]
+        done: list[BufferedMovement] = []
+        for entry in self.entries:
+            if entry.end_s <= time_s + TIME_TOLERANCE_S:
+                done.append(entry)
+                continue
+            if entry.start_s < time_s - TIME_TOLERANCE_S:
+                done.append(entry._replace(duration_s=time_s - entry.start_s))
+            break
+        return self._of_checked(tuple(done))
 
     def legs(self, start_s: float, end_s: float) -> list[tuple[Movement, float]]:
         """Movements between two times, and for how long each: what two splits leave."""
@@ -157,7 +165,7 @@ class MovementBuffer:
         """The same movements by another clock."""
         entries, at = [], moved(self.start_s)
         for entry in self.entries:
-            entries.append(replace(entry, start_s=at))
+            entries.append(entry._replace(start_s=at))
             at += entry.duration_s
         return MovementBuffer(tuple(entries))
 
