@@ -153,10 +153,8 @@ def decided(
     # Fusion, and how safe trajectories are: (4.21), (4.22), (2.3).
     rated = assessed(known_cells, points, margin, edges, unknown, unknown_unseen, ways.passed)
     # Cost to go from where each candidate ends, and all that it costs (4.6).
-    to_go = cost_to_go(
-        ways.states, paths.parent, ways.length_m, ends.nodes, ways.start_pitch_rad, reached, goal,
-        able,
-    )  # fmt: skip
+    states, length_m, pitch_rad = ways.states, ways.length_m, ways.start_pitch_rad
+    to_go = cost_to_go(states, paths.parent, length_m, ends.nodes, pitch_rad, reached, goal, able)
     candidates = priced_ends(
         ends,
         to_go,
