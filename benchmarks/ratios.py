@@ -46,11 +46,11 @@ def pairs() -> dict[str, tuple[Run, Run]]:
     situation = Situation(here, np.array([100.0, 0.0, 0.0]), intruders=paper_intruders())
     return {
         "100,000 returns into cells, to a minimal loop": (
-            lambda: detect(GRID, LIDAR, scan),
+            lambda: detect(GRID, LIDAR, scan).visibility,
             lambda: minimal_hits(GRID, scan.points_m),
         ),
         "100,000 returns into cells, to NumPy": (
-            lambda: detect(GRID, LIDAR, scan),
+            lambda: detect(GRID, LIDAR, scan).visibility,
             lambda: bincount_detection(GRID, beams, scan.points_m),
         ),
         "100,000 returns remembered, to a minimal loop": (

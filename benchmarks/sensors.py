@@ -53,7 +53,7 @@ def hits_and_visibility(
         # Borders have a tolerance here and none there: a few points may change cells.
         assert np.abs(hits - found.hits).sum() <= 10 + number // 1000
         other = timed(lambda: bincount_detection(GRID, found.beams, scan.points_m), quick)
-        return timed(lambda: detect(GRID, LIDAR, scan, rule=rule), quick).row(
+        return timed(lambda: detect(GRID, LIDAR, scan, rule=rule).visibility, quick).row(
             f"{number:,} raw points into hits and visibility of {SCANNER}, rule {rule}",
             target_s=target_s,
             reference=(other, "NumPy"),
@@ -67,7 +67,7 @@ def beams_counted_anew(quick: bool) -> Row:
 
     def run() -> None:
         turned = world_from_body([0.0, 0.0, 1e-4 * next(turns)])
-        detect(GRID, LIDAR, scan, grid_from_body=(turned, np.zeros(3)))
+        _ = detect(GRID, LIDAR, scan, grid_from_body=(turned, np.zeros(3))).visibility
 
     return timed(run, quick).row("7,000 points, beams of a new attitude counted each time")
 

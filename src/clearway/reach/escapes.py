@@ -139,10 +139,9 @@ def names_of(
     if not 0 <= escape < len(ways.begins):
         raise ClearwayError(f"escape {escape}: there are {len(ways.begins)}")
     begins: list[str] = []
-    at = int(ways.begins[escape])
-    while ways.parent[at] >= 0:
-        begins.insert(0, names[ways.movement[at]])
-        at = int(ways.parent[at])
-    loop = int(ways.loop[escape])
-    first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-    return tuple(begins), tuple(names[m] for m in ways.loop_movement[first:last])
+    at = ways.begins.item(escape)
+    while ways.parent.item(at) >= 0:
+        begins.insert(0, names[ways.movement.item(at)])
+        at = ways.parent.item(at)
+    first, last = ways.loop_at[ways.loop.item(escape) :][:2].tolist()
+    return tuple(begins), tuple([names[m] for m in ways.loop_movement[first:last].tolist()])
