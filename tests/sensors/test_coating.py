@@ -59,15 +59,22 @@ def test_ball_around_the_vehicle_coats_the_first_layers_all_round():
     assert not coated[2:].any()
 
 
-def test_several_points_coat_the_union():
-    grid = GRIDS["standard"]
-    points = np.array([[5.0, 0.0, 0.0], [8.0, 3.0, -1.0], [40.0, 0.0, 0.0]])
-    radii = np.array([0.3, 0.9, 1.0])
-    union = np.zeros(grid.cells, dtype=bool)
-    for point, radius in zip(points, radii, strict=True):
-        union |= coated_cells(grid, point[None], radius)
-    np.testing.assert_array_equal(coated_cells(grid, points, radii), union)
-    assert not coated_cells(grid, points[2:], 1.0).any()
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(sorted(GRIDS)),
+    seed=st.integers(0, 2**32 - 1),
+    count=st.sampled_from([2, 30, 400]),
+    largest_m=st.sampled_from([0.1, 0.7, 3.0]),
+)
+def test_several_points_coat_the_union(name, seed, count, largest_m):
+    """In any order: what has nothing to add to those before is passed over."""
+    grid, rng = GRIDS[name], np.random.default_rng(seed)
+    points = rng.normal(0.0, rng.choice([1.0, 5.0]), (count, 3))
+    radii = rng.uniform(0.01, largest_m, count)
+    each = [coated_cells(grid, points[n : n + 1], radii[n]) for n in range(count)]
+    order = rng.permutation(count)
+    together = coated_cells(grid, points[order], radii[order])
+    np.testing.assert_array_equal(together, np.any(each, axis=0))
 
 
 def test_nothing_coats_nothing():

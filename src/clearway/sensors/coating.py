@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import borrowing, compiled, inlined, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.rounding import SURELY
@@ -101,6 +101,9 @@ def _coat(
         if narrow and beyond > 0.0:
             least_along = np.sqrt(beyond) / SURELY
         unsure = (SURELY - 1.0) * horizontal
+        first, last = _layers_met(
+            distance - radius - tolerance, distance + radius + tolerance, ranges
+        )
         for j in range(columns):
             along, left, right = (
                 max(along_edge[j], along_edge[j + 1]),
@@ -122,6 +125,10 @@ def _coat(
                 along = horizontal
             best = np.sqrt(along * along + z * z)
             for k in range(rows):
+                if _are_coated(
+                    coated, (first * columns + j) * rows + k, last - first, columns * rows
+                ):
+                    continue
                 projected = _projection(
                     along,
                     z,
@@ -136,11 +143,35 @@ def _coat(
                     continue
                 half_chord = np.sqrt(inside)
                 low, high = projected - half_chord, projected + half_chord
-                for i in range(layers):
+                for i in range(first, last):
                     if ranges[i] > high:
                         break
                     if ranges[i + 1] >= low:
                         coated[(i * columns + j) * rows + k] = True
+
+
+@inlined
+def _layers_met(nearest: float, farthest: float, ranges: FloatArray) -> tuple[int, int]:
+    """The first layer that reaches beyond a distance, and the one after the last that begins within
+    another."""
+    layers = len(ranges) - 1
+    first, last = 0, layers
+    while first < layers and ranges[first + 1] < nearest:
+        first += 1
+    while last > first and ranges[last - 1] > farthest:
+        last -= 1
+    return first, last
+
+
+@inlined
+def _are_coated(coated: BoolArray, cell: int, count: int, stride: int) -> bool:
+    """Whether a cell, and so many behind it, are marked already: where there are many points, most
+    have nothing to add."""
+    for _ in range(count):
+        if not coated[cell]:
+            return False
+        cell += stride
+    return True
 
 
 @borrowing
