@@ -141,3 +141,35 @@ def test_a_circle_is_as_far_from_shapes_as_all_places_on_it_say(seed):
             assert (found, cause, index) == (nearest, 2, each.argmin())
         else:
             assert (found, cause, index) == (enough, 0, -1)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    radius=st.sampled_from([0.5, 3.8, 40.0]),
+    enough=st.sampled_from([0.1, 0.6, 5.0]),
+)
+@settings(max_examples=80, deadline=None)
+def test_a_circle_is_as_far_from_returns_as_the_nearest_of_them_says(seed, radius, enough):
+    """Among balls about it, above it, within it and without; some that it leads through, and one
+    that is just near enough, or just not."""
+    rng = np.random.default_rng(seed)
+    center, count = rng.uniform(-2, 2, 3), int(rng.choice([1, 300]))
+    places = center + rng.normal(0.0, rng.choice([0.3, 1.0]) * radius, (count, 3))
+    radii = rng.uniform(0.0, rng.choice([0.1, 1.0]), count)
+    ahead, left = np.array([UP[2], 0.0, -UP[0]]), np.array([0.0, 1.0, 0.0])
+    round_it, about_it = rng.uniform(0.0, 2.0 * np.pi), rng.choice([0.0, 0.5, 1.0, 1.3]) * np.pi
+    outwards = np.cos(round_it) * ahead + np.sin(round_it) * left
+    off_m = rng.uniform(0.95, 1.02) * enough + radii[0]
+    off = off_m * (np.cos(about_it) * outwards + np.sin(about_it) * UP)
+    places[0] = center + radius * outwards + off
+    found, cause, index = circle_clearance(
+        center, UP, radius, bin_points(places, radii), shapes_of(()), enough
+    )
+    away = places - center
+    height = away @ UP
+    level = np.sqrt(np.maximum(0.0, np.square(away).sum(axis=1) - height**2))
+    each = np.hypot(level - radius, height) - radii
+    if each.min(initial=np.inf) < enough:
+        assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-9), 1, each.argmin())
+    else:
+        assert (found, cause, index) == (enough, 0, -1)

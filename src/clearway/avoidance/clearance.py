@@ -239,7 +239,15 @@ def _circle_from_points(
                 wy = bins.position_m[m, 1] - center[1]
                 wz = bins.position_m[m, 2] - center[2]
                 height = wx * up[0] + wy * up[1] + wz * up[2]
-                level = np.sqrt(max(0.0, wx * wx + wy * wy + wz * wz - height * height))
+                level2 = max(0.0, wx * wx + wy * wy + wz * wz - height * height)
+                # Most are above or below the circle, within it or without, by more than matters.
+                within = SURELY * (best + bins.radius_m[m])
+                if within < 0.0 or height * height > within * within:
+                    continue
+                inner, outer = max(0.0, radius - within), radius + within
+                if level2 < inner * inner or level2 > outer * outer:
+                    continue
+                level = np.sqrt(level2)
                 distance = np.hypot(level - radius, height) - bins.radius_m[m]
                 if distance < best:
                     best, index = distance, bins.source[m]
