@@ -12,14 +12,7 @@ from clearway.base.arrays import FloatArray
 from clearway.base.arrays import IndexArray as IndexArray
 from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
-from clearway.base.checks import (
-    LARGEST,
-    LATEST_S,
-    found,
-    number_problem,
-    time_problem,
-    vector_problem,
-)
+from clearway.base.checks import LARGEST, found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import rotation_of
 from clearway.base.positional import keywords_beyond_two
@@ -65,33 +58,23 @@ class State:
         # Every reading and every decision makes some: what is in order is gone through once.
         position = _frozen_three(self.position_m, LARGEST)
         attitude = _frozen_three(self.attitude_rad, MOST_RAD)
-        if position is None or attitude is None or not self._has_plain_numbers:
-            problems = found(
+        numbers = found(
+            (
+                time_problem("time_s", self.time_s),
+                number_problem("position_std_m", self.position_std_m),
+                number_problem("attitude_std_rad", self.attitude_std_rad),
+            )
+        )
+        if position is None or attitude is None or numbers:
+            places = found(
                 (
                     vector_problem("position_m", self.position_m, 3),
                     vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
-                    time_problem("time_s", self.time_s),
-                    number_problem("position_std_m", self.position_std_m),
-                    number_problem("attitude_std_rad", self.attitude_std_rad),
                 )
             )
-            if problems or position is None or attitude is None:
-                raise InputError("own state", problems)
+            raise InputError("own state", places + numbers)
         object.__setattr__(self, "position_m", position)
         object.__setattr__(self, "attitude_rad", attitude)
-
-    @property
-    def _has_plain_numbers(self) -> bool:
-        """Whether they are as nearly always, which is quick to find out."""
-        time_s, place_m, angle_rad = self.time_s, self.position_std_m, self.attitude_std_rad
-        return (
-            isinstance(time_s, float)
-            and isinstance(place_m, float)
-            and isinstance(angle_rad, float)
-            and -LATEST_S <= time_s <= LATEST_S
-            and 0.0 <= place_m <= LARGEST
-            and 0.0 <= angle_rad <= LARGEST
-        )
 
     @property
     def vector(self) -> FloatArray:
