@@ -34,7 +34,8 @@ from clearway.avoidance.verify import KnownClearances
 from clearway.base.checks import positive
 from clearway.base.frames import FloatArray, length_of
 from clearway.base.state import IntArray
-from clearway.sensors.detection import scan_of, scan_of_nothing
+from clearway.sensors.detection import scan_of
+from clearway.sensors.placing import scan_of_nothing
 from clearway.traffic import IntruderCells
 
 SURELY = 1.0 + 1e-6

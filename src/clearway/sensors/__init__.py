@@ -3,11 +3,12 @@
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.coating import coated_cells, thin_points
 from clearway.sensors.combined import SensedCells, combine_detections
-from clearway.sensors.detection import Detection, Ground, detect, detection_of_cells, unseen
+from clearway.sensors.detection import Detection, detect, detection_of_cells, unseen
 from clearway.sensors.estimate import estimate_pattern
 from clearway.sensors.lidar import Lidar, Mounting, Scan
 from clearway.sensors.memory import PointMemory, update_memory
 from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
+from clearway.sensors.placing import Ground
 from clearway.sensors.range_sensor import (
     AnySensor,
     LidarSensor,

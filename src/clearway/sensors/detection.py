@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from functools import lru_cache, partial
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Protocol
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.checks import array_problem, found, number_problem, points_of
-from clearway.base.compiled import read_only
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import BoolArray, IntArray, State, frozen_array
+from clearway.base.state import BoolArray, IntArray
 from clearway.base.variants import Variants
-from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.returns import REASONS, Filters, kept_returns
+from clearway.sensors.placing import Ground, layers_within, placed_scan
+from clearway.sensors.returns import REASONS, kept_returns
 from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into, share_of
 from clearway.sensors.visibility import surface_probability, visible_behind
 
@@ -30,27 +28,6 @@ Rule = str
 
 REFERENCE_AREA_M2 = np.pi / 4.0
 """Frontal area A_O of a ball of 1 m diameter."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Ground:
-    """Ground as a half-space of the grid frame: returns from it are no obstacles."""
-
-    up: FloatArray
-    """[3] unit normal, grid frame."""
-    height_m: float
-    """Ground is where up . point <= height_m + clearance_m; negative below the vehicle."""
-    clearance_m: float = 0.3
-    """Roughness: returns up to this high above the plane still count as ground."""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "up", frozen_array(self.up, (3,)))
-
-    @classmethod
-    def at_height(cls, state: State, height_m: float, clearance_m: float = 0.3) -> Ground:
-        """Level ground at a height of the world frame, seen from a vehicle in a state."""
-        up = state.world_from_body[2]
-        return cls(up, height_m - float(state.position_m[2]), clearance_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,8 +141,6 @@ class Detection:
 OF_RETURNS = ("points_m", "radius_m")
 LATER = ("hits", "probability", "hindrance", "visibility", "counts", *OF_RETURNS)
 """What is worked out when first asked for, of a detection whose scan is at hand."""
-NO_GROUND = Ground(np.array([0.0, 0.0, 1.0]), -np.inf)
-IDENTITY = (frozen_array(np.eye(3), (3, 3)), frozen_array(np.zeros(3), (3,)))
 
 
 def detect(
@@ -186,19 +161,14 @@ def detect(
     Raises ClearwayError for a rule that does not exist.
     """
     hits_to_probability = RULES.named(rule)
-    if grid_from_body is None and ground is None:
-        filters = _filters_at_scan(lidar)
-    else:
-        filters = _filters(lidar, grid_from_body or IDENTITY, ground or NO_GROUND)
-    beams = count_beams(grid, lidar.pattern, filters.rotation)
-    layers_in_range = _layers_within(grid, lidar.pattern.max_range_m)
+    placed = placed_scan(grid, lidar, scan, grid_from_body, ground)
     return Detection.trusted(
         grid=grid,
         sensor=lidar.name,
         time_s=scan.time_s,
-        beams=beams,
+        beams=placed.beams,
         weight=lidar.standing.weight,
-        placed=PlacedScan(scan.points_m, filters, cell_tables(grid), beams, layers_in_range),
+        placed=placed,
         to_probability=None
         if hits_to_probability is _ratio
         else partial(hits_to_probability, area_m2=reference_area_m2),
@@ -210,16 +180,6 @@ def scan_of(detections: Sequence[Detection], grid: AvoidanceGrid) -> PlacedScan 
     if len(detections) != 1 or detections[0].grid is not grid:
         return None
     return detections[0].scan_at_hand
-
-
-@lru_cache(maxsize=16)
-def scan_of_nothing(grid: AvoidanceGrid) -> PlacedScan:
-    """In place of one, where there is none."""
-    nowhere = read_only(np.zeros(3))
-    filters = Filters(read_only(np.eye(3)), nowhere, nowhere, nowhere, *(0.0,) * 5)
-    beams = np.zeros(grid.columns * grid.rows, dtype=np.int64)
-    beams.setflags(write=False)
-    return PlacedScan(nowhere.reshape(1, 3)[:0], filters, cell_tables(grid), beams, 0)
 
 
 def detection_of_cells(
@@ -240,7 +200,7 @@ def detection_of_cells(
     """
     blocked = np.ascontiguousarray(np.clip(probability, 0.0, 1.0), dtype=np.float64)
     points = points_of(f"detection of {sensor}: points_m", points_m)
-    layers = _layers_within(grid, float(max_range_m))
+    layers = layers_within(grid, float(max_range_m))
     return Detection(
         grid,
         sensor,
@@ -285,42 +245,6 @@ def unseen(grid: AvoidanceGrid, sensor: Named, time_s: float = -np.inf) -> Detec
         radius_m=np.zeros(0),
         counts=MappingProxyType(dict.fromkeys(REASONS, 0)),
     )
-
-
-def _filters(
-    lidar: Lidar, grid_from_body: tuple[FloatArray, FloatArray], ground: Ground
-) -> Filters:
-    rotation, translation = grid_from_body
-    mounting, pattern = lidar.mounting, lidar.pattern
-    return Filters(
-        rotation=read_only(rotation @ mounting.body_from_sensor),
-        origin=read_only(rotation @ mounting.position_m + translation),
-        body=read_only(translation),
-        up=ground.up,
-        ground=float(ground.height_m + ground.clearance_m),
-        min_range=float(pattern.min_range_m),
-        max_range=float(pattern.max_range_m),
-        airframe_radius=float(lidar.airframe_radius_m),
-        half_spacing=0.5 * float(pattern.spacing_rad),
-    )
-
-
-_at_scan: WeakKeyDictionary[Lidar, Filters] = WeakKeyDictionary()
-"""As of `_filters_at_scan`, for as long as there is the sensor."""
-
-
-def _filters_at_scan(lidar: Lidar) -> Filters:
-    """Where nothing has moved since the scan, and no ground is told."""
-    found = _at_scan.get(lidar)
-    if found is None:
-        found = _at_scan[lidar] = _filters(lidar, IDENTITY, NO_GROUND)
-    return found
-
-
-@lru_cache(maxsize=16)
-def _layers_within(grid: AvoidanceGrid, range_m: float) -> int:
-    """Layers that begin within a sensor's range."""
-    return int(np.searchsorted(grid.range_edges_m[:-1], range_m * (1.0 - 1e-10)))
 
 
 def _ratio(

@@ -19,7 +19,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, State
-from clearway.sensors.detection import Detection, Ground, Rule, detect
+from clearway.sensors.detection import Detection, Rule, detect
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.memory import PointMemory, remember, update_memory
 from clearway.sensors.passing import (
@@ -29,6 +29,7 @@ from clearway.sensors.passing import (
     returns_in_world,
     sensor_at,
 )
+from clearway.sensors.placing import Ground
 from clearway.sensors.remembered import Pitch, boxes_of_returns
 from clearway.sensors.standing import Standing
 from clearway.sensors.unsure import radii_unsure, turned_by
