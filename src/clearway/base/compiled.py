@@ -68,7 +68,7 @@ def plain(values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64) -> npt.ND
 
 
 def sealed(fresh: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """An array that nobody else has yet, from now on read only: of one kind for compiled loops."""
+    """An array that nobody else writes, from now on read only: of one kind for compiled loops."""
     fresh.setflags(write=False)
     return fresh
 

@@ -28,7 +28,7 @@ class Mounting:
     """[3] roll, pitch (nose down positive), yaw (left positive) of the sensor in the body."""
     body_from_sensor: FloatArray = field(init=False, repr=False)
     """[3, 3] rotation (3.37)."""
-    is_none: bool = field(init=False, repr=False)
+    is_body_frame: bool = field(init=False, repr=False)
     """Whether the sensor looks along the body's axes from its origin."""
 
     __repr__ = brief
@@ -42,7 +42,7 @@ class Mounting:
         rotation = frozen_array(world_from_body(self.attitude_rad), (3, 3))
         object.__setattr__(self, "body_from_sensor", rotation)
         here = not self.position_m.any() and not self.attitude_rad.any()
-        object.__setattr__(self, "is_none", here)
+        object.__setattr__(self, "is_body_frame", here)
 
 
 @keywords_beyond_two

@@ -16,9 +16,10 @@ NO_DRAWS = np.empty(0)
 
 
 def sensor_pose(lidar: Lidar, state: State) -> tuple[FloatArray, FloatArray]:
-    """Rotation [3, 3] world from sensor, and the sensor's position [3] in the world frame."""
+    """Rotation [3, 3] world from sensor, and the sensor's position [3] in the world frame, which
+    is the state's own, read only, where the sensor sits at the body's origin and along its axes."""
     world_from_body, mounting = state.world_from_body, lidar.mounting
-    if mounting.is_none:
+    if mounting.is_body_frame:
         return world_from_body, state.position_m
     origin = state.position_m + world_from_body @ mounting.position_m
     return world_from_body @ mounting.body_from_sensor, origin
