@@ -62,6 +62,11 @@ def changes_of_side(asides: list[np.ndarray]) -> int:
     return changes
 
 
+def at(met: Meetings, node: int) -> tuple[np.ndarray, np.ndarray]:
+    """[k, 3] from the vehicle to each when closest on the way to a node, and [k] when that is."""
+    return met.on_way(node, 0.0, np.zeros(len(met.names), dtype=np.bool_))[:2]
+
+
 @pytest.mark.parametrize(
     ("angle_deg", "speed_mps", "off_m"), [(-90, 20, 0), (100, 30, 2), (-120, 12, -3)]
 )
@@ -75,7 +80,7 @@ def test_a_side_once_chosen_is_kept(
         decision = entry.flight.decision  # type: ignore[attr-defined]
         if decision.passings:
             met = Meetings(decision.prepared.reach_set, decision.hazards.moving, ("FAST",))
-            asides.append(decision.frame.world_from_grid @ met.at(decision.choice.node)[0][0])
+            asides.append(decision.frame.world_from_grid @ at(met, decision.choice.node)[0][0])
 
     run = replace(crossing, script=(who,)).fly(look).summary()
     assert run["reached"]
@@ -98,7 +103,7 @@ def test_a_way_that_ends_first_is_met_as_if_flown_straight_on() -> None:
     straight = int(np.argmax(ends[:, 0] - np.abs(ends[:, 1]) - np.abs(ends[:, 2])))
     first = reach_set.path(straight)[0]
     for node in (straight, int(first)):
-        aside_m, time_s = met.at(int(node))
+        aside_m, time_s = at(met, int(node))
         assert time_s[0] == pytest.approx(0.5 * late, rel=1e-6)
         assert np.abs(aside_m).max() < 1e-6
     # Verification sees what is met on the way; what comes after its end only this does.
@@ -126,19 +131,38 @@ def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every
         shares.append(lack.mean())
     assert 0.0 < shares[3] < 1.0
     nodes = rng.choice(reach_set.nodes, 10).tolist()
-    sides = met.at(nodes[0])[0]
+    sides = at(met, nodes[0])[0]
     sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-    asides = [met.at(node)[0] for node in nodes]
+    asides = [at(met, node)[0] for node in nodes]
     cosines = [min(np.sum(a * sides, axis=1) / np.linalg.norm(a, axis=1)) for a in asides]
     least = 0.5 * (min(cosines) + max(cosines)), 0.1 * min(cosines) + 0.9 * max(cosines)
     off = met.off_sides(range(5), sides, least)[:, nodes]
     np.testing.assert_array_equal(off, [[c < each for c in cosines] for each in least])
     assert 0 < off[0].sum() <= off[1].sum() < len(nodes)
     for node in nodes:
-        asides_m, times_s = met.at(node)
+        asides_m, times_s = at(met, node)
         for k, one in enumerate(alone):
-            np.testing.assert_array_equal(asides_m[k], one.at(node)[0][0])
-            assert times_s[k] == one.at(node)[1][0]
+            np.testing.assert_array_equal(asides_m[k], at(one, node)[0][0])
+            assert times_s[k] == at(one, node)[1][0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_is_passed_is_ahead_and_near_or_was_begun_with(seed) -> None:
+    rng, reach_set = np.random.default_rng(seed), LIBRARY.nearest(0.0)
+    many = MovingHazards(
+        rng.uniform(-12.0, 12.0, (60, 3)), rng.normal(size=(60, 3)), rng.uniform(0.1, 1.0, 60),
+        rng.uniform(0.0, 0.5, 60), np.zeros(60), np.ones(60),
+    )  # fmt: skip
+    met = Meetings(reach_set, many, tuple(map(str, range(60))))
+    begun, margin_m = rng.random(60) < 0.2, 1.5
+    for node in rng.choice(reach_set.nodes, 10).tolist():
+        aside, when_s, apart, near, passed = met.on_way(node, margin_m, begun)
+        np.testing.assert_allclose(apart, np.linalg.norm(aside, axis=1), rtol=1e-12)
+        is_near = apart <= many.radius_m + many.growth_mps * when_s + 3.0 * margin_m
+        np.testing.assert_array_equal(near, is_near)
+        np.testing.assert_array_equal(passed, (when_s > 0.0) & (is_near | begun))
+        assert 0 < is_near.sum() < 60
+        assert 0 < (passed & ~is_near).sum() < passed.sum()
 
 
 @pytest.mark.parametrize("reach_m", [5.0, 30.0, 300.0])

@@ -16,11 +16,12 @@ from functools import cache
 
 import numpy as np
 
-from clearway.avoidance.closest import closest, closest_s, off_sides
+from clearway.avoidance.closest import closest, off_sides
 from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.onward import nearer_onward
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.rounding import SURELY
@@ -61,7 +62,7 @@ class Meetings:
         """[nodes] whether any of them, as it grows, comes nearer than a margin after the way's end
         and within the time of the longest, at most; on the way itself verification looks."""
         ways, moving = self.reach_set, self.moving
-        return _lack(
+        return nearer_onward(
             ways.parent,
             ways.samples_m,
             ways.end_time_s,
@@ -93,18 +94,25 @@ class Meetings:
         """Compile and load what only those ask for who are passing someone."""
         self.off_sides(range(len(self.names)), np.zeros((len(self.names), 3)), (0.0, STEADY_COS))
 
-    def at(self, node: int) -> tuple[FloatArray, FloatArray]:
-        """[k, 3] from the vehicle to each when they are closest on the way to a node, and [k] when
-        that is."""
-        ways, path = self.reach_set, np.array(self.reach_set.path(node), dtype=np.int64)
-        aside_m, time_s = closest(
-            np.arange(-1, len(path) - 1, dtype=ways.parent.dtype),
-            ways.samples_m[path],
-            ways.end_time_s[path],
-            self.moving.position_m,
-            self.moving.velocity_mps,
+    def on_way(
+        self, node: int, margin_m: float, begun: BoolArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, BoolArray]:
+        """Of each on the way to a node: [k, 3] from the vehicle to it when they are closest, [k]
+        when that is (s), [k] how far (m), [k] whether that is near, by margins, and [k] whether it
+        is being passed: ahead, and near or begun with [k]."""
+        ways, moving = self.reach_set, self.moving
+        return _on_way(
+            ways.parent,
+            ways.samples_m,
+            ways.end_time_s,
+            node,
+            moving.position_m,
+            moving.velocity_mps,
+            moving.radius_m,
+            moving.growth_mps,
+            CONFLICT_MARGINS * margin_m,
+            begun,
         )
-        return aside_m[-1], time_s[-1]
 
 
 def passing_rules(passings: Sequence[Passing], met: Meetings) -> tuple[Rule, ...]:
@@ -153,112 +161,53 @@ def passings_after(
     if not met.names:
         return ()
     begun = {passing.name: passing for passing in before}
-    asides_m, times_s = met.at(node)
-    near_m = met.moving.radius_m + met.moving.growth_mps * times_s + CONFLICT_MARGINS * margin_m
-    apart_m = np.sqrt(np.square(asides_m).sum(axis=1))
-    far = apart_m > SURELY * near_m
     known = [begun.get(name) for name in met.names]
-    passed = (times_s > 0.0) & ~(far & np.array([passing is None for passing in known]))
+    begun_with = np.array([passing is not None for passing in known])
+    asides_m, _, apart_m, near, passed = met.on_way(node, margin_m, begun_with)
+    which = np.flatnonzero(passed).tolist()
+    if not which:
+        return ()
     sides = asides_m @ frame.world_from_grid.T
     found = []
-    for index in np.flatnonzero(passed & (apart_m >= LEAST_ASIDE_M)).tolist():
+    for index in which:
         passing, side = known[index], sides[index]
         if passing is not None and side.dot(passing.aside) >= 0.0:
             found.append(passing)
-        elif passing is not None or apart_m[index] <= near_m[index]:
+        elif passing is not None or near[index]:
             found.append(Passing(met.names[index], side / apart_m[index]))
     return tuple(found)
 
 
 @compiled
-def _lack(
+def _on_way(
     parent: IndexArray,
     samples: FloatArray,
     end_time_s: FloatArray,
+    node: int,
     place: FloatArray,
     velocity: FloatArray,
     radius: FloatArray,
     growth: FloatArray,
-    horizon_s: float,
     margin: float,
-) -> BoolArray:
-    lack = np.zeros(len(parent), dtype=np.bool_)
-    onward = np.empty((len(parent), 7))
-    farthest = _note_onward(parent, samples, end_time_s, horizon_s, onward)
-    for k in range(len(radius)):
-        grown = margin + radius[k] + max(growth[k], 0.0) * horizon_s
-        if not _is_far(place[k], velocity[k], SURELY * (farthest + grown), horizon_s):
-            _note_lack(onward, place[k], velocity[k], radius[k], growth[k], margin, horizon_s, lack)
-    return lack
-
-
-@borrowing
-def _note_onward(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    horizon_s: float,
-    onward: FloatArray,
-) -> float:
-    """Fill in where each way ends and how fast it goes on, along its last chord, and from when;
-    how far from the start any of them comes until a time."""
-    last = samples.shape[1] - 1
-    farthest = 0.0
-    for n in range(len(parent)):
-        p, ended_s = parent[n], 0.0
-        x, y, z = 0.0, 0.0, 0.0
-        if p >= 0:
-            ended_s = end_time_s[p]
-            x, y, z = samples[p, last, 0], samples[p, last, 1], samples[p, last, 2]
-        if last > 0:
-            x, y, z = samples[n, last - 1, 0], samples[n, last - 1, 1], samples[n, last - 1, 2]
-        ex, ey, ez = samples[n, last, 0], samples[n, last, 1], samples[n, last, 2]
-        step_s = (end_time_s[n] - ended_s) / (last + 1)
-        for _ in range(last + 1):
-            ended_s = ended_s + step_s
-        ux, uy, uz = (ex - x) / step_s, (ey - y) / step_s, (ez - z) / step_s
-        onward[n, 0], onward[n, 1], onward[n, 2] = ex, ey, ez
-        onward[n, 3], onward[n, 4], onward[n, 5] = ux, uy, uz
-        onward[n, 6] = ended_s
-        way = np.sqrt(ex * ex + ey * ey + ez * ez)
-        way += np.sqrt(ux * ux + uy * uy + uz * uz) * max(0.0, horizon_s - ended_s)
-        farthest = max(farthest, way)
-    return farthest
-
-
-@borrowing
-def _is_far(place: FloatArray, velocity: FloatArray, reach: float, horizon_s: float) -> bool:
-    """Whether one stays farther from the start than a reach until a time."""
-    px, py, pz = place[0], place[1], place[2]
-    vx, vy, vz = velocity[0], velocity[1], velocity[2]
-    at_s = closest_s(px, py, pz, vx, vy, vz, horizon_s)
-    x, y, z = px + at_s * vx, py + at_s * vy, pz + at_s * vz
-    return bool(reach >= 0.0 and x * x + y * y + z * z > reach * reach)
-
-
-@borrowing
-def _note_lack(
-    onward: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    radius: float,
-    growth: float,
-    margin: float,
-    horizon_s: float,
-    lack: BoolArray,
-) -> None:
-    """Fill in where one comes nearer than a margin."""
-    vx, vy, vz = velocity[0], velocity[1], velocity[2]
-    px, py, pz = place[0], place[1], place[2]
-    for n in range(len(onward)):
-        if lack[n]:
-            continue
-        ended_s = onward[n, 6]
-        cx, cy, cz = vx - onward[n, 3], vy - onward[n, 4], vz - onward[n, 5]
-        dx, dy = px + ended_s * vx - onward[n, 0], py + ended_s * vy - onward[n, 1]
-        dz = pz + ended_s * vz - onward[n, 2]
-        left_s = max(0.0, horizon_s - ended_s)
-        within_s = min(closest_s(dx, dy, dz, cx, cy, cz, np.inf), left_s)
-        dx, dy, dz = dx + within_s * cx, dy + within_s * cy, dz + within_s * cz
-        gap = np.sqrt(dx * dx + dy * dy + dz * dz)
-        lack[n] = radius + growth * (ended_s + within_s) - gap > -margin
+    begun: BoolArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, BoolArray]:
+    length, n = 0, node
+    while n >= 0:
+        length, n = length + 1, parent[n]
+    before = np.arange(-1, length - 1).astype(parent.dtype)
+    legs, ends_s = np.empty((length, samples.shape[1], 3)), np.empty(length)
+    n = node
+    for leg in range(length - 1, -1, -1):
+        legs[leg], ends_s[leg], n = samples[n], end_time_s[n], parent[n]
+    asides, when_s = closest(before, legs, ends_s, place, velocity)
+    aside, closest_s = asides[-1].copy(), when_s[-1].copy()
+    apart = np.empty(len(place))
+    is_near, passed = np.empty(len(place), np.bool_), np.empty(len(place), np.bool_)
+    for k in range(len(place)):
+        x, y, z = aside[k, 0], aside[k, 1], aside[k, 2]
+        apart[k] = np.sqrt(x * x + y * y + z * z)
+        near = radius[k] + growth[k] * closest_s[k] + margin
+        is_near[k] = apart[k] <= near
+        ahead = closest_s[k] > 0.0 and apart[k] >= LEAST_ASIDE_M
+        passed[k] = ahead and (begun[k] or not apart[k] > SURELY * near)
+    return aside, closest_s, apart, is_near, passed

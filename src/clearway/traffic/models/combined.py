@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -45,18 +47,54 @@ SPARE_RAD = 0.02
 TINY = 1e-300
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+class OfNear(NamedTuple):
+    """What a model says of those that come near."""
+
+    model: ModelCells
+    near: BoolArray | None
+    """[n] which of all they are; None where it is all."""
+
+    def count_in(self, each: FloatArray, timed: bool) -> None:
+        """Raise the probabilities of all [n, cells] to what this says, timed or not (5.36)."""
+        model, rows = self.model, slice(None) if self.near is None else self.near
+        said = model.timed if timed and model.timed is not None else model.probability
+        each[rows] = np.maximum(each[rows], said)
+
+    def of_all(self) -> ModelCells:
+        """The cells of all intruders, of which those that stay away meet none."""
+        model, near = self
+        if near is None:
+            return model
+        arrays = empty_arrays(len(near), model.probability.shape[1])
+        for every, some in zip(
+            arrays, (model.probability, model.entry_s, model.leave_s, model.dwell_s), strict=True
+        ):
+            every[near] = some
+        meeting = None
+        if model.meeting is not None:
+            meeting = np.zeros(arrays.probability.shape)
+            meeting[near] = model.meeting
+        return ModelCells(*arrays, meeting=meeting)
+
+
+@dataclass(frozen=True, eq=False)
 class IntruderCells:
-    """What intruders mean for each cell of the grid."""
+    """What intruders mean for each cell of the grid; what explains it is put together when it is
+    asked for."""
 
     probability: FloatArray
     """[cells] P_OI: probability of meeting any of them (5.37)."""
     each: FloatArray
     """[n, cells] the same of each intruder, the largest of its models (5.36)."""
-    models: MappingProxyType[str, ModelCells]
-    """By model name, arrays [n, cells]."""
+    found: MappingProxyType[str, OfNear]
+    """By model name, of those that come near."""
 
     __repr__ = brief
+
+    @cached_property
+    def models(self) -> MappingProxyType[str, ModelCells]:
+        """By model name, arrays [n, cells]."""
+        return MappingProxyType({name: found.of_all() for name, found in self.found.items()})
 
     @property
     def intruders(self) -> list[dict[str, ModelCells]]:
@@ -89,22 +127,33 @@ def assess_intruders(
         raise ClearwayError(f"up: a direction of 3 finite numbers is needed, got {up!r}")
     direction /= abs(direction).max()
     intruders = Intruders.of(intruders)
-    each = np.zeros((len(intruders), grid.cells))
-    assessed: dict[str, ModelCells] = {}
     near = may_meet(grid, intruders) if any(name in STRAIGHT_ON for name in models) else None
+    coming = len(intruders) if near is None else int(np.count_nonzero(near))
+    kept = intruders if near is None or coming == len(intruders) else intruders.where(near)
+    each, met = np.zeros((len(intruders), grid.cells)), False
+    assessed: dict[str, OfNear] = {}
     for name in models:
-        if near is None or name not in STRAIGHT_ON or near.all():
-            model = MODELS[name](grid, intruders, direction, accuracy)
+        if kept is intruders or name not in STRAIGHT_ON:
+            found = OfNear(MODELS[name](grid, intruders, direction, accuracy), None)
+        elif coming:
+            found = OfNear(MODELS[name](grid, kept, direction, accuracy), near)
         else:
-            kept = intruders.where(near)
-            model = _of_some(MODELS[name](grid, kept, direction, accuracy), near)
+            found = OfNear(_of_nobody(name, grid), near)
         if vehicle_times is not None:
-            model = replace(model, timed=TIMED_RULES[rule](model, vehicle_times))
-        np.maximum(
-            each, model.timed if timed and model.timed is not None else model.probability, out=each
-        )
-        assessed[name] = model
-    return IntruderCells(combine_intruders(each), each, MappingProxyType(assessed))
+            model = found.of_all()
+            found = OfNear(replace(model, timed=TIMED_RULES[rule](model, vehicle_times)), None)
+        if len(found.model.probability):
+            met = True
+            found.count_in(each, bool(timed))
+        assessed[name] = found
+    probability = combine_intruders(each) if met else np.zeros(grid.cells)
+    return IntruderCells(probability, each, MappingProxyType(assessed))
+
+
+@lru_cache(maxsize=32)
+def _of_nobody(name: str, grid: AvoidanceGrid) -> ModelCells:
+    """What a model says where nobody comes: arrays [0, cells]."""
+    return MODELS[name](grid, (), np.array(GRID_UP), "fast")
 
 
 def may_meet(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> BoolArray:
@@ -132,21 +181,6 @@ def _may_meet(
         nearest = away * np.sin(max(beside, 0.0)) if beside < 0.5 * np.pi else away
         met[n] = not nearest > (1.0 + SPARE_RAD) * range_m
     return met
-
-
-def _of_some(model: ModelCells, which: BoolArray) -> ModelCells:
-    """The cells of all intruders, of which those not marked meet none."""
-    rows, cells = np.flatnonzero(which), model.probability.shape[1]
-    arrays = empty_arrays(len(which), cells)
-    for every, some in zip(
-        arrays, (model.probability, model.entry_s, model.leave_s, model.dwell_s), strict=True
-    ):
-        every[rows] = some
-    meeting = None
-    if model.meeting is not None:
-        meeting = np.zeros((len(which), cells))
-        meeting[rows] = model.meeting
-    return ModelCells(*arrays, meeting=meeting)
 
 
 def combine_intruders(each: FloatArray) -> FloatArray:
