@@ -7,7 +7,7 @@ number would be kept by every trajectory.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -96,9 +96,17 @@ def array_problem(
     return f"{name}: must hold numbers from {low:g} to {high:g} only"
 
 
+def are_points(values: Any) -> TypeGuard[FloatArray]:
+    """Whether an array is places [n, 3] as it stands: of its shape, with nothing to convert."""
+    plainly = type(values) is np.ndarray and values.dtype == np.float64
+    return plainly and values.ndim == 2 and values.shape[1] == 3
+
+
 def points_of(name: str, values: Any) -> FloatArray:
     """Places [n, 3] of one [3] or several; masked ones are NaN. Raises ClearwayError for any other
     shape, which laid out anew would be other places, and for what are no numbers."""
+    if are_points(values):
+        return np.array(values)
     try:
         points = np.array(np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan))
     except (TypeError, ValueError) as cause:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
-from clearway.base.checks import kind_of, points_of
+from clearway.base.checks import are_points, kind_of, points_of
 from clearway.base.compiled import compiled, plain
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -95,7 +95,11 @@ class ObstacleMap:
         """Range [n] from a world point [3] along unit directions [n, 3]; inf where none is met."""
         return cast_rays(
             plain(np.asarray(origin_m, dtype=np.float64)),
-            points_of("obstacle map: directions", directions),
+            plain(
+                directions
+                if are_points(directions)
+                else points_of("obstacle map: directions", directions)
+            ),
             float(max_range_m),
             self.shapes,
             self.tree,

@@ -8,6 +8,7 @@ import numpy as np
 
 from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
+from clearway.base.rounding import SURELY
 from clearway.base.state import State
 from clearway.obstacles.world import World
 from clearway.sensors.lidar import Lidar, Scan
@@ -49,27 +50,44 @@ def simulate_scan(
     """One sweep from a state, all beams at once: first returns in the sensor frame.
 
     Ranges carry normal noise of the sensor's sigma along the beam, returns get lost with its
-    drop-out probability; both are the same for the same seed. Returns nearer than the blind
-    range or beyond the sensor's range do not come back.
+    drop-out probability; both are drawn for beams that meet something, and are the same for the
+    same seed. Returns nearer than the blind range or beyond the sensor's range do not come back.
     """
     rng = np.random.default_rng(seed)
     pattern = lidar.pattern
     rotation, origin = sensor_pose(lidar, state)
-    directions = np.ascontiguousarray(pattern.directions @ rotation.T)
-    ranges = world.cast(origin, directions, pattern.max_range_m)
-    # Beams that meet nothing have their draws too: the same seed, the same noise.
-    noise = rng.standard_normal(pattern.beams) if lidar.sigma_m > 0.0 else NO_DRAWS
-    luck = rng.random(pattern.beams) if lidar.dropout > 0.0 else NO_DRAWS
+    if _meets_nothing(world, origin, pattern.max_range_m):
+        return Scan(np.zeros((0, 3)), state.time_s, lidar.name)
+    directions = _turned(pattern.directions, read_only(rotation))
+    ranges = read_only(world.cast(origin, directions, pattern.max_range_m))
+    met = int(np.count_nonzero(np.isfinite(ranges)))
     points = _returns(
         pattern.directions,
-        read_only(ranges),
+        ranges,
         (float(pattern.min_range_m), float(pattern.max_range_m)),
-        noise,
+        rng.standard_normal(met) if lidar.sigma_m > 0.0 else NO_DRAWS,
         float(lidar.sigma_m),
-        luck,
+        rng.random(met) if lidar.dropout > 0.0 else NO_DRAWS,
         float(lidar.dropout),
     )
     return Scan(points, state.time_s, lidar.name)
+
+
+def _meets_nothing(world: World, origin: FloatArray, max_range_m: float) -> bool:
+    """Whether all surfaces are surely beyond a range from a place [3]."""
+    (nearest_m,) = world.distance_m(origin[None])
+    return bool(nearest_m > SURELY * max_range_m)
+
+
+@compiled
+def _turned(vectors: FloatArray, rotation: FloatArray) -> FloatArray:
+    """[n, 3] rotation [3, 3] of each of some vectors [n, 3]."""
+    turned = np.empty((len(vectors), 3))
+    for n in range(len(vectors)):
+        x, y, z = vectors[n, 0], vectors[n, 1], vectors[n, 2]
+        for axis in range(3):
+            turned[n, axis] = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
+    return turned
 
 
 @compiled
@@ -84,21 +102,23 @@ def _returns(
 ) -> FloatArray:
     """Points [returns, 3] of the beams [beams] that come back from a range between two limits.
 
-    noise, luck: standard normal and uniform draws of all beams, none where they do not count.
+    noise, luck: standard normal and uniform draws of the beams whose range is finite, in order;
+    none where they do not count.
     """
     least, farthest = limits
     measured = np.empty(len(ranges))
     beams = np.empty(len(ranges), dtype=np.int64)
-    count = 0
+    count, met = 0, -1
     for beam in range(len(ranges)):
         far = ranges[beam]
         if not np.isfinite(far):
             continue
+        met += 1
         if len(noise):
-            far += sigma * noise[beam]
+            far += sigma * noise[met]
         if not (far > 0.0 and least <= far <= farthest):
             continue
-        if len(luck) and luck[beam] < dropout:
+        if len(luck) and luck[met] < dropout:
             continue
         measured[count], beams[count] = far, beam
         count += 1
