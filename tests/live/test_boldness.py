@@ -94,7 +94,8 @@ def test_a_gap_far_from_the_straight_way_is_found_and_flown(
             for side in (-1.0, 1.0)
         ]
     )
-    run = flown(walls, BEYOND, settings={"escape": "known"}, time_limit_s=600.0)
+    # Of sixteen seeds of noise the slowest needed 914 s.
+    run = flown(walls, BEYOND, settings={"escape": "known"}, time_limit_s=1200.0)
     assert run.reached
     assert run.metrics.margin_violations == 0
 

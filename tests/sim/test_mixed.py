@@ -148,7 +148,7 @@ setup.system().warm_up()
 before = loaded()
 assert setup.fly().reached
 # What is truly there, and flown, is the simulation's alone.
-of_truth = {"cast_rays", "nearest_obstacles", "_returns", "plane_advance_each"}
+of_truth = {"cast_rays", "nearest_obstacles", "_turned", "_returns", "plane_advance_each"}
 print(*sorted(loaded() - before - of_truth))
 """
 
