@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import clearway
 from clearway.avoidance.assess import assess_situation
 from clearway.avoidance.decide import decide
-from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.hazards import PointHazards, grown_in_grid
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.scene import Scene, SceneIntruder, SceneScan, assess_scene, situation_of
 from clearway.base.grid_frame import GridFrame
@@ -196,6 +196,15 @@ def test_the_frame_of_the_grid_is_that_of_the_body_without_its_roll(roll, pitch,
     np.testing.assert_allclose(
         points @ rotation.T + translation, frame.grid_points(world), atol=1e-7
     )
+
+
+def test_balls_grow_and_come_into_the_grid_where_its_frame_says():
+    rng = np.random.default_rng(3)
+    frame = GridFrame.of(State([40.0, -7.0, 12.0], [0.4, -0.3, 2.2]))
+    place_m, radius_m = rng.uniform(-90.0, 90.0, (50, 3)), rng.uniform(0.1, 2.0, 50)
+    balls = grown_in_grid(place_m, radius_m, 0.25, frame.origin_m, frame.world_from_grid)
+    np.testing.assert_allclose(balls.position_m, frame.grid_points(place_m), atol=1e-12)
+    np.testing.assert_array_equal(balls.radius_m, radius_m + 0.25)
 
 
 def test_of_two_start_pitches_as_near_scene_and_decision_take_the_flatter_one():

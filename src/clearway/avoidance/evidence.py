@@ -16,13 +16,14 @@ from clearway.avoidance.hazards import (
     Hazards,
     MovingHazards,
     PointHazards,
+    grown_in_grid,
     no_shapes,
     nothing_moving,
 )
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.situation import Situation, margin_m, margin_slope
 from clearway.base.brief import brief
-from clearway.base.compiled import plain
+from clearway.base.compiled import plain, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
@@ -251,19 +252,19 @@ def _points(
     Beside it the distance of the nearest return that is out of reach.
     """
     noise_m = settings.point_sigmas * situation.range_sigma_m
-    left_out_m = np.inf
-    if situation.remembered is not None:
-        place = situation.frame.grid_points(situation.remembered.position_m)
-        radius = situation.remembered.radius_m
-    else:
-        place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
-        radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
-        away = np.sqrt(np.einsum("ij,ij->i", place, place)) - radius - noise_m
-        near = away <= within_m
-        left_out_m = float(away[~near].min(initial=np.inf))
-        place, radius = place[near], radius[near]
-        if settings.accuracy == "fast":
-            place, radius = thin_points(place, radius, THINNING * settings.safety_margin_m)
+    remembered, frame = situation.remembered, situation.frame
+    if remembered is not None:
+        balls = plain(remembered.position_m), plain(remembered.radius_m)
+        origin, rotation = read_only(frame.origin_m), read_only(frame.world_from_grid)
+        return grown_in_grid(*balls, float(noise_m), origin, rotation), np.inf
+    place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
+    radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
+    away = np.sqrt(np.einsum("ij,ij->i", place, place)) - radius - noise_m
+    near = away <= within_m
+    left_out_m = float(away[~near].min(initial=np.inf))
+    place, radius = place[near], radius[near]
+    if settings.accuracy == "fast":
+        place, radius = thin_points(place, radius, THINNING * settings.safety_margin_m)
     return PointHazards(np.ascontiguousarray(place), radius + noise_m), left_out_m
 
 

@@ -130,6 +130,26 @@ class Hazards:
 
 
 @compiled
+def grown_in_grid(
+    position: FloatArray,
+    radius: FloatArray,
+    by: float,
+    origin: FloatArray,
+    world_from_grid: FloatArray,
+) -> PointHazards:
+    """Balls of the world, [n, 3] and [n], in the grid's frame and larger by a length."""
+    place, grown = np.empty((len(radius), 3)), np.empty(len(radius))
+    for n in range(len(radius)):
+        x, y = position[n, 0] - origin[0], position[n, 1] - origin[1]
+        z = position[n, 2] - origin[2]
+        for axis in range(3):
+            along = world_from_grid[0, axis] * x + world_from_grid[1, axis] * y
+            place[n, axis] = along + world_from_grid[2, axis] * z
+        grown[n] = radius[n] + by
+    return PointHazards(place, grown)
+
+
+@compiled
 def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
     """Sort points [m, 3] with radii [m] into cubes."""
     count = len(radius)
