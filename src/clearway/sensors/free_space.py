@@ -77,6 +77,7 @@ class FreeSpace:
         self._complete_m = NO_BOX if complete_m is None else complete_m
         self._low = self._lowest(self._start_m)
         self._looks: dict[str, tuple[BeamPattern, tuple[BeamRaster, BeamField]]] = {}
+        self._seen: SeenSpace | None = None  # Until the window moves, or the ball is withdrawn.
 
     def __repr__(self) -> str:
         count = int(np.unpackbits(self._free.view(np.uint8)).sum())
@@ -85,16 +86,18 @@ class FreeSpace:
     @property
     def seen(self) -> SeenSpace:
         """As it is now; later sweeps change it."""
-        window = np.concatenate(
-            [
-                self._low,
-                [1.0 / self._voxel_m],
-                self._start_m,
-                [self._start_free_m],
-                self._complete_m.ravel(),
-            ]
-        )
-        return SeenSpace(self._free, window)
+        if self._seen is None:
+            window = np.concatenate(
+                [
+                    self._low,
+                    [1.0 / self._voxel_m],
+                    self._start_m,
+                    [self._start_free_m],
+                    self._complete_m.ravel(),
+                ]
+            )
+            self._seen = SeenSpace(self._free, window)
+        return self._seen
 
     @property
     def start(self) -> tuple[FloatArray, float]:
@@ -105,13 +108,15 @@ class FreeSpace:
         """All that was seen; after the own place has jumped, nobody knows where that lies."""
         self._free[:] = 0
         self._start_free_m = 0.0
-        self._declared = None
+        self._declared = self._seen = None
 
     def withdraw_start(self, position_m: FloatArray, radius_m: FloatArray) -> None:
         """Declare the ball about the start no larger than returns [n, 3] leave it."""
         if self._start_free_m > 0.0 and len(position_m):
             away = np.linalg.norm(position_m - self._start_m, axis=1) - radius_m
-            self._start_free_m = float(np.clip(away.min(), 0.0, self._start_free_m))
+            left_m = float(np.clip(away.min(), 0.0, self._start_free_m))
+            if left_m < self._start_free_m:
+                self._start_free_m, self._seen = left_m, None
 
     def take(self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float = 0.0) -> None:
         """Mark what a sweep shows to be free; of sensors that are no LiDAR, what they say passes.
@@ -149,7 +154,7 @@ class FreeSpace:
         range counts as free until the sensor has left it: else it would never see again."""
         if self._declared is None:
             self._declared = sensor.origin, sensor.min_range + 2.0 * self._voxel_m
-        window = self.seen.window
+        window = self.seen.window.copy()
         window[4:7], window[7] = self._declared
         return SeenSpace(self._free, window)
 
@@ -221,4 +226,4 @@ class FreeSpace:
             else:
                 self._free[(cleared,) if axis == 0 else (slice(None), cleared)] = 0
             low[axis] = wanted[axis]
-        self._low = low
+        self._low, self._seen = low, None

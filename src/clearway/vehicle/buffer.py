@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy.typing as npt
@@ -26,6 +28,10 @@ class BufferedMovement(NamedTuple):
     @property
     def end_s(self) -> float:
         return self.start_s + self.duration_s
+
+
+_entry = partial(tuple.__new__, BufferedMovement)
+"""Of a movement, its start and its duration in one: decisions make dozens."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +63,10 @@ class MovementBuffer:
     @classmethod
     def of(cls, movements: Iterable[Movement], start_s: float = 0.0) -> MovementBuffer:
         """Whole movements, one after the other."""
-        entries, at = [], float(start_s)
-        for movement in movements:
-            entries.append(BufferedMovement(movement, at, movement.duration_s))
-            at += movement.duration_s
-        return cls._of_checked(tuple(entries))
+        chain = tuple(movements)
+        lasts_s = [movement.duration_s for movement in chain]
+        starts_s = accumulate(lasts_s, initial=float(start_s))
+        return cls._of_checked(tuple(map(_entry, zip(chain, starts_s, lasts_s, strict=False))))
 
     @classmethod
     def _of_checked(cls, entries: tuple[BufferedMovement, ...]) -> MovementBuffer:
