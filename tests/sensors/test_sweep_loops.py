@@ -14,7 +14,8 @@ from clearway.sensors.passing import (
     place_returns,
     sensor_at,
 )
-from clearway.sensors.remembered import Pitch, boxes_of_returns, seen_again, together
+from clearway.sensors.remembered import Pitch, together
+from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.width import ALIKE, returns_with_size
 
 PATTERN = BeamPattern.rotating(np.linspace(-30.0, 30.0, 21), 3.0, max_range_m=30.0)
