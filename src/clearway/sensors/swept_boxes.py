@@ -91,8 +91,9 @@ def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArra
     """Fill in the voxel of each return; where all are of one pitch, several at a time."""
     voxel, fine = pitch.voxel_m, pitch.fine_m
     if not fine < np.inf:
+        flat = points.reshape(points.size)
         for n in range(len(keys)):
-            keys[n] = box_key(points[n, 0], points[n, 1], points[n, 2], 0, voxel)
+            keys[n] = box_key(flat[3 * n], flat[3 * n + 1], flat[3 * n + 2], 0, voxel)
         return
     ox, oy, oz = origin[0], origin[1], origin[2]
     for n in range(len(keys)):
