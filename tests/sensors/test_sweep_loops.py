@@ -14,8 +14,9 @@ from clearway.sensors.passing import (
     place_returns,
     sensor_at,
 )
-from clearway.sensors.remembered import Pitch, boxes_of_returns, seen_again, together
-from clearway.sensors.width import ALIKE, returns_with_size
+from clearway.sensors.remembered import Pitch, together
+from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
+from clearway.sensors.width import ALIKE, _note_sizes, returns_with_size
 
 PATTERN = BeamPattern.rotating(np.linspace(-30.0, 30.0, 21), 3.0, max_range_m=30.0)
 LIDAR = Lidar("all round", PATTERN, sigma_m=0.02)
@@ -106,6 +107,20 @@ def test_widths_of_all_returns_are_those_of_each():
     expected = sizes_one_by_one(points[placed.source], nearest)
     assert 0 < np.count_nonzero(expected) < len(expected)
     assert seen.size_m == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_return_at_the_sensor_itself_is_kept_where_no_size_is_declared():
+    """Nothing is counted per bin then: what lies behind the empty counts is not looked at."""
+    placed, here = np.zeros((1, 3)), np.zeros(1)
+    bins, nearest = np.zeros(1, dtype=np.int32), np.full((8, 4), np.inf)
+    nearest[0, 0] = 0.0
+    nothing = np.zeros((8, 4), dtype=np.uint8)
+    ones = np.ones((8, 4), dtype=np.int32)
+    radii, sizes, source = np.empty(1), np.empty(1), np.zeros(1, dtype=np.int64)
+    kept = _note_sizes(
+        placed, here, source, bins, nearest, nothing, nothing, ones[:0, :0], 0.01, 0.0, radii, sizes
+    )
+    assert kept == 1
 
 
 def boxes(seed, count, low, high):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.sensors.remembered import BETWEEN, Boxes, boxes_of_returns
+from clearway.sensors.remembered import BETWEEN, Boxes
 from clearway.sensors.remembered import Pitch as VoxelPitch
+from clearway.sensors.swept_boxes import boxes_of_returns
 from clearway.sensors.wire_gaps import filled_between
 from clearway.sensors.wires import join_lines
 

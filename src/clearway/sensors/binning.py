@@ -2,7 +2,8 @@
 
 A point's azimuth is replaced by the pseudo-angle y / (|x| + |y|), unfolded over the four quadrants,
 and its elevation by the sine z / d. Both grow with their angle, so a table of equal steps says the
-column or row, but for the few steps that hold a border: there the exact rule of `grid` decides.
+column or row, but for the few steps that hold a border: there stand-ins are held against those of
+the borders, and within the tolerance of one the exact rule of `grid` decides.
 """
 
 from __future__ import annotations
@@ -16,15 +17,24 @@ import numpy.typing as npt
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
-from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid, GridEdges, interval_of
+from clearway.base.grid import (
+    BORDER_TOLERANCE,
+    RANGE_TOLERANCE,
+    AvoidanceGrid,
+    GridEdges,
+    cell_of_point,
+    interval_of,
+)
 from clearway.base.state import IntArray
 from clearway.sensors.beams import BeamPattern
 
 STEPS = 4096
 BORDER = 1 << 24
-"""In a table: the step holds a border, ask the exact rule."""
+"""In a table: the step holds a border, `cell_at_border` must decide."""
 OUTSIDE = 1 << 28
 """In a table: no interval of the grid. Up to three of these add up within an int32."""
+UNSURE = -2
+"""In place of an interval: too near a border to tell by stand-ins."""
 TINY = 1e-300
 """Keeps a division defined at the origin."""
 
@@ -34,11 +44,13 @@ TableArray = npt.NDArray[np.int32]
 class CellTables(NamedTuple):
     """A grid as the fast binning takes it: per axis a table of STEPS entries.
 
-    The three entries of a point add up to its flat cell; to BORDER or more where the exact rule
-    must decide, to OUTSIDE or more where there is no cell.
+    The three entries of a point add up to its flat cell; to BORDER or more where one of its steps
+    holds a border, to OUTSIDE or more where there is no cell.
     """
 
     edges: GridEdges
+    stand_ins: GridEdges
+    """Of the edges: distances, pseudo-angles, sines."""
     layer: TableArray
     column: TableArray
     row: TableArray
@@ -61,14 +73,17 @@ def cell_tables(grid: AvoidanceGrid) -> CellTables:
     """The tables of a grid; the last few grids are remembered."""
     # The last step begins at the outer border, so that everything beyond falls into it.
     steps_per_m = (STEPS - 2) / grid.range_m
-    column = _table(_pseudo_angles(grid.azimuth_edges_rad), -2.0, STEPS / 4.0, grid.rows)
+    pseudo_angles = _pseudo_angles(grid.azimuth_edges_rad)
+    sines = np.sin(grid.elevation_edges_rad)
+    column = _table(pseudo_angles, -2.0, STEPS / 4.0, grid.rows)
     if BORDER in (column[0], column[-1]):  # straight behind, azimuth is both pi and -pi
         column[[0, -1]] = BORDER
     return CellTables(
         grid.edges,
+        GridEdges(grid.range_edges_m, read_only(pseudo_angles), read_only(sines)),
         _table(grid.range_edges_m, 0.0, steps_per_m, grid.columns * grid.rows),
         column,
-        _table(np.sin(grid.elevation_edges_rad), -1.0, STEPS / 2.0, 1),
+        _table(sines, -1.0, STEPS / 2.0, 1),
         steps_per_m,
         _cone(grid.azimuth_edges_rad, grid.elevation_edges_rad),
     )
@@ -119,6 +134,41 @@ def quick_column(x: float, y: float, sine: float, column: TableArray, row: Table
     k = row[np.uint64(max(min((sine + 1.0) * (STEPS / 2.0), STEPS - 1.0), 0.0))]
     entry: int = j + k
     return entry
+
+
+@borrowing
+def cell_at_border(x: float, y: float, z: float, tables: CellTables) -> int:
+    """Flat cell of a point whose steps hold a border; OUTSIDE if there is none.
+
+    Nearly all are surely on one side of it, and need no arctangents.
+    """
+    distance = np.sqrt(x * x + y * y + z * z)
+    forward = y / (abs(x) + abs(y) + TINY)
+    turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
+    ranges, azimuth, elevation = tables.stand_ins
+    apart = 2.0 * max(BORDER_TOLERANCE, RANGE_TOLERANCE * ranges[len(ranges) - 1])
+    i = _sure_interval(distance, ranges, apart)
+    j = _sure_interval(turned, azimuth, apart)
+    k = _sure_interval(z / (distance + TINY), elevation, apart)
+    least = min(i, min(j, k))
+    if least == UNSURE:
+        cell = cell_of_point(x, y, z, tables.edges)
+        return cell if cell >= 0 else OUTSIDE
+    if least < 0:
+        return OUTSIDE
+    return (i * (len(azimuth) - 1) + j) * (len(elevation) - 1) + k
+
+
+@borrowing
+def _sure_interval(stand_in: float, edges: FloatArray, apart: float) -> int:
+    """Interval of ascending edges; -1 outside, UNSURE where it is no farther from an edge."""
+    passed, near = 0, False
+    for n in range(len(edges)):
+        passed += stand_in > edges[n]
+        near |= abs(stand_in - edges[n]) <= apart
+    if near:
+        return UNSURE
+    return passed - 1 if passed < len(edges) else -1
 
 
 @borrowing

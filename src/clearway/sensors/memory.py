@@ -33,12 +33,11 @@ from clearway.sensors.remembered import (
     Boxes,
     Pitch,
     balls_of,
-    boxes_of_returns,
     no_boxes,
     picked,
-    seen_again,
 )
 from clearway.sensors.sweep import Limits, Swept, remembered_after, swept_by
+from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.unsure import radii_unsure, turned_by
 from clearway.sensors.width import returns_with_size
 

@@ -30,8 +30,9 @@ from clearway.sensors.passing import (
     sensor_at,
 )
 from clearway.sensors.placing import Ground
-from clearway.sensors.remembered import Pitch, boxes_of_returns
+from clearway.sensors.remembered import Pitch
 from clearway.sensors.standing import Standing
+from clearway.sensors.swept_boxes import boxes_of_returns
 from clearway.sensors.unsure import radii_unsure, turned_by
 
 Pose = tuple[FloatArray, FloatArray]

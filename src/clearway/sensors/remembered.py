@@ -15,7 +15,6 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.passing import Sensor
-from clearway.sensors.voxels import slot_of, table_bits
 
 ALONE, IN_LINE, BETWEEN = range(3)
 """Kinds: a return as such; one of several in a line; filled in between two of those."""
@@ -23,9 +22,6 @@ MOST_LEVELS = 7
 """Times that the pitch may double; eight levels fit into a key."""
 LEVEL_SHIFT = 60
 """Of the level in a key."""
-SMALLEST_TABLE = 12
-"""Bits of the table of voxels that a sweep begins with: while it is small it stays in the fast
-caches."""
 
 
 class Boxes(NamedTuple):
@@ -58,15 +54,6 @@ class Pitch(NamedTuple):
     fine_m: float
     """Out to this distance from the sensor the pitch is that of a voxel; with every doubling of the
     distance it doubles."""
-
-
-class Table(NamedTuple):
-    """Where the box of a voxel is."""
-
-    keys: IntArray
-    """Of a power of two slots; -1 marks empty ones."""
-    numbers: IntArray
-    shift: int
 
 
 def no_boxes() -> Boxes:
@@ -203,168 +190,6 @@ def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
     target.size_m[m] = max(target.size_m[m], other.size_m[n])
     # A return right where a line was filled in belongs to that line.
     target.kind[m] = ALONE if target.kind[m] == ALONE and other.kind[n] == ALONE else IN_LINE
-
-
-@compiled
-def boxes_of_returns(
-    points: FloatArray,
-    radii: FloatArray,
-    sizes: FloatArray,
-    origin: FloatArray,
-    pitch: Pitch,
-    time_s: float,
-) -> Boxes:
-    """One box per voxel of the returns [m, 3] of one sweep.
-
-    radii: [m] half the beam spacing. sizes: [m] how thick the thing is at least, 0 where unknown.
-    """
-    return numbered_boxes(points, radii, sizes, origin, pitch, time_s)[0]
-
-
-@compiled
-def numbered_boxes(
-    points: FloatArray,
-    radii: FloatArray,
-    sizes: FloatArray,
-    origin: FloatArray,
-    pitch: Pitch,
-    time_s: float,
-) -> tuple[Boxes, Table]:
-    """`boxes_of_returns`, and which voxel is whose."""
-    boxes = empty_boxes(len(points))
-    keys = np.empty(len(points), dtype=np.int64)
-    _keys_of(points, origin, pitch, keys)
-    count = 0
-    table, begin = empty_table(SMALLEST_TABLE), 0
-    while True:
-        begin, count = _put_into_boxes(points, radii, sizes, keys, table, begin, boxes, count)
-        if begin == len(points):
-            break
-        table = _wider_table(table, boxes, count, pitch.voxel_m)
-    seen = first_boxes(boxes, count)
-    seen.last_seen_s[:] = time_s
-    seen.doubt[:] = 0.0
-    seen.sweeps[:] = 1
-    seen.kind[:] = ALONE
-    return seen, table
-
-
-@compiled
-def empty_table(bits: int) -> Table:
-    """Of two to the power of `bits` slots."""
-    return Table(
-        np.full(1 << bits, -1, dtype=np.int64), np.empty(1 << bits, dtype=np.int64), 64 - bits
-    )
-
-
-@compiled
-def table_of(boxes: Boxes, voxel: float) -> Table:
-    table = empty_table(table_bits(len(boxes.doubt)))
-    _number(boxes, len(boxes.doubt), voxel, table)
-    return table
-
-
-@borrowing
-def _number(boxes: Boxes, count: int, voxel: float, table: Table) -> None:
-    """Enter the first so many boxes into a table."""
-    for n in range(count):
-        key = key_of(boxes, n, voxel)
-        slot = slot_of(key, table.keys, table.shift)
-        table.keys[slot], table.numbers[slot] = key, n
-
-
-@compiled
-def _wider_table(table: Table, boxes: Boxes, count: int, voxel: float) -> Table:
-    """One with four times as many slots, for the same boxes."""
-    wider = empty_table(64 - table.shift + 2)
-    _number(boxes, count, voxel, wider)
-    return wider
-
-
-@borrowing
-def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArray) -> None:
-    """Fill in the voxel of each return; where all are of one pitch, several at a time."""
-    voxel, fine = pitch.voxel_m, pitch.fine_m
-    if not fine < np.inf:
-        for n in range(len(keys)):
-            keys[n] = box_key(points[n, 0], points[n, 1], points[n, 2], 0, voxel)
-        return
-    ox, oy, oz = origin[0], origin[1], origin[2]
-    for n in range(len(keys)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
-        keys[n] = box_key(x, y, z, level_at(away, fine), voxel)
-
-
-@borrowing
-def _put_into_boxes(
-    points: FloatArray,
-    radii: FloatArray,
-    sizes: FloatArray,
-    keys: IntArray,
-    table: Table,
-    begin: int,
-    boxes: Boxes,
-    count: int,
-) -> tuple[int, int]:
-    """Put returns from `begin` on into boxes, of which there are `count`: up to where the table is
-    half full, and how many boxes there are then."""
-    most = len(table.keys) // 2
-    last_key, number = -1, 0
-    for n in range(begin, len(points)):
-        x, y, z, key = points[n, 0], points[n, 1], points[n, 2], keys[n]
-        if key != last_key:  # neighbours in a scan mostly share their voxel
-            slot = slot_of(key, table.keys, table.shift)
-            if table.keys[slot] == -1:
-                if count == most:
-                    return n, count
-                table.keys[slot] = key
-                table.numbers[slot] = count
-                boxes.low_m[count, 0] = boxes.high_m[count, 0] = x
-                boxes.low_m[count, 1] = boxes.high_m[count, 1] = y
-                boxes.low_m[count, 2] = boxes.high_m[count, 2] = z
-                boxes.spacing_m[count], boxes.size_m[count] = 0.0, 0.0
-                boxes.level[count] = key >> LEVEL_SHIFT
-                count += 1
-            last_key, number = key, int(table.numbers[slot])
-        at = np.uint64(number)
-        boxes.low_m[at, 0] = min(boxes.low_m[at, 0], x)
-        boxes.low_m[at, 1] = min(boxes.low_m[at, 1], y)
-        boxes.low_m[at, 2] = min(boxes.low_m[at, 2], z)
-        boxes.high_m[at, 0] = max(boxes.high_m[at, 0], x)
-        boxes.high_m[at, 1] = max(boxes.high_m[at, 1], y)
-        boxes.high_m[at, 2] = max(boxes.high_m[at, 2], z)
-        boxes.spacing_m[at] = max(boxes.spacing_m[at], radii[n])
-        boxes.size_m[at] = max(boxes.size_m[at], sizes[n])
-    return len(points), count
-
-
-@borrowing
-def number_in(table: Table, key: int) -> int:
-    """Number of the box of a voxel; -1 without any."""
-    slot = slot_of(key, table.keys, table.shift)
-    return int(table.numbers[slot]) if table.keys[slot] == key else -1
-
-
-@compiled
-def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
-    """[old] number of the box seen now in the same voxel; -1 without any."""
-    return found_again(old, len(seen.doubt), table_of(seen, voxel), voxel)
-
-
-@compiled
-def found_again(old: Boxes, count: int, table: Table, voxel: float) -> IntArray:
-    """`seen_again` of so many boxes, whose voxels are in a table."""
-    again = np.full(len(old.doubt), -1, dtype=np.int64)
-    if count > 0:
-        _look_up(old, table, voxel, again)
-    return again
-
-
-@borrowing
-def _look_up(boxes: Boxes, table: Table, voxel: float, numbers: IntArray) -> None:
-    for n in range(len(numbers)):
-        numbers[n] = number_in(table, key_of(boxes, n, voxel))
 
 
 @compiled

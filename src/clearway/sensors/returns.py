@@ -1,7 +1,7 @@
 """Raw returns into cells, in blocks: plain arithmetic that the compiler can vectorise, then counts.
 
-Nothing but the last loop branches on data, and that one only for what is rare: a return that is
-dropped, or one so close to a border of a cell that the exact rule must decide.
+Only the last loops branch on data, and only for what is rare: a return that is dropped, or one so
+close to a border of a cell that the tables do not decide; or where neighbours mostly are alike.
 """
 
 from __future__ import annotations
@@ -14,9 +14,16 @@ import numpy.typing as npt
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.base.grid import cell_of_point
 from clearway.base.state import IntArray
-from clearway.sensors.binning import BORDER, OUTSIDE, STEPS, TINY, CellTables, exact_column
+from clearway.sensors.binning import (
+    BORDER,
+    OUTSIDE,
+    STEPS,
+    TINY,
+    CellTables,
+    cell_at_border,
+    exact_column,
+)
 
 REASONS = ("kept", "outside", "nonfinite", "blind", "beyond", "airframe", "ground")
 """What becomes of a return; "outside" ones, out of the grid, are kept too."""
@@ -24,6 +31,10 @@ KEPT, OUTSIDE_GRID, NONFINITE, BLIND, BEYOND, AIRFRAME, GROUND = range(len(REASO
 
 BLOCK = 512
 """Returns at a time: their intermediate values stay in the fastest cache."""
+
+GATHERED = 0.8
+"""Share of a block up to which those that may be in the grid are gathered: it takes as long as a
+fifth of what is done with each afterwards."""
 
 ROUNDING = 1e-9
 """Share by which what is culled lies farther away than it must."""
@@ -69,21 +80,17 @@ class Binned(NamedTuple):
     """[REASONS]"""
 
 
+A, B, C, X, Y, Z, RANGE2, DISTANCE2 = range(0, 8 * (BLOCK + 8), BLOCK + 8)
+"""Where the columns of numbers of a block begin: sensor frame, grid frame, squared distances from
+the sensor and from the grid's origin. Not a power of two apart, or they would share cache lines."""
+
+
 class Block(NamedTuple):
     """Working memory for BLOCK returns."""
 
-    a: FloatArray
-    """Sensor frame."""
-    b: FloatArray
-    c: FloatArray
-    x: FloatArray
-    """Grid frame."""
-    y: FloatArray
-    z: FloatArray
-    squared_range: FloatArray
-    """From the sensor."""
-    squared_distance: FloatArray
-    """From the grid's origin."""
+    of: FloatArray
+    """Columns of numbers in one array, at places that the compiler knows: so it knows that they do
+    not overlap, and one loop can fill in several."""
     layer: StepArray
     column: StepArray
     row: StepArray
@@ -96,81 +103,78 @@ class Block(NamedTuple):
 
 
 @borrowing
-def _cull(points: FloatArray, culled: float, block: Block) -> int:
-    """Take in the returns of a block, of those not all within a squared range only these; how many
-    there are."""
-    a, b, c, squared = block.a, block.b, block.c, block.squared_range
-    count = len(points)
-    # One output per loop, or the compiler gives up proving that they do not overlap.
+def _cull(flat: FloatArray, culled: float, block: Block) -> int:
+    """Take in the returns of a block; how many are within a squared range.
+
+    flat: [3 * returns] one after the other: only so does the compiler know how far apart they are.
+    """
+    of, count = block.of, len(flat) // 3
     for n in range(count):
-        a[n] = points[n, 0]
-    for n in range(count):
-        b[n] = points[n, 1]
-    for n in range(count):
-        c[n] = points[n, 2]
-    for n in range(count):
-        squared[n] = a[n] ** 2 + b[n] ** 2 + c[n] ** 2
+        a, b, c = flat[3 * n], flat[3 * n + 1], flat[3 * n + 2]
+        of[A + n], of[B + n], of[C + n] = a, b, c
+        of[RANGE2 + n] = a**2 + b**2 + c**2
     m = 0
     for n in range(count):
-        m += squared[n] <= culled
+        m += of[RANGE2 + n] <= culled
     return m
 
 
 @borrowing
 def _gather_near(count: int, culled: float, block: Block) -> None:
     """Move those of a block within a squared range to the front."""
-    a, b, c, squared, source = block.a, block.b, block.c, block.squared_range, block.source
+    of, source = block.of, block.source
     m = 0
     for n in range(count):
         source[m] = n  # Written always and passed over if far: no branch.
-        m += squared[n] <= culled
+        m += of[RANGE2 + n] <= culled
     for n in range(m):
-        k = np.uint32(source[n])
-        a[n], b[n], c[n], squared[n] = a[k], b[k], c[k], squared[k]
+        k = np.int64(source[n])
+        of[A + n], of[B + n], of[C + n], of[RANGE2 + n] = (
+            of[A + k],
+            of[B + k],
+            of[C + k],
+            of[RANGE2 + k],
+        )
 
 
 @borrowing
 def _count_far(count: int, filters: Filters, culled: float, block: Block) -> tuple[int, int, int]:
     """Of those of a block beyond a squared range: how many are not finite, beyond the sensor's
     range, ground."""
-    squared, high = block.squared_range, filters.max_range**2
+    of, high = block.of, filters.max_range**2
     nonfinite, beyond, ground = 0, 0, 0
     for n in range(count):
-        nonfinite += not squared[n] < np.inf
+        nonfinite += not of[RANGE2 + n] < np.inf
     for n in range(count):
-        beyond += (squared[n] > max(high, culled)) & (squared[n] < np.inf)
+        beyond += (of[RANGE2 + n] > max(high, culled)) & (of[RANGE2 + n] < np.inf)
     if filters.ground == -np.inf:
         return nonfinite, beyond, 0
     _place(count, filters, block)
-    x, y, z, up = block.x, block.y, block.z, filters.up
+    up = filters.up
     up_x, up_y, up_z = up[0], up[1], up[2]
     for n in range(count):
-        low = up_x * x[n] + up_y * y[n] + up_z * z[n] <= filters.ground
-        ground += low & (squared[n] > culled) & (squared[n] <= high)
+        low = up_x * of[X + n] + up_y * of[Y + n] + up_z * of[Z + n] <= filters.ground
+        ground += low & (of[RANGE2 + n] > culled) & (of[RANGE2 + n] <= high)
     return nonfinite, beyond, ground
 
 
 @borrowing
 def _place(count: int, filters: Filters, block: Block) -> None:
     """Grid frame and squared distances of a block."""
-    r, o = filters.rotation, filters.origin
-    a, b, c, x, y, z = block.a, block.b, block.c, block.x, block.y, block.z
-    squared_range, squared_distance = block.squared_range, block.squared_distance
+    r, o, of = filters.rotation, filters.origin, block.of
     r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]
     r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
     r20, r21, r22, oz = r[2, 0], r[2, 1], r[2, 2], o[2]
-    # What is not finite goes to the origin: it is dropped, but its steps must lie in the tables.
     for n in range(count):
-        placed = r00 * a[n] + r01 * b[n] + r02 * c[n] + ox
-        x[n] = placed if squared_range[n] < np.inf else 0.0
-    for n in range(count):
-        placed = r10 * a[n] + r11 * b[n] + r12 * c[n] + oy
-        y[n] = placed if squared_range[n] < np.inf else 0.0
-    for n in range(count):
-        placed = r20 * a[n] + r21 * b[n] + r22 * c[n] + oz
-        z[n] = placed if squared_range[n] < np.inf else 0.0
-    for n in range(count):
-        squared_distance[n] = x[n] ** 2 + y[n] ** 2 + z[n] ** 2
+        a, b, c = of[A + n], of[B + n], of[C + n]
+        x = r00 * a + r01 * b + r02 * c + ox
+        y = r10 * a + r11 * b + r12 * c + oy
+        z = r20 * a + r21 * b + r22 * c + oz
+        # What is not finite goes to the origin: dropped, but its steps must lie in the tables.
+        finite = of[RANGE2 + n] < np.inf
+        x, y, z = x if finite else 0.0, y if finite else 0.0, z if finite else 0.0
+        of[X + n], of[Y + n], of[Z + n] = x, y, z
+        of[DISTANCE2 + n] = x**2 + y**2 + z**2
 
 
 @borrowing
@@ -179,74 +183,89 @@ def _sort_out(count: int, filters: Filters, block: Block) -> None:
     e, up, ground = filters.body, filters.up, filters.ground
     ex, ey, ez, up_x, up_y, up_z = e[0], e[1], e[2], up[0], up[1], up[2]
     low, high, own = filters.min_range**2, filters.max_range**2, filters.airframe_radius**2
-    x, y, z, squared, reason = block.x, block.y, block.z, block.squared_range, block.reason
+    of, reason = block.of, block.reason
     for n in range(count):
-        from_body = (x[n] - ex) ** 2 + (y[n] - ey) ** 2 + (z[n] - ez) ** 2
-        height = up_x * x[n] + up_y * y[n] + up_z * z[n]
+        x, y, z, squared = of[X + n], of[Y + n], of[Z + n], of[RANGE2 + n]
+        from_body = (x - ex) ** 2 + (y - ey) ** 2 + (z - ez) ** 2
+        height = up_x * x + up_y * y + up_z * z
         code = GROUND if height <= ground else KEPT
         code = AIRFRAME if from_body < own else code
-        code = BLIND if squared[n] < low else code
-        code = BEYOND if squared[n] > high else code
-        reason[n] = code if squared[n] < np.inf else NONFINITE
+        code = BLIND if squared < low else code
+        code = BEYOND if squared > high else code
+        reason[n] = code if squared < np.inf else NONFINITE
 
 
 @borrowing
 def _cull_beside(count: int, cone: FloatArray, block: Block) -> tuple[int, int, int]:
-    """Gather those of a block in the cone of `CellTables`, and those too near; how many, and how
-    many of the others are ground, and beyond the range."""
-    right_x, right_y, left_x, left_y, low, high = (
-        cone[0],
-        cone[1],
-        cone[2],
-        cone[3],
-        cone[4],
-        cone[5],
-    )
-    x, y, z, squared, reason = block.x, block.y, block.z, block.squared_distance, block.reason
-    inside, source = block.cell, block.source
-    for n in range(count):
-        steep = z[n] * abs(z[n])
-        inside[n] = (
-            (
-                (right_x * x[n] + right_y * y[n] >= 0.0)
-                & (left_x * x[n] + left_y * y[n] >= 0.0)
-                & (steep >= low * squared[n])
-                & (steep <= high * squared[n])
-            )
-            | (reason[n] == BLIND)
-            | (reason[n] == AIRFRAME)
-        )
-    m, ground, beyond = 0, 0, 0
+    """Gather those of a block in the cone of `CellTables`, and those too near, unless they are
+    most; how many are left, and how many of the others are ground, and beyond the range."""
+    inside, reason = block.cell, block.reason
+    m = _mark_inside(count, cone, block)
+    if m > GATHERED * count:
+        return count, 0, 0
+    ground, beyond = 0, 0
     for n in range(count):
         ground += (inside[n] == 0) & (reason[n] == GROUND)
     for n in range(count):
         beyond += (inside[n] == 0) & (reason[n] == BEYOND)
+    of, source, m = block.of, block.source, 0
     for n in range(count):
         source[m] = n
         m += inside[n]
     for n in range(m):
-        k = np.uint32(source[n])
-        x[n], y[n], z[n], squared[n], reason[n] = x[k], y[k], z[k], squared[k], reason[k]
+        k = np.int64(source[n])
+        of[X + n], of[Y + n], of[Z + n], of[DISTANCE2 + n], reason[n] = (
+            of[X + k],
+            of[Y + k],
+            of[Z + k],
+            of[DISTANCE2 + k],
+            reason[k],
+        )
     return m, ground, beyond
+
+
+@borrowing
+def _mark_inside(count: int, cone: FloatArray, block: Block) -> int:
+    """Which of a block are in the cone of `CellTables`, or too near; how many."""
+    right_x, right_y, left_x, left_y = cone[0], cone[1], cone[2], cone[3]
+    low, high = cone[4], cone[5]
+    of, inside, reason = block.of, block.cell, block.reason
+    for n in range(count):
+        x, y, z, squared = of[X + n], of[Y + n], of[Z + n], of[DISTANCE2 + n]
+        steep = z * abs(z)
+        inside[n] = (
+            (
+                (right_x * x + right_y * y >= 0.0)
+                & (left_x * x + left_y * y >= 0.0)
+                & (steep >= low * squared)
+                & (steep <= high * squared)
+            )
+            | (reason[n] == BLIND)
+            | (reason[n] == AIRFRAME)
+        )
+    m = 0
+    for n in range(count):
+        m += inside[n]
+    return m
 
 
 @borrowing
 def _steps(count: int, steps_per_m: float, block: Block) -> None:
     """Steps of a block in the three tables; the arithmetic of `binning.quick_column`."""
-    x, y, z, squared_distance = block.x, block.y, block.z, block.squared_distance
-    layer, column, row = block.layer, block.column, block.row
+    of, layer, column, row = block.of, block.layer, block.column, block.row
     last = STEPS - 1.0
-    distance = block.squared_range  # which has had its use
+    distance = RANGE2  # which has had its use
     for n in range(count):
-        distance[n] = np.sqrt(squared_distance[n])
+        of[distance + n] = np.sqrt(of[DISTANCE2 + n])
     for n in range(count):
-        layer[n] = np.int32(min(distance[n] * steps_per_m, last))
+        layer[n] = np.int32(min(of[distance + n] * steps_per_m, last))
     for n in range(count):
-        forward = y[n] / (abs(x[n]) + abs(y[n]) + TINY)
-        turned = forward if x[n] >= 0.0 else np.copysign(2.0, y[n]) - forward
+        x, y = of[X + n], of[Y + n]
+        forward = y / (abs(x) + abs(y) + TINY)
+        turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
         column[n] = np.int32(min((turned + 2.0) * (STEPS / 4.0), last))
     for n in range(count):
-        sine = z[n] / (distance[n] + TINY)
+        sine = of[Z + n] / (of[distance + n] + TINY)
         row[n] = np.int32(max(min((sine + 1.0) * (STEPS / 2.0), last), 0.0))
 
 
@@ -254,7 +273,7 @@ def _steps(count: int, steps_per_m: float, block: Block) -> None:
 def _cells(count: int, tables: CellTables, block: Block) -> int:
     """Cells of a block; how many of its returns are dropped."""
     layers, columns, rows = tables.layer, tables.column, tables.row
-    layer, column, row, cell = block.layer, block.column, block.row, block.cell
+    of, layer, column, row, cell = block.of, block.layer, block.column, block.row, block.cell
     reason = block.reason
     for n in range(count):
         cell[n] = (
@@ -262,8 +281,7 @@ def _cells(count: int, tables: CellTables, block: Block) -> int:
         )
     for n in range(count):
         if BORDER <= cell[n] < OUTSIDE:
-            exact = cell_of_point(block.x[n], block.y[n], block.z[n], tables.edges)
-            cell[n] = exact if exact >= 0 else OUTSIDE
+            cell[n] = cell_at_border(of[X + n], of[Y + n], of[Z + n], tables)
     dropped = 0
     for n in range(count):
         dropped += reason[n] != KEPT
@@ -282,15 +300,17 @@ def bin_returns(points: FloatArray, filters: Filters, tables: CellTables) -> Bin
     squared_ranges, blocked = np.zeros(cells + 1), np.zeros(columns + 1, dtype=np.int64)
     counts = np.zeros(len(REASONS), dtype=np.int64)
     block, culled = _new_block(), _culled_m(filters, edges.range_m[-1]) ** 2
+    flat = points.reshape(points.size)
     for start in range(0, len(points), BLOCK):
-        part = points[start : start + BLOCK]
+        part = flat[3 * start : 3 * (start + BLOCK)]
+        count = len(part) // 3
         near = _cull(part, culled, block)
-        if near < len(part):
-            nonfinite, beyond, low = _count_far(len(part), filters, culled, block)
+        if near < count:
+            nonfinite, beyond, low = _count_far(count, filters, culled, block)
             counts[NONFINITE] += nonfinite
             counts[BEYOND] += beyond
             counts[GROUND] += low
-            _gather_near(len(part), culled, block)
+            _gather_near(count, culled, block)
         _place(near, filters, block)
         _sort_out(near, filters, block)
         near, low, beyond = _cull_beside(near, tables.cone, block)
@@ -327,26 +347,21 @@ def kept_returns(points: FloatArray, filters: Filters) -> tuple[FloatArray, Floa
     `bin_returns` keeps, also those outside the grid."""
     kept, radius = np.empty((len(points), 3)), np.empty(len(points))
     block, m = _new_block(), 0
+    flat = points.reshape(points.size)
     for start in range(0, len(points), BLOCK):
-        part = points[start : start + BLOCK]
+        part = flat[3 * start : 3 * (start + BLOCK)]
+        count = len(part) // 3
         _cull(part, np.inf, block)
-        _place(len(part), filters, block)
-        _sort_out(len(part), filters, block)
-        m += _keep(len(part), filters.half_spacing, block, kept[m:], radius[m:])
+        _place(count, filters, block)
+        _sort_out(count, filters, block)
+        m += _keep(count, filters.half_spacing, block, kept[m:], radius[m:])
     return kept[:m], radius[:m]
 
 
 @compiled
 def _new_block() -> Block:
     return Block(
-        np.empty(BLOCK),
-        np.empty(BLOCK),
-        np.empty(BLOCK),
-        np.empty(BLOCK),
-        np.empty(BLOCK),
-        np.empty(BLOCK),
-        np.empty(BLOCK),
-        np.empty(BLOCK),
+        np.empty(DISTANCE2 + BLOCK),
         np.empty(BLOCK, dtype=np.int32),
         np.empty(BLOCK, dtype=np.int32),
         np.empty(BLOCK, dtype=np.int32),
@@ -367,7 +382,7 @@ def _count_dropped(
     counts: IntArray,
 ) -> None:
     """Count the dropped returns of a block: a beam that ended there sees nothing behind."""
-    edges, o, reason = tables.edges, filters.origin, block.reason
+    edges, o, of, reason = tables.edges, filters.origin, block.of, block.reason
     for n in range(count):
         if reason[n] == KEPT:
             continue
@@ -375,7 +390,7 @@ def _count_dropped(
         if reason[n] == GROUND:
             ground[min(block.cell[n], len(ground) - 1)] += 1
         elif reason[n] == BLIND or reason[n] == AIRFRAME:
-            x, y, z = block.x[n] - o[0], block.y[n] - o[1], block.z[n] - o[2]
+            x, y, z = of[X + n] - o[0], of[Y + n] - o[1], of[Z + n] - o[2]
             column = exact_column(x, y, z, edges.azimuth_rad, edges.elevation_rad)
             blocked[min(column, len(blocked) - 1)] += 1
         block.cell[n] = OUTSIDE
@@ -384,12 +399,19 @@ def _count_dropped(
 @borrowing
 def _count_hits(count: int, block: Block, hits: IntArray, squared_ranges: FloatArray) -> None:
     """Count the returns of a block in their cells."""
-    cell, squared = block.cell, block.squared_distance
+    cell, of = block.cell, block.of
     last = len(hits) - 1
+    # Neighbours in a scan mostly share their cell, and would wait for each other's sum.
+    here = np.uint32(last)
+    many, sum_m2 = hits[here], squared_ranges[here]
     for n in range(count):
         c = np.uint32(min(cell[n], last))
-        hits[c] += 1
-        squared_ranges[c] += squared[n]
+        if c != here:
+            hits[here], squared_ranges[here] = many, sum_m2
+            here, many, sum_m2 = c, hits[c], squared_ranges[c]
+        many += 1
+        sum_m2 += of[DISTANCE2 + n]
+    hits[here], squared_ranges[here] = many, sum_m2
 
 
 @borrowing
@@ -397,12 +419,12 @@ def _keep(
     count: int, half_spacing: float, block: Block, kept: FloatArray, radius: FloatArray
 ) -> int:
     """Append the kept returns of a block, and how far each stands for its surroundings."""
-    x, y, z, squared, reason = block.x, block.y, block.z, block.squared_range, block.reason
+    of, reason = block.of, block.reason
     m = 0
     for n in range(count):
         # Written always and passed over if dropped: no branch.
-        kept[m, 0], kept[m, 1], kept[m, 2] = x[n], y[n], z[n]
-        radius[m] = squared[n]
+        kept[m, 0], kept[m, 1], kept[m, 2] = of[X + n], of[Y + n], of[Z + n]
+        radius[m] = of[RANGE2 + n]
         m += reason[n] == KEPT
     for n in range(m):
         radius[n] = half_spacing * np.sqrt(radius[n])

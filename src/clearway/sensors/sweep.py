@@ -16,11 +16,10 @@ from clearway.sensors.remembered import (
     Pitch,
     balls_of,
     doubted,
-    found_again,
-    numbered_boxes,
     together,
 )
 from clearway.sensors.room import Room, fits, make_room
+from clearway.sensors.swept_boxes import found_again, numbered_boxes
 from clearway.sensors.width import returns_with_size
 from clearway.sensors.wires import join_lines
 
@@ -72,7 +71,7 @@ def swept_by(
     new, table = numbered_boxes(
         seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
     )
-    again = found_again(boxes, len(new.doubt), table, limits.voxel_m)
+    again = found_again(boxes, table, limits.voxel_m)
     doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
     return seen.too_small, remembered_after(boxes, balls, doubt, new, again, sensor.origin, limits)
 

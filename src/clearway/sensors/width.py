@@ -176,7 +176,7 @@ def _note_sizes(
                 row = at - column * rows
                 if near and _is_beside_block(nearest, blocks, known, column, row):
                     size = 2.0 * half_spacing * distance
-                elif _is_lone(distance, fine, per_bin, nearest, column, row):
+                elif fine > 0.0 and _is_lone(distance, fine, per_bin, nearest, column, row):
                     continue
         placed[m, 0], placed[m, 1], placed[m, 2] = placed[n, 0], placed[n, 1], placed[n, 2]
         radii[m], sizes[m] = half_spacing * distance, size

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.sensors.remembered import BETWEEN, Boxes, Table, box_key, empty_boxes, first_boxes
+from clearway.sensors.remembered import BETWEEN, Boxes, box_key, empty_boxes, first_boxes
 from clearway.sensors.voxels import slot_of, table_bits
 
 TAKEN = -2
 """In place of the number of a box to come: there is one in its voxel already."""
+
+
+class Table(NamedTuple):
+    """Where the box of a voxel is."""
+
+    keys: IntArray
+    """Of a power of two slots; -1 marks empty ones."""
+    numbers: IntArray
+    shift: int
 
 
 @compiled
