@@ -17,6 +17,8 @@ ALL_ROUND = BeamPattern.from_angles(
     max_range_m=RANGE_M,
 )
 
+LIDAR = Lidar("top", ALL_ROUND)
+
 
 def marked_m(free: FreeSpace) -> np.ndarray:
     """[n, 3] middles of the voxels that count as free."""
@@ -55,3 +57,25 @@ def test_nothing_is_marked_where_no_beam_can_reach(above_m: float, height_m: flo
     away_m = np.linalg.norm(marked_m(free) - sensor_m, axis=1)
     assert len(away_m) > 100_000
     assert away_m.max() <= RANGE_M
+
+
+def test_what_is_seen_is_told_of_where_the_window_is_and_of_what_is_left_of_the_start() -> None:
+    free, sensor = FreeSpace(VOXEL_M, np.zeros(3), 5.0, reach_m=RANGE_M), LidarSensor(LIDAR)
+
+    def told() -> tuple[list[int], float]:
+        seen = free.seen
+        assert seen.window[4:8].tolist() == [0.0, 0.0, 0.0, free.start[1]]
+        return seen.low.tolist(), float(seen.window[7])
+
+    at_first, radius_m = told()
+    assert radius_m == 5.0
+    assert free.seen is free.seen, "told once until it changes"
+    free.withdraw_start(np.array([[4.0, 0.0, 0.0]]), np.array([0.5]))
+    assert told() == (at_first, 3.5)
+    far_m = np.array([20.0, 0.0, 0.0])
+    free.take(sensor, Scan(np.zeros((0, 3)), sensor="top"), State(far_m))
+    moved, _ = told()
+    assert moved[0] - at_first[0] == round(far_m[0] / VOXEL_M)
+    assert moved[1:] == at_first[1:]
+    free.forget()
+    assert told() == (moved, 0.0)
