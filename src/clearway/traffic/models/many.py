@@ -10,6 +10,7 @@ from typing import overload
 import numpy as np
 
 from clearway.base.brief import brief
+from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.traffic.intruder import Intruder
@@ -123,10 +124,10 @@ class Intruders(Sequence[Intruder]):
         """
         if not self.told:
             return Intruders(self.told, *NOBODY, ([], state.time_s))
-        elapsed = self.ages_s(state.time_s)
-        place = self.position_m + self.velocity_mps * elapsed[:, None]
-        position = _turned(place - state.position_m, world_from_body)
-        velocity = _turned(self.velocity_mps, world_from_body)
+        elapsed, here = self.ages_s(state.time_s), (state.position_m, world_from_body)
+        position, velocity = _seen(
+            self.position_m, self.velocity_mps, elapsed, *map(read_only, here)
+        )
         position.flags.writeable = velocity.flags.writeable = False
         std = np.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
         moved = std.tolist(), state.time_s
@@ -156,8 +157,23 @@ def _rows(vectors: Sequence[FloatArray], length: int) -> FloatArray:
 NOBODY = _rows([], 3), _rows([], 3), _rows([], 2)
 
 
-def _turned(vectors: FloatArray, world_from_body: FloatArray) -> FloatArray:
-    """[n, 3] into the body frame; each alike, whatever other rows there are."""
-    x, y, z = vectors[:, :1], vectors[:, 1:2], vectors[:, 2:]
-    turned: FloatArray = x * world_from_body[0] + y * world_from_body[1] + z * world_from_body[2]
-    return turned
+@compiled
+def _seen(
+    position: FloatArray,
+    velocity: FloatArray,
+    elapsed: FloatArray,
+    origin: FloatArray,
+    world_from_body: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Places [n, 3], flown on for some time [n], and velocities [n, 3], seen from a body."""
+    place, turned = np.empty((len(elapsed), 3)), np.empty((len(elapsed), 3))
+    for n in range(len(elapsed)):
+        vx, vy, vz = velocity[n, 0], velocity[n, 1], velocity[n, 2]
+        x = position[n, 0] + vx * elapsed[n] - origin[0]
+        y = position[n, 1] + vy * elapsed[n] - origin[1]
+        z = position[n, 2] + vz * elapsed[n] - origin[2]
+        for axis in range(3):
+            i, j, k = world_from_body[0, axis], world_from_body[1, axis], world_from_body[2, axis]
+            place[n, axis] = x * i + y * j + z * k
+            turned[n, axis] = vx * i + vy * j + vz * k
+    return place, turned
