@@ -16,9 +16,10 @@ MANY = 64
 """So many nodes at once fit the fastest memory."""
 
 # Rows of the chords of movements: where one begins, how fast it is flown, from when and how long;
-# of the nearest on them: distance squared, time and what lies between.
+# of the nearest on them: distance squared, time and what lies between; how far along a side that
+# is, and how far in all.
 CHORD_X, CHORD_Y, CHORD_Z, SPEED_X, SPEED_Y, SPEED_Z, BEGUN, LASTS = range(8)
-GAP2, WHEN, ASIDE_X, ASIDE_Y, ASIDE_Z = range(5)
+GAP2, WHEN, ASIDE_X, ASIDE_Y, ASIDE_Z, ALONG, APART = range(7)
 
 
 @compiled
@@ -42,7 +43,7 @@ def closest(
         on_way[k, nodes, GAP2], on_way[k, nodes, WHEN] = np.sum(place[k] ** 2), 0.0
         on_way[k, nodes, ASIDE_X:] = place[k]
     chords = np.empty((samples.shape[1] + 1, 8, MANY))
-    within, beyond = np.empty((5, MANY)), np.empty((5, MANY))
+    within, beyond = np.empty((7, MANY)), np.empty((7, MANY))
     for first in range(0, nodes, MANY):
         last = min(first + MANY, nodes)
         _note_chords(parent, samples, end_time_s, first, last, chords)
@@ -71,10 +72,10 @@ def off_sides(
     # Of each way itself, which its sequels begin with; the last is the start's.
     gap2, off_way = np.empty((many, nodes + 1)), np.empty((many, nodes + 1), dtype=np.int64)
     chords = np.empty((samples.shape[1] + 1, 8, MANY))
-    within, beyond = np.empty((5, MANY)), np.empty((5, MANY))
+    within, beyond = np.empty((7, MANY)), np.empty((7, MANY))
     off_within, off_beyond = np.empty(MANY, dtype=np.int64), np.empty(MANY, dtype=np.int64)
     for k in range(many):
-        within[ASIDE_X:, 0] = place[k]
+        within[ASIDE_X : ASIDE_Z + 1, 0] = place[k]
         _note_off(within, 1, sides[k], least_cos, off_within)
         gap2[k, nodes], off_way[k, nodes] = np.sum(place[k] ** 2), off_within[0]
     for first in range(0, nodes, MANY):
@@ -146,7 +147,7 @@ def _note_nearest(
     within: FloatArray,
     beyond: FloatArray,
 ) -> None:
-    """Fill in what is nearest [5, MANY] to one on so many movements, and on where they go on."""
+    """Fill in what is nearest [7, MANY] to one on so many movements, and on where they go on."""
     within[GAP2, :many] = beyond[GAP2, :many] = np.inf
     last = len(chords) - 1
     for q in range(last):
@@ -211,14 +212,15 @@ def _note_off(
 ) -> None:
     """Fill in [MANY] which of the cosines each of so many is too far by, in bits."""
     x, y, z = side[0], side[1], side[2]
-    off[:many] = 0
+    for m in range(many):
+        ax, ay, az = nearest[ASIDE_X, m], nearest[ASIDE_Y, m], nearest[ASIDE_Z, m]
+        nearest[ALONG, m] = ax * x + ay * y + az * z
+        nearest[APART, m] = np.sqrt(ax * ax + ay * ay + az * az)
+        off[m] = 0
     for c in range(len(least_cos)):
         cosine, bit = least_cos[c], 1 << c
         for m in range(many):
-            ax, ay, az = nearest[ASIDE_X, m], nearest[ASIDE_Y, m], nearest[ASIDE_Z, m]
-            along = ax * x + ay * y + az * z
-            apart = np.sqrt(ax * ax + ay * ay + az * az)
-            off[m] |= bit if along < cosine * apart else 0
+            off[m] |= bit if nearest[ALONG, m] < cosine * nearest[APART, m] else 0
 
 
 @compiled
