@@ -87,11 +87,15 @@ def off_sides(
             _note_off(beyond, last - first, sides[k], least_cos, off_beyond)
             for n in range(first, last):
                 m, p = n - first, parent[n]
-                here2, here = gap2[k, p], off_way[k, p]
-                if within[GAP2, m] < here2:
-                    here2, here = within[GAP2, m], off_within[m]
+                before2, before = gap2[k, p], off_way[k, p]
+                within2, beyond2 = within[GAP2, m], beyond[GAP2, m]
+                on, further = off_within[m], off_beyond[m]
+                # Which is nearest cannot be foretold, so no branch asks.
+                nearer = within2 < before2
+                here2 = within2 if nearer else before2
+                here = on if nearer else before
                 gap2[k, n], off_way[k, n] = here2, here
-                off[n] |= off_beyond[m] if beyond[GAP2, m] < here2 else here
+                off[n] |= further if beyond2 < here2 else here
     return _each_bit(off, len(least_cos))
 
 

@@ -110,10 +110,10 @@ def row_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -
     if told[NEAR, n] <= borders.tolerance_m:
         return _cuts_through_origin(told[ALONG_Z, n], told[START, n], told[END, n], borders, out)
     rising = told[FIRST_TO, n] > told[FIRST_FROM, n]
-    falls_then = told[THEN_TO, n] <= told[THEN_FROM, n]
+    rising_then = told[THEN_TO, n] > told[THEN_FROM, n]
     count = _in_order(lines.first, n, rising, 1, borders, out)
-    rising = rising if count > 1 else not falls_then
-    count = _in_order(lines.then, n, not falls_then, count, borders, out)
+    rising = rising if count > 1 else rising_then
+    count = _in_order(lines.then, n, rising_then, count, borders, out)
     row, rows = int(told[MIDDLE_ROW, n]), borders.rows
     if count == 1 and row < -1:
         row = _middle_row(told, n, borders)
