@@ -51,9 +51,9 @@ class HalfLines(NamedTuple):
 
 @compiled
 def room_for_lines(borders: Borders) -> HalfLines:
-    """Whose lines are all nowhere yet."""
+    """For a bunch that is yet to be told."""
     return HalfLines(
-        np.zeros((33, BUNCH)),
+        np.empty((33, BUNCH)),
         np.empty((borders.columns + 1, BUNCH)),
         np.empty((borders.rows + 1, BUNCH)),
         np.empty((borders.rows + 1, BUNCH)),
