@@ -130,7 +130,7 @@ def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every
         np.testing.assert_array_equal(lack, np.any([one.lack(margin_m) for one in alone], axis=0))
         shares.append(lack.mean())
     assert 0.0 < shares[3] < 1.0
-    nodes = rng.choice(reach_set.nodes, 10).tolist()
+    nodes = rng.choice(reach_set.nodes, 100).tolist()
     sides = at(met, nodes[0])[0]
     sides /= np.linalg.norm(sides, axis=1, keepdims=True)
     asides = [at(met, node)[0] for node in nodes]

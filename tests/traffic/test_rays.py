@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from clearway.base.frames import cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
-from clearway.traffic import Intruder, spread_cells
+from clearway.traffic import Intruder, line_cells, spread_cells
 from clearway.traffic.models.beyond import ball_around, passes_by
-from clearway.traffic.models.borders import borders_of, scratch
+from clearway.traffic.models.borders import CELL, ENTRY, LEAVE, borders_of, scratch
+from clearway.traffic.models.half_lines import BUNCH, room_for_lines, tell
 from clearway.traffic.models.spread import NODES, cone_axes, disc_nodes
-from clearway.traffic.models.traverse import traverse
+from clearway.traffic.models.traverse import cut, pieces_of
 from intruders_for_tests import KINDS, random_intruder
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -76,11 +78,13 @@ def test_rays_that_are_not_followed_meet_no_cell(grid: AvoidanceGrid, seed: int)
         return
     _, level, across = cone_axes(velocity, UP)
     wide, narrow = level * intruder.speed_mps * sine[0], across * intruder.speed_mps * sine[1]
-    nodes, pieces = disc_nodes(*NODES["fine"]), scratch(borders)
+    nodes, lines, pieces = disc_nodes(*NODES["fine"]), room_for_lines(borders), scratch(borders)
     for u, w in zip(nodes.wide[::7], nodes.narrow[::7], strict=True):
         ray = velocity + u * wide + w * narrow
         start, way = (position[0], position[1], position[2]), (ray[0], ray[1], ray[2])
-        assert traverse(start, way, np.inf, borders, pieces) == 0
+        tell(lines, 0, start, way, np.inf)
+        cut(lines, 1, borders)
+        assert pieces_of(lines, 0, borders, pieces) == 0
 
 
 def test_about_all_cones_that_miss_the_ball_are_told_so() -> None:
@@ -105,3 +109,59 @@ def test_about_all_cones_that_miss_the_ball_are_told_so() -> None:
         told, missed = told + by, missed + misses
     assert told > 150
     assert told > 0.8 * missed
+
+
+@pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
+def test_lines_that_are_cut_together_pass_what_each_passes_alone(grid: AvoidanceGrid) -> None:
+    """More than a bunch of them, so that some follow others in the same places."""
+    intruders = [aimed(seed) for seed in range(2 * BUNCH + 9)]
+    together = line_cells(grid, intruders)
+    for n, intruder in enumerate(intruders):
+        alone = line_cells(grid, [intruder]).of(0)
+        for name in ("probability", "entry_s", "leave_s", "dwell_s"):
+            np.testing.assert_array_equal(getattr(together, name)[n], getattr(alone, name))
+    assert np.any(together.probability[BUNCH:])
+
+
+@pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
+@given(seed=st.integers(0, 100_000))
+@settings(max_examples=100, deadline=None)
+def test_lines_are_where_the_grid_says_that_their_points_are(
+    grid: AvoidanceGrid, seed: int
+) -> None:
+    """Also those that keep to a border, or nearly so: which row that is, no crossing tells."""
+    rng = np.random.default_rng(seed)
+    edge = rng.choice(grid.elevation_edges_rad) + rng.choice([0.0, 1e-12, 5e-9, -5e-9, 1e-3])
+    azimuth, away = rng.uniform(*grid.azimuth_edges_rad[[0, -1]]), rng.uniform(0.1, 0.9)
+    along = cartesian_from_spherical(np.array([1.0, azimuth, edge]))
+    level = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    way = along if rng.random() < 0.5 else along + rng.choice([1e-12, 1e-3, 1.0]) * level
+    start = away * grid.range_m * along
+    borders = borders_of(grid)
+    lines, pieces = room_for_lines(borders), scratch(borders)
+    tell(lines, 0, tuple(start), tuple(way), np.inf)
+    cut(lines, 1, borders)
+    for piece in range(pieces_of(lines, 0, borders, pieces)):
+        times_s = pieces.times[[ENTRY, LEAVE], piece]
+        middle = start + np.mean(times_s) * way
+        assert grid.cell_of(middle) == pieces.places[CELL, piece]
+
+
+@pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
+@given(seed=st.integers(0, 100_000))
+@settings(max_examples=100, deadline=None)
+def test_lines_begin_where_they_start(grid: AvoidanceGrid, seed: int) -> None:
+    """Whatever border they cross first, and to which side."""
+    rng = np.random.default_rng(seed)
+    low, high = np.array([[each[0], each[-1]] for each in grid.edges]).T
+    start = cartesian_from_spherical(rng.uniform(low, high))
+    way = rng.normal(size=3)
+    borders = borders_of(grid)
+    lines, pieces = room_for_lines(borders), scratch(borders)
+    tell(lines, 0, tuple(start), tuple(way), np.inf)
+    cut(lines, 1, borders)
+    count = pieces_of(lines, 0, borders, pieces)
+    if grid.cell_of(start) == grid.cell_of(start + 1e-6 * way):
+        assert count > 0
+        assert pieces.times[ENTRY, 0] == 0.0
+        assert pieces.places[CELL, 0] == grid.cell_of(start)

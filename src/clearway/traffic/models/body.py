@@ -24,6 +24,7 @@ from clearway.traffic.models.borders import (
 )
 from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
 from clearway.traffic.models.contact import Ball, contact, window
+from clearway.traffic.models.half_lines import room_for_lines
 from clearway.traffic.models.line import follow_line
 from clearway.traffic.models.many import Intruders
 
@@ -99,11 +100,11 @@ def _bodies(
     edges: GridEdges,
     arrays: ModelArrays,
 ) -> None:
-    pieces = scratch(borders)
+    lines, pieces = room_for_lines(borders), scratch(borders)
     point = POINT * edges.range_m[-1]
     for n in range(len(position)):
         if radius[n] < point:
-            follow_line(n, position[n], velocity[n], borders, edges, pieces, arrays)
+            follow_line(n, position[n], velocity[n], borders, edges, lines, pieces, arrays)
             arrays.probability[n] = 0.0
             continue
         speed = np.sqrt(np.sum(velocity[n] ** 2))

@@ -9,9 +9,8 @@ finds the others.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.grid import interval_of
 from clearway.traffic.models.borders import (
@@ -26,48 +25,14 @@ from clearway.traffic.models.borders import (
     RANGE,
     Borders,
 )
-
-SideArray = npt.NDArray[np.uint8]
-INSIDE = 16
-"""Beside four bits for the planes about the cone."""
+from clearway.traffic.models.cone_corners import INSIDE, Corners, arrival_at, arrive, is_inside
 
 
-@compiled
-def cone_of(
-    apex: FloatArray, along: FloatArray, level: FloatArray, across: FloatArray
-) -> FloatArray:
-    """A cone [3, 4]: rows that give time of arrival, level and across deviation of (x, y, z, 1).
-
-    along: unit vector over the speed; level, across: unit vectors over the growth of the semi-axes
-    per second. All three results are in seconds: inside, the deviations are less than the time.
-    """
-    cone = np.empty((3, 4))
-    cone[0, :3], cone[1, :3], cone[2, :3] = along, level, across
-    for row in range(3):
-        cone[row, 3] = -np.sum(cone[row, :3] * apex)
-    return cone
-
-
-@borrowing
-def _arrival(x: float, y: float, z: float, cone: FloatArray) -> tuple[float, float, float]:
-    """Time of arrival at a point and its deviations, level and across, all in seconds."""
-    return (
-        x * cone[0, 0] + y * cone[0, 1] + z * cone[0, 2] + cone[0, 3],
-        x * cone[1, 0] + y * cone[1, 1] + z * cone[1, 2] + cone[1, 3],
-        x * cone[2, 0] + y * cone[2, 1] + z * cone[2, 2] + cone[2, 3],
-    )
-
-
-@borrowing
-def _inside(time: float, level: float, across: float) -> bool:
-    return time >= 0.0 and level * level + across * across <= time * time
-
-
-@borrowing
+@inlined
 def _arrival_on_edge(
     place: tuple[int, int, int], along: int, part: float, cone: FloatArray, borders: Borders
 ) -> tuple[float, float, float]:
-    """The same at a part of the edge that runs along an axis of the grid from a corner."""
+    """As `arrival_at`, at a part of the edge that runs along an axis of the grid from a corner."""
     i, j, k = place
     table = borders.table
     r = table[RANGE, i]
@@ -82,10 +47,10 @@ def _arrival_on_edge(
         elevation = table[ELEVATION, k] + part * (table[ELEVATION, k + 1] - table[ELEVATION, k])
         elevation_cos, elevation_sin = np.cos(elevation), np.sin(elevation)
     level = r * elevation_cos
-    return _arrival(level * azimuth_cos, level * azimuth_sin, r * elevation_sin, cone)
+    return arrival_at(level * azimuth_cos, level * azimuth_sin, r * elevation_sin, cone)
 
 
-@borrowing
+@inlined
 def _widen(
     time: float,
     place: tuple[int, int, int],
@@ -111,57 +76,31 @@ def _widen(
 
 
 @borrowing
-def _side_of(time: float, level: float, across: float) -> int:
-    """Where a point is, in bits: inside the cone, or beyond which of four planes about it."""
-    if _inside(time, level, across):
-        return INSIDE
-    return (level > time) + 2 * (level < -time) + 4 * (across > time) + 8 * (across < -time)
-
-
-@borrowing
 def widen_by_edges(
-    cone: FloatArray,
-    borders: Borders,
-    corners: FloatArray,
-    sides: SideArray,
-    tolerance: float,
-    times: FloatArray,
+    cone: FloatArray, borders: Borders, corners: Corners, tolerance: float, times: FloatArray
 ) -> None:
     """Widen times [cells, ENTRY and LEAVE] by corners in the cone and edges that it cuts.
 
-    corners, sides: scratch [layers + 1, columns + 1, rows + 1, 3] and the same without the 3. A cut
-    is first taken on the edge's chord, and right within `tolerance` as a share of the cone's width.
-    What lies on one side of the cone at both ends is not cut.
+    A cut is first taken on the edge's chord, and right within `tolerance` as a share of the cone's
+    width. What lies on one side of the cone at both ends is not cut.
     """
-    table = borders.table
+    arrive(cone, corners)
     low, high = _met_box(borders, times)
-    for j in range(low[1], high[1] + 1):
-        for k in range(low[2], high[2] + 1):
-            level, sine = table[ELEVATION_COS, k], table[ELEVATION_SIN, k]
-            x, y = level * table[AZIMUTH_COS, j], level * table[AZIMUTH_SIN, j]
-            for i in range(low[0], high[0] + 1):
-                r = table[RANGE, i]
-                time, u, w = _arrival(r * x, r * y, r * sine, cone)
-                corners[i, j, k, 0], corners[i, j, k, 1], corners[i, j, k, 2] = time, u, w
-                side = sides[i, j, k] = _side_of(time, u, w)
-                if side == INSIDE:
-                    _widen(time, (i, j, k), (True, True, True), borders, times)
+    side, rows = corners.side, borders.rows + 1
+    in_layer = (borders.columns + 1) * rows
     for i in range(low[0], high[0] + 1):
         for j in range(low[1], high[1] + 1):
             for k in range(low[2], high[2] + 1):
-                side = sides[i, j, k]
-                if i < high[0] and not side & sides[i + 1, j, k]:
-                    _widen_edge(
-                        (i, j, k), (i + 1, j, k), 0, cone, borders, corners, tolerance, times
-                    )
-                if j < high[1] and not side & sides[i, j + 1, k]:
-                    _widen_edge(
-                        (i, j, k), (i, j + 1, k), 1, cone, borders, corners, tolerance, times
-                    )
-                if k < high[2] and not side & sides[i, j, k + 1]:
-                    _widen_edge(
-                        (i, j, k), (i, j, k + 1), 2, cone, borders, corners, tolerance, times
-                    )
+                at, place = (i * in_layer + j * rows) + k, (i, j, k)
+                here = side[at]
+                if here == INSIDE:
+                    _widen(corners.arrival_s[0, at], place, (True, True, True), borders, times)
+                for along in range(3):
+                    far = at + (in_layer if along == 0 else rows if along == 1 else 1)
+                    if place[along] < high[along] and not here & side[far]:
+                        _widen_edge(
+                            place, (at, far), along, cone, borders, corners, tolerance, times
+                        )
 
 
 @borrowing
@@ -183,14 +122,14 @@ def _met_box(
     return (low_i, low_j, low_k), (high_i, high_j, high_k)
 
 
-@borrowing
+@inlined
 def _widen_edge(
     place: tuple[int, int, int],
-    other: tuple[int, int, int],
+    ends: tuple[int, int],
     along: int,
     cone: FloatArray,
     borders: Borders,
-    corners: FloatArray,
+    corners: Corners,
     tolerance: float,
     times: FloatArray,
 ) -> None:
@@ -198,12 +137,11 @@ def _widen_edge(
 
     On the chord a b^2 + 2 b part + c = deviation^2 - time^2 is 0 there.
     """
-    i, j, k = place
-    time, u, w = corners[i, j, k, 0], corners[i, j, k, 1], corners[i, j, k, 2]
-    i, j, k = other
-    far_time, far_u, far_w = corners[i, j, k, 0], corners[i, j, k, 1], corners[i, j, k, 2]
-    first, second = _inside(time, u, w), _inside(far_time, far_u, far_w)
-    borderline = (along != 0, along != 1, along != 2)
+    at, far = ends
+    arrival = corners.arrival_s
+    time, u, w = arrival[0, at], arrival[1, at], arrival[2, at]
+    far_time, far_u, far_w = arrival[0, far], arrival[1, far], arrival[2, far]
+    first, second = corners.side[at] == INSIDE, corners.side[far] == INSIDE
     dt, du, dw = far_time - time, far_u - u, far_w - w
     a = du * du + dw * dw - dt * dt
     b = u * du + w * dw - time * dt
@@ -212,26 +150,22 @@ def _widen_edge(
         a, b, c = a, -(a + b), a + 2.0 * b + c
     if first or second:
         guess = -c / (b + np.sqrt(max(0.0, b * b - a * c)))
-        if first:
-            cut_s = _cut(place, along, 0.0, 1.0, guess, cone, borders, tolerance)
-        else:
-            cut_s = _cut(place, along, 1.0, 0.0, 1.0 - guess, cone, borders, tolerance)
-        _widen(cut_s, place, borderline, borders, times)
-        return
-    beyond = b * b - a * c
-    if not (a > 0.0 and b < 0.0 and a + b > 0.0 and beyond > 0.0 and time * a > b * dt):
-        return
-    middle, half = -b / a, np.sqrt(beyond) / a
-    if not _inside(*_arrival_on_edge(place, along, middle, cone, borders)):
-        return
-    cut_s = _cut(place, along, middle, 0.0, middle - half, cone, borders, tolerance)
-    _widen(cut_s, place, borderline, borders, times)
-    cut_s = _cut(place, along, middle, 1.0, middle + half, cone, borders, tolerance)
-    _widen(cut_s, place, borderline, borders, times)
+        inner, outer = (0.0, 1.0) if first else (1.0, 0.0)
+        part = guess if first else 1.0 - guess
+    else:
+        beyond = b * b - a * c
+        if not (a > 0.0 and b < 0.0 and a + b > 0.0 and beyond > 0.0 and time * a > b * dt):
+            return
+        inner, half = -b / a, np.sqrt(beyond) / a
+        if not is_inside(*_arrival_on_edge(place, along, inner, cone, borders)):
+            return
+        outer, part = 0.0, inner - half
+        _widen_by_cut(place, along, inner, 1.0, inner + half, cone, borders, tolerance, times)
+    _widen_by_cut(place, along, inner, outer, part, cone, borders, tolerance, times)
 
 
 @borrowing
-def _cut(
+def _widen_by_cut(
     place: tuple[int, int, int],
     along: int,
     inner: float,
@@ -240,8 +174,9 @@ def _cut(
     cone: FloatArray,
     borders: Borders,
     tolerance: float,
-) -> float:
-    """Time of arrival where an edge leaves the cone between an inner and an outer part of it.
+    times: FloatArray,
+) -> None:
+    """Widen by when the cone arrives where an edge leaves it between an inner and an outer part.
 
     Bisection from a guess, which the chord mostly gives well enough.
     """
@@ -257,7 +192,7 @@ def _cut(
         else:
             outer = part
         part = 0.5 * (inner + outer)
-    return time
+    _widen(time, place, (along != 0, along != 1, along != 2), borders, times)
 
 
 @borrowing
@@ -305,7 +240,7 @@ def _widen_turn(
     x, y, z = level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)
     for i in range(borders.layers + 1):
         r = borders.table[RANGE, i]
-        time, u, w = _arrival(r * x, r * y, r * z, cone)
-        if _inside(time, u, w):
+        time, u, w = arrival_at(r * x, r * y, r * z, cone)
+        if is_inside(time, u, w):
             where = (i, place[0], place[1])
             _widen(time, where, (True, borderline[0], borderline[1]), borders, times)

@@ -20,8 +20,19 @@ from clearway.traffic.models.borders import (
     scratch,
 )
 from clearway.traffic.models.cells import ModelArrays, ModelCells, empty_arrays
+from clearway.traffic.models.half_lines import (
+    BUNCH,
+    END_S,
+    SPEED_X,
+    SPEED_Z,
+    HalfLines,
+    X,
+    Z,
+    room_for_lines,
+    tell,
+)
 from clearway.traffic.models.many import Intruders
-from clearway.traffic.models.traverse import traverse
+from clearway.traffic.models.traverse import cut, pieces_of
 
 
 def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells:
@@ -46,30 +57,60 @@ def _lines(
     edges: GridEdges,
     arrays: ModelArrays,
 ) -> None:
-    pieces = scratch(borders)
-    for n in range(len(position)):
-        follow_line(n, position[n], velocity[n], borders, edges, pieces, arrays)
+    lines, pieces = room_for_lines(borders), scratch(borders)
+    for first in range(0, len(position), BUNCH):
+        many = min(BUNCH, len(position) - first)
+        lines.told[X : Z + 1, :many] = position[first : first + many].T
+        lines.told[SPEED_X : SPEED_Z + 1, :many] = velocity[first : first + many].T
+        lines.told[END_S, :many] = np.inf
+        cut(lines, many, borders)
+        for m in range(many):
+            n = first + m
+            _follow(n, m, position[n], velocity[n], borders, edges, lines, pieces, arrays)
 
 
-@compiled
+@borrowing
 def follow_line(
     n: int,
     position: FloatArray,
     velocity: FloatArray,
     borders: Borders,
     edges: GridEdges,
+    lines: HalfLines,
     pieces: TraversalPieces,
     arrays: ModelArrays,
 ) -> None:
     """Fill row n with the cells of one half-line."""
-    start = (position[0], position[1], position[2])
-    motion = (velocity[0], velocity[1], velocity[2])
-    if not np.any(velocity):
-        stay(n, cell_of_point(start[0], start[1], start[2], edges), arrays)
+    tell(
+        lines,
+        0,
+        (position[0], position[1], position[2]),
+        (velocity[0], velocity[1], velocity[2]),
+        np.inf,
+    )
+    cut(lines, 1, borders)
+    _follow(n, 0, position, velocity, borders, edges, lines, pieces, arrays)
+
+
+@borrowing
+def _follow(
+    n: int,
+    m: int,
+    position: FloatArray,
+    velocity: FloatArray,
+    borders: Borders,
+    edges: GridEdges,
+    lines: HalfLines,
+    pieces: TraversalPieces,
+    arrays: ModelArrays,
+) -> None:
+    """Of line m of a bunch that has been cut."""
+    if velocity[0] == 0.0 and velocity[1] == 0.0 and velocity[2] == 0.0:
+        stay(n, cell_of_point(position[0], position[1], position[2], edges), arrays)
         return
-    for m in range(traverse(start, motion, np.inf, borders, pieces)):
-        cell = pieces.places[CELL, m]
-        entry, leave = pieces.times[ENTRY, m], pieces.times[LEAVE, m]
+    for piece in range(pieces_of(lines, m, borders, pieces)):
+        cell = pieces.places[CELL, piece]
+        entry, leave = pieces.times[ENTRY, piece], pieces.times[LEAVE, piece]
         if arrays.dwell_s[n, cell] == 0.0:
             arrays.probability[n, cell] = 1.0
             arrays.entry_s[n, cell] = entry

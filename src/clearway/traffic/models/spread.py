@@ -14,13 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.beyond import ball_around, passes_by
 from clearway.traffic.models.borders import (
-    CELL,
     ENTRY,
     LEAVE,
     Borders,
@@ -29,10 +28,25 @@ from clearway.traffic.models.borders import (
     scratch,
 )
 from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
-from clearway.traffic.models.cone_hull import cone_of, widen_by_edges, widen_by_turns
+from clearway.traffic.models.cone_corners import cone_of, corners_of
+from clearway.traffic.models.cone_hull import widen_by_edges, widen_by_turns
+from clearway.traffic.models.half_lines import (
+    BUNCH,
+    END_S,
+    PASSED,
+    SPEED,
+    SPEED_X,
+    SPEED_Y,
+    SPEED_Z,
+    HalfLines,
+    X,
+    Y,
+    Z,
+    room_for_lines,
+)
 from clearway.traffic.models.line import stay
 from clearway.traffic.models.many import Intruders
-from clearway.traffic.models.traverse import traverse
+from clearway.traffic.models.traverse import begun, cut, step
 
 # Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
 DWELL, MEETING, RAY = range(2, 5)
@@ -146,10 +160,10 @@ def _spreads(
     arrays: ModelArrays,
     meeting: FloatArray,
 ) -> None:
-    pieces = scratch(borders)
-    sums = np.empty((arrays.dwell_s.shape[1], 5))
-    corners = np.empty((borders.layers + 1, borders.columns + 1, borders.rows + 1, 3))
-    sides = np.empty(corners.shape[:3], dtype=np.uint8)
+    lines, pieces = room_for_lines(borders), scratch(borders)
+    # The last row takes what is in no cell.
+    sums = np.empty((arrays.dwell_s.shape[1] + 1, 5))
+    corners = corners_of(borders)
     middle_m, radius_m = ball_around(borders)
     for n in range(len(position)):
         if not np.any(velocity[n]):
@@ -174,6 +188,7 @@ def _spreads(
             _weights(np.max(sine[n]), np.min(sine[n]), nodes),
             nodes,
             borders,
+            lines,
             pieces,
             sums,
         )
@@ -184,7 +199,7 @@ def _spreads(
                 level / (speed * sine[n, 0]),
                 across / (speed * sine[n, 1]),
             )
-            widen_by_edges(cone, borders, corners, sides, tolerance, sums)
+            widen_by_edges(cone, borders, corners, tolerance, sums)
             widen_by_turns(cone, borders, sums)
         _average(n, sums, arrays, meeting)
 
@@ -212,33 +227,54 @@ def _trace_rays(
     weights: FloatArray,
     nodes: DiscNodes,
     borders: Borders,
+    lines: HalfLines,
     pieces: TraversalPieces,
     sums: FloatArray,
 ) -> None:
     """Sum the rays' times in each cell, and find the hull of their entries and leaves."""
-    start = (apex[0], apex[1], apex[2])
-    for m in range(len(weights)):
-        u, w = nodes.wide[m], nodes.narrow[m]
-        ray = (
-            velocity[0] + u * wide[0] + w * narrow[0],
-            velocity[1] + u * wide[1] + w * narrow[1],
-            velocity[2] + u * wide[2] + w * narrow[2],
-        )
-        for piece in range(traverse(start, ray, np.inf, borders, pieces)):
-            cell = pieces.places[CELL, piece]
-            entry, leave = pieces.times[ENTRY, piece], pieces.times[LEAVE, piece]
-            sums[cell, ENTRY] = min(sums[cell, ENTRY], entry)
-            sums[cell, LEAVE] = max(sums[cell, LEAVE], leave)
-            sums[cell, DWELL] += weights[m] * (leave - entry)
-            if sums[cell, RAY] != m:
-                sums[cell, RAY] = m
-                sums[cell, MEETING] += weights[m]
+    told = lines.told
+    told[X], told[Y], told[Z], told[END_S] = apex[0], apex[1], apex[2], np.inf
+    for first in range(0, len(weights), BUNCH):
+        many = min(BUNCH, len(weights) - first)
+        for n in range(many):
+            u, w = nodes.wide[first + n], nodes.narrow[first + n]
+            told[SPEED_X, n] = velocity[0] + u * wide[0] + w * narrow[0]
+            told[SPEED_Y, n] = velocity[1] + u * wide[1] + w * narrow[1]
+            told[SPEED_Z, n] = velocity[2] + u * wide[2] + w * narrow[2]
+        cut(lines, many, borders)
+        for n in range(many):
+            _sum_up(first + n, n, weights[first + n], borders, lines, pieces, sums)
+
+
+@inlined
+def _sum_up(
+    ray: int,
+    n: int,
+    weight: float,
+    borders: Borders,
+    lines: HalfLines,
+    pieces: TraversalPieces,
+    sums: FloatArray,
+) -> None:
+    """Of one ray, which is in a place of a bunch."""
+    passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
+    walk, end = begun(lines, n, borders, pieces)
+    while walk.here < end:
+        entry_s = walk.here_s
+        cell, walk = step(walk, passed, speed, borders, pieces)
+        leave_s = walk.here_s
+        sums[cell, ENTRY] = min(sums[cell, ENTRY], entry_s)
+        sums[cell, LEAVE] = max(sums[cell, LEAVE], leave_s)
+        sums[cell, DWELL] += weight * (leave_s - entry_s)
+        if sums[cell, RAY] != ray:
+            sums[cell, RAY] = ray
+            sums[cell, MEETING] += weight
 
 
 @borrowing
 def _average(n: int, sums: FloatArray, arrays: ModelArrays, meeting: FloatArray) -> None:
     """(5.23): the mean over the hull; cells that only rays of the ring touch are not met."""
-    for cell in range(len(sums)):
+    for cell in range(len(sums) - 1):
         if sums[cell, MEETING] > 0.0:
             arrays.entry_s[n, cell] = sums[cell, ENTRY]
             arrays.leave_s[n, cell] = sums[cell, LEAVE]

@@ -26,7 +26,8 @@ from clearway.traffic.models.borders import (
     scratch,
 )
 from clearway.traffic.models.cells import ModelCells
-from clearway.traffic.models.traverse import traverse
+from clearway.traffic.models.half_lines import BUNCH, room_for_lines, tell
+from clearway.traffic.models.traverse import cut, pieces_of
 
 CHORDS = 16
 """For each sample of a movement."""
@@ -121,7 +122,7 @@ def _reach_set_times(
     entry: FloatArray,
     leave: FloatArray,
 ) -> None:
-    pieces = scratch(borders)
+    lines, pieces = room_for_lines(borders), scratch(borders)
     met = np.full(len(entry), -1)
     steps = samples.shape[1]
     for node in range(len(parent)):
@@ -129,16 +130,21 @@ def _reach_set_times(
         begin_s = end_time_s[above] if above >= 0 else 0.0
         x, y, z = samples[above, steps - 1] if above >= 0 else np.zeros(3)
         step_s = (end_time_s[node] - begin_s) / steps
-        for s in range(steps):
-            to_x, to_y, to_z = samples[node, s]
-            velocity = ((to_x - x) / step_s, (to_y - y) / step_s, (to_z - z) / step_s)
-            offset_s = begin_s + s * step_s
-            for m in range(traverse((x, y, z), velocity, step_s, borders, pieces)):
-                cell = pieces.places[CELL, m]
-                met[cell] = node
-                entry[cell] = min(entry[cell], offset_s + pieces.times[ENTRY, m])
-                leave[cell] = max(leave[cell], offset_s + pieces.times[LEAVE, m])
-            x, y, z = to_x, to_y, to_z
+        for first in range(0, steps, BUNCH):
+            many = min(BUNCH, steps - first)
+            for s in range(first, first + many):
+                to_x, to_y, to_z = samples[node, s]
+                velocity = ((to_x - x) / step_s, (to_y - y) / step_s, (to_z - z) / step_s)
+                tell(lines, s - first, (x, y, z), velocity, step_s)
+                x, y, z = to_x, to_y, to_z
+            cut(lines, many, borders)
+            for s in range(many):
+                offset_s = begin_s + (first + s) * step_s
+                for m in range(pieces_of(lines, s, borders, pieces)):
+                    cell = pieces.places[CELL, m]
+                    met[cell] = node
+                    entry[cell] = min(entry[cell], offset_s + pieces.times[ENTRY, m])
+                    leave[cell] = max(leave[cell], offset_s + pieces.times[LEAVE, m])
         for m in range(cell_start[node], cell_start[node + 1]):
             cell = cell_index[m]
             if met[cell] != node:

@@ -1,11 +1,13 @@
-"""Exact traversal of a half-line through the cells of a grid: spheres, vertical planes, cones.
+"""Exact traversal of half-lines through the cells of a grid: spheres, vertical planes, cones.
 
 Seen from the grid's origin a line runs along half a great circle, which gives every crossing in
 closed form and in order. The lines of the line model, the rays of a spread, the chords of a
-body's tube and the segments of a reach set all pass through `traverse`.
+body's tube and the segments of a reach set are all cut by `cut` and followed by `step`.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,58 +20,93 @@ from clearway.traffic.models.borders import (
     LAYER,
     LAYER_CUT,
     LEAVE,
-    RANGE,
     ROW,
     ROW_CUT,
     Borders,
     TraversalPieces,
 )
-from clearway.traffic.models.column_cuts import column_cuts
-from clearway.traffic.models.row_cuts import row_cuts
+from clearway.traffic.models.column_cuts import column_cuts, cut_by_planes
+from clearway.traffic.models.half_lines import (
+    END,
+    PASSED,
+    SPEED,
+    START,
+    HalfLines,
+    measure,
+)
+from clearway.traffic.models.layer_cuts import cut_by_spheres, layer_cuts
+from clearway.traffic.models.row_cuts import cut_by_cones, row_cuts
+
+
+class Walk(NamedTuple):
+    """How far a line has been followed."""
+
+    layer_cut: int
+    """Behind which cut of each list it is."""
+    column_cut: int
+    row_cut: int
+    inner_cell: int
+    """Cell of its column and row in the innermost layer; far below 0 outside."""
+    wall: float
+    """Length at which it leaves that column or row."""
+    here: float
+    """Length at which it is."""
+    here_s: float
+    """When it is there."""
 
 
 @borrowing
-def traverse(
-    position: tuple[float, float, float],
-    velocity: tuple[float, float, float],
-    end_s: float,
-    borders: Borders,
-    out: TraversalPieces,
-) -> int:
-    """Cells that position + velocity t passes for 0 <= t <= end_s, in order: (5.7), (5.8), (5.9).
+def cut(lines: HalfLines, many: int, borders: Borders) -> None:
+    """Work out all crossings of the first so many of a bunch that have been told."""
+    measure(lines, many, borders)
+    cut_by_planes(lines, many, borders)
+    cut_by_cones(lines, many, borders)
+    cut_by_spheres(lines, many, borders)
+
+
+@borrowing
+def pieces_of(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> int:
+    """Cells that one of a bunch passes, in order: (5.7), (5.8), (5.9).
 
     Fills rows CELL, ENTRY and LEAVE of `out` and returns how many pieces there are; a cell comes
     twice if it is re-entered. A touch of measure zero (shorter or shallower than the grid's
     border tolerance) does not count; on a border the grid's own rule decides. Without a speed
     nothing is passed.
     """
-    vx, vy, vz = velocity
-    speed = np.sqrt(vx * vx + vy * vy + vz * vz)
-    if not speed > 0.0:
-        return 0
-    ux, uy, uz = vx / speed, vy / speed, vz / speed
-    px, py, pz = position
-    # Lengths run from the point closest to the origin, which keeps every crossing well scaled.
-    passed = -(px * ux + py * uy + pz * uz)
-    closest = (px + passed * ux, py + passed * uy, pz + passed * uz)
-    direction = (ux, uy, uz)
-    distance2 = closest[0] ** 2 + closest[1] ** 2 + closest[2] ** 2
-    outer = borders.table[RANGE, borders.layers]
-    inside2 = outer * outer - distance2
-    if inside2 <= 2.0 * outer * borders.tolerance_m:
-        return 0
-    half_chord = np.sqrt(inside2)
-    start = max(-passed, -half_chord)
-    end = min(end_s * speed - passed, half_chord)
-    if end - start <= borders.tolerance_m:
-        return 0
-    columns = column_cuts(closest, direction, start, end, borders, out)
-    rows = row_cuts(closest, direction, distance2, start, end, borders, out)
-    first, last = _between_walls(start, end, columns, rows, out)
-    if not first < last:
-        return 0
-    layers = _layer_cuts(distance2, first, last, borders, out)
-    return _merge(first, last, passed, speed, layers, columns, rows, borders, out)
+    passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
+    walk, end = begun(lines, n, borders, out)
+    count = 0
+    while walk.here < end:
+        out.times[ENTRY, count] = walk.here_s
+        cell, walk = step(walk, passed, speed, borders, out)
+        out.times[LEAVE, count], out.places[CELL, count] = walk.here_s, cell
+        count += cell >= 0
+    return count
+
+
+@inlined
+def begun(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> tuple[Walk, float]:
+    """List the cuts of one line that has been cut; where it is followed from, and to (m)."""
+    told = lines.told
+    start, end = told[START, n], told[END, n]
+    nowhere = Walk(0, 0, 0, 0, end, np.inf, 0.0)
+    if not end - start > borders.tolerance_m:
+        return nowhere, end
+    columns, rows = column_cuts(lines, n, borders, out), row_cuts(lines, n, borders, out)
+    start, end = _between_walls(start, end, columns, rows, out)
+    if not start < end:
+        return nowhere, end
+    layers = layer_cuts(lines.spheres, n, start, end, borders, out)
+    times = out.times
+    times[LAYER_CUT, layers] = times[COLUMN_CUT, columns] = times[ROW_CUT, rows] = end
+    j = k = 0
+    while times[COLUMN_CUT, j + 1] <= start:
+        j += 1
+    while times[ROW_CUT, k + 1] <= start:
+        k += 1
+    start_s = max(0.0, (start + told[PASSED, n]) / told[SPEED, n])
+    cell, wall = _column_and_row(j, k, borders, out)
+    return Walk(0, j, k, cell, wall, start, start_s), end
 
 
 @inlined
@@ -97,78 +134,35 @@ def _between_walls(
 
 
 @inlined
-def _layer_cuts(
-    distance2: float, start: float, end: float, borders: Borders, out: TraversalPieces
-) -> int:
-    """Spheres: inwards to the innermost one that is truly entered, then outwards."""
-    table = borders.table
-    last = borders.layers
-    times, places = out.times, out.places
-    count = 1
-    times[LAYER_CUT, 0] = start
-    places[LAYER, 0] = last - 1
-    i = last - 1
-    while i >= 0:
-        depth2 = table[RANGE, i] * table[RANGE, i] - distance2
-        if depth2 <= 2.0 * table[RANGE, i] * borders.tolerance_m:
-            break
-        cut = -np.sqrt(depth2)
-        if cut <= start:
-            places[LAYER, 0] = i - 1
-        elif cut < end:
-            times[LAYER_CUT, count] = cut
-            places[LAYER, count] = i - 1
-            count += 1
-        i -= 1
-    for j in range(i + 1, last):
-        cut = np.sqrt(table[RANGE, j] * table[RANGE, j] - distance2)
-        if cut <= start:
-            places[LAYER, 0] = j
-        elif cut < end:
-            times[LAYER_CUT, count] = cut
-            places[LAYER, count] = j
-            count += 1
-    return count
+def _column_and_row(j: int, k: int, borders: Borders, out: TraversalPieces) -> tuple[int, float]:
+    """Cell in the innermost layer behind such cuts, and the length of the next of either."""
+    column, row = out.places[COLUMN, j], out.places[ROW, k]
+    cell = column * borders.rows + row
+    if column < 0 or row < 0:
+        cell = -borders.layers * borders.columns * borders.rows
+    return cell, min(out.times[COLUMN_CUT, j + 1], out.times[ROW_CUT, k + 1])
 
 
 @inlined
-def _merge(
-    start: float,
-    end: float,
-    passed: float,
-    speed: float,
-    layers: int,
-    columns: int,
-    rows: int,
-    borders: Borders,
-    out: TraversalPieces,
-) -> int:
-    """Walk the three lists of cuts together and write the cells between them.
+def step(
+    walk: Walk, passed: float, speed: float, borders: Borders, out: TraversalPieces
+) -> tuple[int, Walk]:
+    """Follow a line to its next cut: the cell that it was in until then, -1 where that does not
+    count.
 
-    Which list has the next cut cannot be foretold, so no branch asks: what is not to be written is
-    written over.
+    Lines mostly go on in their column and row to the next layer, which can be foretold.
     """
-    times, places, least = out.times, out.places, borders.tolerance_m
-    times[LAYER_CUT, layers] = times[COLUMN_CUT, columns] = times[ROW_CUT, rows] = end
-    i = j = k = count = 0
-    while times[COLUMN_CUT, j + 1] <= start:
-        j += 1
-    while times[ROW_CUT, k + 1] <= start:
-        k += 1
-    here, here_s = start, max(0.0, (start + passed) / speed)
-    while here < end:
-        next_i = times[LAYER_CUT, i + 1]
-        next_j = times[COLUMN_CUT, j + 1]
-        next_k = times[ROW_CUT, k + 1]
-        following = min(next_i, next_j, next_k)
-        following_s = (following + passed) / speed
-        layer, column, row = places[LAYER, i], places[COLUMN, j], places[ROW, k]
-        places[CELL, count] = (layer * borders.columns + column) * borders.rows + row
-        times[ENTRY, count] = here_s
-        times[LEAVE, count] = following_s
-        count += (following - here > least) & (layer >= 0) & (column >= 0) & (row >= 0)
-        here, here_s = following, following_s
-        i += next_i <= following
-        j += next_j <= following
-        k += next_k <= following
-    return count
+    i, j, k, inner_cell, wall, here, _ = walk
+    cell = out.places[LAYER, i] * (borders.columns * borders.rows) + inner_cell
+    following = out.times[LAYER_CUT, i + 1]
+    if following < wall:
+        i += 1
+    else:
+        i += following <= wall
+        following = wall
+        j += out.times[COLUMN_CUT, j + 1] <= wall
+        k += out.times[ROW_CUT, k + 1] <= wall
+        inner_cell, wall = _column_and_row(j, k, borders, out)
+    counts = (cell >= 0) & (following - here > borders.tolerance_m)
+    following_s = (following + passed) / speed
+    return cell if counts else -1, Walk(i, j, k, inner_cell, wall, following, following_s)

@@ -29,10 +29,18 @@ from clearway.traffic.models.borders import (
     scratch,
 )
 from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
+from clearway.traffic.models.half_lines import (
+    BUNCH,
+    END_S,
+    SPEED_X,
+    HalfLines,
+    X,
+    room_for_lines,
+)
 from clearway.traffic.models.line import follow_line
 from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.spread import DiscNodes, cone_axes, disc_nodes
-from clearway.traffic.models.traverse import traverse
+from clearway.traffic.models.traverse import cut, pieces_of
 
 NODES = {"fast": (80, 40), "fine": (20_000, 4_000), "reference": (20_000, 4_000)}
 """Inner and ring points of the disc; each is a straight path through the cells."""
@@ -71,17 +79,27 @@ def _tubes(
     edges: GridEdges,
     arrays: ModelArrays,
 ) -> None:
-    pieces = scratch(borders)
+    lines, pieces = room_for_lines(borders), scratch(borders)
     upright = np.array([0.0, 0.0, 1.0])
     for n in range(len(position)):
         if radius[n] == 0.0 or not np.any(velocity[n]):
-            follow_line(n, position[n], velocity[n], borders, edges, pieces, arrays)
+            follow_line(n, position[n], velocity[n], borders, edges, lines, pieces, arrays)
             continue
         along, level, across = cone_axes(velocity[n], upright)
         speed = np.sqrt(np.sum(velocity[n] ** 2))
-        for m in range(len(nodes.wide)):
-            offset = radius[n] * (nodes.wide[m] * level + nodes.narrow[m] * across)
-            _follow_path(n, position[n] + offset, velocity[n], borders, pieces, arrays)
+        _follow_paths(
+            n,
+            position[n],
+            velocity[n],
+            level,
+            across,
+            radius[n],
+            nodes,
+            borders,
+            lines,
+            pieces,
+            arrays,
+        )
         _follow_corners(n, position[n], along, speed, radius[n], borders, arrays)
         for cell in range(arrays.dwell_s.shape[1]):
             if arrays.probability[n, cell] > 0.0:
@@ -99,19 +117,34 @@ def _meet(n: int, cell: int, entry: float, leave: float, arrays: ModelArrays) ->
 
 
 @borrowing
-def _follow_path(
+def _follow_paths(
     n: int,
     position: FloatArray,
     velocity: FloatArray,
+    level: FloatArray,
+    across: FloatArray,
+    radius: float,
+    nodes: DiscNodes,
     borders: Borders,
+    lines: HalfLines,
     pieces: TraversalPieces,
     arrays: ModelArrays,
 ) -> None:
-    start = (position[0], position[1], position[2])
-    motion = (velocity[0], velocity[1], velocity[2])
-    for m in range(traverse(start, motion, np.inf, borders, pieces)):
-        entry, leave = pieces.times[ENTRY, m], pieces.times[LEAVE, m]
-        _meet(n, pieces.places[CELL, m], entry, leave, arrays)
+    told = lines.told
+    told[END_S] = np.inf
+    for axis in range(3):
+        told[SPEED_X + axis] = velocity[axis]
+    for first in range(0, len(nodes.wide), BUNCH):
+        many = min(BUNCH, len(nodes.wide) - first)
+        for axis in range(3):
+            for m in range(many):
+                u, w = nodes.wide[first + m], nodes.narrow[first + m]
+                told[X + axis, m] = position[axis] + radius * (u * level[axis] + w * across[axis])
+        cut(lines, many, borders)
+        for m in range(many):
+            for piece in range(pieces_of(lines, m, borders, pieces)):
+                entry, leave = pieces.times[ENTRY, piece], pieces.times[LEAVE, piece]
+                _meet(n, pieces.places[CELL, piece], entry, leave, arrays)
 
 
 @borrowing

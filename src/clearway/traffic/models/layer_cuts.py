@@ -1,0 +1,63 @@
+"""Where half-lines cross the borders between layers: spheres around the origin.
+
+Lengths run from the point closest to the origin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.base.compiled import borrowing, inlined
+from clearway.base.frames import FloatArray
+from clearway.traffic.models.borders import LAYER, LAYER_CUT, RANGE, Borders, TraversalPieces
+from clearway.traffic.models.half_lines import NEAR2, HalfLines
+
+
+@borrowing
+def cut_by_spheres(lines: HalfLines, many: int, borders: Borders) -> None:
+    """Fill in half the chords of the first so many in each sphere."""
+    for i in range(borders.layers):
+        _cut_by_sphere(
+            lines.told, borders.table[RANGE, i], borders.tolerance_m, many, lines.spheres[i]
+        )
+
+
+@borrowing
+def _cut_by_sphere(
+    told: FloatArray, radius: float, tolerance: float, many: int, cuts: FloatArray
+) -> None:
+    for n in range(many):
+        depth2 = radius * radius - told[NEAR2, n]
+        cuts[n] = np.sqrt(depth2) if depth2 > 2.0 * radius * tolerance else np.inf
+
+
+@inlined
+def layer_cuts(
+    spheres: FloatArray, n: int, start: float, end: float, borders: Borders, out: TraversalPieces
+) -> int:
+    """List the cuts of one line in order: inwards to the innermost sphere that is truly entered,
+    then outwards."""
+    last = borders.layers
+    times, places = out.times, out.places
+    count = 1
+    times[LAYER_CUT, 0] = start
+    places[LAYER, 0] = last - 1
+    i = last - 1
+    while i >= 0 and spheres[i, n] < np.inf:
+        cut = -spheres[i, n]
+        if cut <= start:
+            places[LAYER, 0] = i - 1
+        elif cut < end:
+            times[LAYER_CUT, count] = cut
+            places[LAYER, count] = i - 1
+            count += 1
+        i -= 1
+    for j in range(i + 1, last):
+        cut = spheres[j, n]
+        if cut <= start:
+            places[LAYER, 0] = j
+        elif cut < end:
+            times[LAYER_CUT, count] = cut
+            places[LAYER, count] = j
+            count += 1
+    return count
