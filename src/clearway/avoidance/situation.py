@@ -24,7 +24,7 @@ from clearway.base.checks import (
     vector_problem,
 )
 from clearway.base.errors import ClearwayError, InputError
-from clearway.base.frames import LEVEL, FloatArray, rotation_of
+from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_array
@@ -220,13 +220,18 @@ def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None
 
 def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:
     """The waypoints in the level frame of the vehicle; at its height, if it is to stay there."""
-    level_from_world = rotation_of(0.0, 0.0, float(situation.state.attitude_rad[2])).T
-    origin = situation.state.position_m
-    target = level_from_world @ (situation.target_m - origin)
+    heading = float(situation.state.attitude_rad[2])
+    at = (math.cos(heading), math.sin(heading), situation.state.position_m.tolist(), stays_level)
+    target = _ahead(situation.target_m, *at)
     final = situation.next_m is None
-    following = (
-        target if situation.next_m is None else level_from_world @ (situation.next_m - origin)
-    )
-    if stays_level:
-        target, following = target * LEVEL, following * LEVEL
+    following = target if situation.next_m is None else _ahead(situation.next_m, *at)
     return Goal(target, following, PLANNED_REACH * situation.reach_radius_m, final)
+
+
+def _ahead(
+    place_m: FloatArray, cosine: float, sine: float, origin_m: list[float], level: bool
+) -> FloatArray:
+    """A place [3] of the world in the level frame at an origin, of a heading's cosine and sine."""
+    (x, y, z), (from_x, from_y, from_z) = place_m.tolist(), origin_m
+    dx, dy, dz = x - from_x, y - from_y, 0.0 if level else z - from_z
+    return np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, dz])
