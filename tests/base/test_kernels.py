@@ -250,3 +250,66 @@ def test_kept_code_finds_functions_of_other_libraries(package):
     write(package, "loops", f"import numpy as np{dot}")
     assert ask(package)[:3] == (29.0, 1, 0)
     assert ask(package)[:3] == (29.0, 0, 1)
+
+
+SORTED = """
+import numpy as np
+from clearway.base.compiled import compiled
+
+@compiled
+def in_order(values):
+    return np.sort(values)
+
+@compiled
+def order_of(values):
+    return np.argsort(values)
+"""
+NAMES = """
+import os, sys
+from pathlib import Path
+import numpy as np
+from clearway.base.kernels import cache, rebuilt
+from clearway.sorts import in_order, order_of
+
+for loop, folder in zip(sys.argv[1::2], sys.argv[2::2]):
+    if (child := os.fork()):
+        assert os.waitpid(child, 0)[1] == 0
+        continue
+    os.environ["CLEARWAY_CACHE"] = folder
+    {"in_order": in_order, "order_of": order_of}[loop](np.array([3.0, 1.0, 2.0]))
+    defined = set()
+    for file in Path(folder).rglob("*.kernel"):
+        with file.open("rb") as opened:
+            defined |= rebuilt.read(cache._part(opened))[1].defined
+    Path(folder, "names").write_text(" ".join(name for name in defined if name.startswith("_Z")))
+    sys.exit()
+"""
+
+
+def names(place, *asked):
+    """Names of the functions in what processes keep of loops that sort: one process after the
+    other, forked from one where they are asked for together. Each loop is asked for by its name and
+    the folder to keep it in.
+    """
+    write(place, "sorts", SORTED)
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", NAMES, *(word for one in asked for word in map(str, one))],
+        env=os.environ | {"PYTHONPATH": str(place)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return [set((folder / "names").read_text().split()) for _, folder in asked]
+
+
+@pytest.mark.parametrize("forked", [False, True])
+def test_no_two_processes_give_one_name(package, tmp_path, forked):
+    """Else what one kept may run for what another kept: a sort for the order, as it did."""
+    loops = ("order_of", "order_of", "in_order")
+    asked = [(loop, tmp_path / str(number)) for number, loop in enumerate(loops)]
+    found = names(package, *asked) if forked else [names(package, one)[0] for one in asked]
+    for one in found:
+        assert sum("quicksort" in name for name in one) >= 2
+    assert not found[0] & found[1]
+    assert not (found[0] | found[1]) & found[2]

@@ -23,6 +23,7 @@ from numba.core.caching import _Cache
 from clearway.base.errors import ClearwayError
 from clearway.base.kernels.folders import SHIPPED, Turns, read_folders, write_whole, written_folder
 from clearway.base.kernels.interrupts import let_no_signal_in, signals_waiting
+from clearway.base.kernels.names import number_apart
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
 from clearway.base.kernels.rebuilt import KeptCode, kept_code, read, rebuilt, written
 from clearway.base.kernels.stamp import PACKAGE, stamp_of
@@ -30,13 +31,14 @@ from clearway.base.kernels.stamp import PACKAGE, stamp_of
 LEVEL = "x86-64-v3"
 """The common set of instructions that shipped code is made for."""
 LEVEL_NEEDS = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
-VERSION = 3
+VERSION = 4
 """Raised whenever the layout of files changes."""
 HEAD = Struct("<Q32s")
 """Before each part of a file: its length and checksum."""
 Key = tuple[Any, ...]
 
 let_no_signal_in()
+number_apart()
 
 
 class KernelCache(_Cache):
