@@ -118,8 +118,9 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     # Among very many, what may be nearer by so much at most does not matter.
     alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
     crossings, crossing, size = crowd.crossings, 0, way_size(corners)
-    for s in range(len(off)):
-        if off[s] - span.reach_m >= best + ROUNDING_M or s == nearest:
+    for m in range(_note_nearer(span, off, best + ROUNDING_M, crowd.near)):
+        s = crowd.near[m]
+        if s == nearest:
             continue
         deepest = -crowd.rows[DEEP, s]
         if best < enough - alike and deepest >= best - alike:
@@ -128,6 +129,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         bound = own_axes_bound(corners, shapes, s, crossings.local_m)
         if bound < best + ROUNDING_M:
             crossing, others = collect(size, shapes, s, best + ROUNDING_M, crossings, crossing)
+            # Over one that has been looked at.
             crowd.near[many], crowd.bound_m[many] = s, bound
             many += others
     best, index = _among_crossings(corners, shapes, crossings, crossing, best, index)
@@ -170,6 +172,17 @@ def _left(span: Span, off: FloatArray, best: float) -> int:
     many = 0
     for s in range(len(off)):
         many += off[s] - span.reach_m < best
+    return many
+
+
+@borrowing
+def _note_nearer(span: Span, off: FloatArray, best: float, near: IntArray) -> int:
+    """Fill in which shapes could be nearer than that to a movement, by the ball around it; how
+    many. Which they are cannot be foretold, so no branch asks: the others are written over."""
+    many = 0
+    for s in range(len(off)):
+        near[many] = s
+        many += not off[s] - span.reach_m >= best
     return many
 
 
