@@ -37,7 +37,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
-from clearway.obstacles.some_shapes import lay_out
+from clearway.obstacles.some_shapes import distances_off, lay_out
 
 FEW = 40
 """Shapes up to which each that could be nearest is looked at."""
@@ -107,8 +107,9 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     """Clearance of a movement from map shapes, however many, as `shapes_clearance`."""
     if crowd.rows.shape[1] == 0:
         return shapes_clearance(span, shapes, enough, stop)
-    corners, off = span.corners_m, crowd.off_m
-    nearest = _distances_off(span.middle_m, crowd.rows, off)
+    corners, middle, off = span.corners_m, span.middle_m, crowd.off_m
+    distances_off(middle[0], middle[1], middle[2], crowd.rows, off)
+    nearest = _nearest(off)
     if off[nearest] - span.reach_m >= enough:
         return enough, 0, -1
     best, index = _shape_clearance(corners, shapes, nearest, enough)
@@ -117,8 +118,9 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     # Among very many, what may be nearer by so much at most does not matter.
     alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
     crossings, crossing, size = crowd.crossings, 0, way_size(corners)
-    for s in range(len(off)):
-        if off[s] - span.reach_m >= best + ROUNDING_M or s == nearest:
+    for m in range(_note_nearer(span, off, best + ROUNDING_M, crowd.near)):
+        s = crowd.near[m]
+        if s == nearest:
             continue
         deepest = -crowd.rows[DEEP, s]
         if best < enough - alike and deepest >= best - alike:
@@ -127,6 +129,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
         bound = own_axes_bound(corners, shapes, s, crossings.local_m)
         if bound < best + ROUNDING_M:
             crossing, others = collect(size, shapes, s, best + ROUNDING_M, crossings, crossing)
+            # Over one that has been looked at.
             crowd.near[many], crowd.bound_m[many] = s, bound
             many += others
     best, index = _among_crossings(corners, shapes, crossings, crossing, best, index)
@@ -173,6 +176,17 @@ def _left(span: Span, off: FloatArray, best: float) -> int:
 
 
 @borrowing
+def _note_nearer(span: Span, off: FloatArray, best: float, near: IntArray) -> int:
+    """Fill in which shapes could be nearer than that to a movement, by the ball around it; how
+    many. Which they are cannot be foretold, so no branch asks: the others are written over."""
+    many = 0
+    for s in range(len(off)):
+        near[many] = s
+        many += not off[s] - span.reach_m >= best
+    return many
+
+
+@borrowing
 def _shape_clearance(
     corners: FloatArray, shapes: Shapes, s: int, enough: float
 ) -> tuple[float, int]:
@@ -186,20 +200,8 @@ def _shape_clearance(
 
 
 @borrowing
-def _distances_off(place: FloatArray, rows: FloatArray, off: FloatArray) -> int:
-    """Fill in how far all shapes are from a place [3]; which is nearest."""
-    px, py, pz = place[0], place[1], place[2]
-    cx, cy, cz, hx, hy, hz = rows[0], rows[1], rows[2], rows[12], rows[13], rows[14]
-    xx, xy, xz, yx, yy, yz = rows[3], rows[4], rows[5], rows[6], rows[7], rows[8]
-    zx, zy, zz, radius = rows[9], rows[10], rows[11], rows[15]
-    for s in range(len(off)):
-        x, y, z = px - cx[s], py - cy[s], pz - cz[s]
-        qx = abs(xx[s] * x + yx[s] * y + zx[s] * z) - hx[s]
-        qy = abs(xy[s] * x + yy[s] * y + zy[s] * z) - hy[s]
-        qz = abs(xz[s] * x + yz[s] * y + zz[s] * z) - hz[s]
-        ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
-        within = min(max(qx, max(qy, qz)), 0.0)
-        off[s] = within + np.sqrt(ox * ox + oy * oy + oz * oz) - radius[s]
+def _nearest(off: FloatArray) -> int:
+    """The first of those that are least far off."""
     nearest = 0
     for s in range(len(off)):
         if off[s] < off[nearest]:

@@ -11,8 +11,9 @@ from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.cell_nodes import CellNodes
-from clearway.obstacles.obstacle import Shapes, shape_distance
+from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import local_vector
+from clearway.obstacles.some_shapes import distances_off, lay_out
 
 SURELY_M = 1e-9
 """Metres by which a shape must be nearer to a cell than asked, for all the rounding."""
@@ -21,6 +22,10 @@ SURELY_M = 1e-9
 class NearCells(NamedTuple):
     """What comes near the cells of one group at a time, in buffers that the caller lends."""
 
+    rows: FloatArray
+    """[16, shapes] all shapes by coordinate, as `SomeShapes` has some."""
+    off_m: FloatArray
+    """[shapes] how far they are from the middle of the group."""
     nearby: IntArray
     """[shapes] those that may come near the group."""
     center_m: FloatArray
@@ -41,9 +46,13 @@ class NearCells(NamedTuple):
 
 @compiled
 def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
-    """Room for the largest group of a grid."""
+    """Room for the largest group of a grid, and the shapes laid out."""
     most, many = np.max(np.diff(nodes.group_first)), len(shapes.radius_m)
+    rows = np.empty((16, many))
+    lay_out(shapes, np.arange(many), rows)
     return NearCells(
+        rows,
+        np.empty(many),
         np.empty(many, dtype=np.int64),
         np.empty((3, most)),
         np.empty(most),
@@ -68,7 +77,7 @@ def look_around(
     size = len(cells)
     for c in range(size):
         near.covered[c], near.many[c] = False, 0
-    nearby = near.nearby[: _near_group(shapes, nodes, group, margin, near.nearby)]
+    nearby = near.nearby[: _near_group(nodes, group, margin, near)]
     if len(nearby) == 0:
         return 0
     for c in range(size):
@@ -92,22 +101,15 @@ def look_around(
 
 
 @borrowing
-def _near_group(shapes: Shapes, nodes: CellNodes, group: int, margin: float, near: IntArray) -> int:
-    """How many shapes may come within a margin of a group of cells; their numbers go into `near`, a
-    buffer that lives as long as the caller's loop."""
-    center, reach = nodes.group_center_m[group], nodes.group_radius_m[group]
-    x, y, z = center[0], center[1], center[2]
-    count = 0
-    for s in range(len(shapes.radius_m)):
-        dx = x - shapes.center_m[s, 0]
-        dy = y - shapes.center_m[s, 1]
-        dz = z - shapes.center_m[s, 2]
-        limit = SURELY * (reach + margin + shapes.bound_m[s])
-        if dx * dx + dy * dy + dz * dz >= limit * limit:
-            continue
-        # The ball around a long or flat shape holds far more than the shape itself.
-        near[count] = s
-        count += shape_distance(x, y, z, shapes, s) < SURELY * (reach + margin)
+def _near_group(nodes: CellNodes, group: int, margin: float, near: NearCells) -> int:
+    """How many shapes may come within a margin of a group of cells; their numbers go first into
+    `near.nearby`."""
+    center, off, nearby = nodes.group_center_m[group], near.off_m, near.nearby
+    distances_off(center[0], center[1], center[2], near.rows, off)
+    within, count = SURELY * (nodes.group_radius_m[group] + margin), 0
+    for s in range(len(off)):
+        nearby[count] = s  # Written always and passed over if far: no branch.
+        count += off[s] < within
     return count
 
 

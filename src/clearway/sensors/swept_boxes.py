@@ -35,7 +35,7 @@ MOST_FULL = 4
 NumberArray = npt.NDArray[np.int32]
 
 
-class Table(NamedTuple):
+class VoxelNumbers(NamedTuple):
     """Where the box of a voxel is."""
 
     slots: NumberArray
@@ -69,7 +69,7 @@ def numbered_boxes(
     origin: FloatArray,
     pitch: Pitch,
     time_s: float,
-) -> tuple[Boxes, Table]:
+) -> tuple[Boxes, VoxelNumbers]:
     """`boxes_of_returns`, and which voxel is whose."""
     keys, numbers = np.empty(len(points), dtype=np.int64), np.empty(len(points), dtype=np.int32)
     _keys_of(points, origin, pitch, keys)
@@ -103,28 +103,28 @@ def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArra
 
 
 @compiled
-def _numbered(keys: IntArray, numbers: NumberArray) -> Table:
+def _numbered(keys: IntArray, numbers: NumberArray) -> VoxelNumbers:
     """The table of voxels in the order in which they first come; numbers: [m] filled in."""
     own = np.empty(len(keys), dtype=np.int64)
     bits, begin, count = SMALLEST_TABLE, 0, 0
     while True:
-        table = Table(np.full(1 << bits, -1, dtype=np.int32), own, 64 - bits)
+        table = VoxelNumbers(np.full(1 << bits, -1, dtype=np.int32), own, 64 - bits)
         _enter(count, table)
         begin, count = _number(keys, begin, count, table, numbers)
         if begin == len(keys):
-            return Table(table.slots, own[:count], table.shift)
+            return VoxelNumbers(table.slots, own[:count], table.shift)
         bits += GROWTH
 
 
 @borrowing
-def _enter(count: int, table: Table) -> None:
+def _enter(count: int, table: VoxelNumbers) -> None:
     """Enter so many boxes, no two of a voxel, into an empty table."""
     for n in range(count):
         table.slots[_slot_of(table.keys[n], table)] = n
 
 
 @borrowing
-def _slot_of(key: int, table: Table) -> int:
+def _slot_of(key: int, table: VoxelNumbers) -> int:
     """Where the number of a voxel's box is, or goes."""
     slots, keys = table.slots, table.keys
     mask = np.uint64(len(slots) - 1)
@@ -136,7 +136,7 @@ def _slot_of(key: int, table: Table) -> int:
 
 @borrowing
 def _number(
-    keys: IntArray, begin: int, count: int, table: Table, numbers: NumberArray
+    keys: IntArray, begin: int, count: int, table: VoxelNumbers, numbers: NumberArray
 ) -> tuple[int, int]:
     """Fill in the numbers of the boxes of voxels from `begin` on, up to where the table is full:
     where that is, and how many boxes there are then."""
@@ -178,13 +178,13 @@ def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
     _keys_of_boxes(seen, voxel, keys)
     while (1 << bits) < MOST_FULL * count:
         bits += GROWTH
-    table = Table(np.full(1 << bits, -1, dtype=np.int32), keys, 64 - bits)
+    table = VoxelNumbers(np.full(1 << bits, -1, dtype=np.int32), keys, 64 - bits)
     _enter(count, table)
     return found_again(old, table, voxel)
 
 
 @compiled
-def found_again(old: Boxes, table: Table, voxel: float) -> IntArray:
+def found_again(old: Boxes, table: VoxelNumbers, voxel: float) -> IntArray:
     """`seen_again` of boxes whose voxels are in a table."""
     again = np.full(len(old.doubt), -1, dtype=np.int64)
     if len(table.keys) > 0:
@@ -200,7 +200,7 @@ def _keys_of_boxes(boxes: Boxes, voxel: float, keys: IntArray) -> None:
 
 
 @borrowing
-def _look_up(table: Table, keys: IntArray) -> None:
+def _look_up(table: VoxelNumbers, keys: IntArray) -> None:
     """Write over voxels the numbers of their boxes; -1 where there is none."""
     for n in range(len(keys)):
         keys[n] = table.slots[_slot_of(keys[n], table)]
