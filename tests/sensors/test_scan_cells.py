@@ -9,7 +9,8 @@ from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.sensors import BeamPattern
 from clearway.sensors.binning import cell_tables, count_beams
-from clearway.sensors.returns import Filters, bin_returns
+from clearway.sensors.return_block import Filters
+from clearway.sensors.returns import bin_returns
 from clearway.sensors.scan_cells import PlacedScan, detected_in, hindrance_of, share_of
 
 GRID = AvoidanceGrid.uniform()

@@ -19,7 +19,8 @@ from clearway.base.state import BoolArray, IntArray
 from clearway.base.variants import Variants
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.placing import Ground, layers_within, placed_scan
-from clearway.sensors.returns import REASONS, kept_returns
+from clearway.sensors.return_block import REASONS
+from clearway.sensors.returns import kept_returns
 from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into, share_of
 from clearway.sensors.visibility import surface_probability, visible_behind
 

@@ -14,7 +14,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State, frozen_array
 from clearway.sensors.binning import cell_tables, count_beams
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.returns import Filters
+from clearway.sensors.return_block import Filters
 from clearway.sensors.scan_cells import PlacedScan
 
 

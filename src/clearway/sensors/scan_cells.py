@@ -11,7 +11,8 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.binning import CellTables
-from clearway.sensors.returns import Filters, bin_returns
+from clearway.sensors.return_block import Filters
+from clearway.sensors.returns import bin_returns
 from clearway.sensors.visibility import visible_behind
 
 
