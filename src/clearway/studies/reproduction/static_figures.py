@@ -105,19 +105,20 @@ def _snapshot(flight: Flight, number: int, moment: int) -> Exhibit:
 
 def _side_taken(number: int, height_m: float) -> str:
     """How a ball is passed otherwise than the paper has it; empty where it is not."""
+    told = []
     if number == 0:
-        return (
+        told.append(
             "The ball stands right on the leg, so that both sides are equal; which one is flown "
             "follows from noise and the order of choices, not from the geometry."
         )
-    if abs(height_m) <= PLANAR_M:
-        return ""
-    way = "over" if height_m > 0.0 else "under"
-    return (
-        f"The paper's cost prefers planar movements; here the ball is passed {abs(height_m):.2f} m "
-        f"{way} its centre as well as beside it, since vertical movements cost only a little more "
-        "and the way round is the shorter for it."
-    )
+    if abs(height_m) > PLANAR_M:
+        way = "over" if height_m > 0.0 else "under"
+        told.append(
+            "The paper's cost prefers planar movements; here the ball is passed "
+            f"{abs(height_m):.2f} m {way} its centre as well as beside it, since vertical movements "
+            "cost only a little more and the way round is the shorter for it."
+        )
+    return " ".join(told)
 
 
 def _draw_snapshot(flight: Flight, moment: int | None, title: str) -> Figure:
