@@ -115,8 +115,8 @@ def _side_taken(number: int, height_m: float) -> str:
         way = "over" if height_m > 0.0 else "under"
         told.append(
             "The paper's cost prefers planar movements; here the ball is passed "
-            f"{abs(height_m):.2f} m {way} its centre as well as beside it, since vertical movements "
-            "cost only a little more and the way round is the shorter for it."
+            f"{abs(height_m):.2f} m {way} its centre as well as beside it, since vertical "
+            "movements cost only a little more and the way round is the shorter for it."
         )
     return " ".join(told)
 
