@@ -62,6 +62,18 @@ def changes_of_side(asides: list[np.ndarray]) -> int:
     return changes
 
 
+def strewn(rng: np.random.Generator, count: int, within_m: float) -> MovingHazards:
+    """Balls that move any way and grow, within so much of the vehicle along each axis."""
+    return MovingHazards(
+        rng.uniform(-within_m, within_m, (count, 3)),
+        rng.normal(size=(count, 3)),
+        rng.uniform(0.1, 1.0, count),
+        rng.uniform(0.0, 0.5, count),
+        np.zeros(count),
+        np.ones(count),
+    )
+
+
 def at(met: Meetings, node: int) -> tuple[np.ndarray, np.ndarray]:
     """[k, 3] from the vehicle to each when closest on the way to a node, and [k] when that is."""
     return met.on_way(node, 0.0, np.zeros(len(met.names), dtype=np.bool_))[:2]
@@ -115,10 +127,7 @@ def test_a_way_that_ends_first_is_met_as_if_flown_straight_on() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every_way(seed) -> None:
     rng, reach_set = np.random.default_rng(seed), LIBRARY.nearest(0.0)
-    many = MovingHazards(
-        rng.uniform(-9.0, 9.0, (5, 3)), rng.normal(size=(5, 3)), rng.uniform(0.1, 1.0, 5),
-        rng.uniform(0.0, 0.5, 5), np.zeros(5), np.ones(5),
-    )  # fmt: skip
+    many = strewn(rng, 5, 9.0)
     met = Meetings(reach_set, many, tuple("abcde"))
     alone = [
         Meetings(reach_set, MovingHazards(*(part[k : k + 1] for part in many)), ("x",))
@@ -149,10 +158,7 @@ def test_what_is_asked_of_one_way_or_of_all_intruders_is_what_each_says_of_every
 @pytest.mark.parametrize("seed", range(3))
 def test_who_is_passed_is_ahead_and_near_or_was_begun_with(seed) -> None:
     rng, reach_set = np.random.default_rng(seed), LIBRARY.nearest(0.0)
-    many = MovingHazards(
-        rng.uniform(-12.0, 12.0, (60, 3)), rng.normal(size=(60, 3)), rng.uniform(0.1, 1.0, 60),
-        rng.uniform(0.0, 0.5, 60), np.zeros(60), np.ones(60),
-    )  # fmt: skip
+    many = strewn(rng, 60, 12.0)
     met = Meetings(reach_set, many, tuple(map(str, range(60))))
     begun, margin_m = rng.random(60) < 0.2, 1.5
     for node in rng.choice(reach_set.nodes, 10).tolist():

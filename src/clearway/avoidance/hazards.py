@@ -14,6 +14,7 @@ from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shapes_of
+from clearway.obstacles.rounded_box import local_point
 
 BINS_ACROSS = 16
 """Bins along the longest side of the box that holds all points."""
@@ -140,11 +141,8 @@ def grown_in_grid(
     """Balls of the world, [n, 3] and [n], in the grid's frame and larger by a length."""
     place, grown = np.empty((len(radius), 3)), np.empty(len(radius))
     for n in range(len(radius)):
-        x, y = position[n, 0] - origin[0], position[n, 1] - origin[1]
-        z = position[n, 2] - origin[2]
-        for axis in range(3):
-            along = world_from_grid[0, axis] * x + world_from_grid[1, axis] * y
-            place[n, axis] = along + world_from_grid[2, axis] * z
+        x, y, z = position[n, 0], position[n, 1], position[n, 2]
+        place[n, 0], place[n, 1], place[n, 2] = local_point(x, y, z, origin, world_from_grid)
         grown[n] = radius[n] + by
     return PointHazards(place, grown)
 

@@ -25,6 +25,7 @@ from clearway.sensors.remembered import (
     key_of,
     level_at,
 )
+from clearway.sensors.voxels import first_slot
 
 SMALLEST_TABLE, GROWTH = 12, 2
 """Bits of the table of voxels that a sweep begins with, and those that it grows by: while it is
@@ -127,8 +128,7 @@ def _enter(count: int, table: VoxelNumbers) -> None:
 def _slot_of(key: int, table: VoxelNumbers) -> int:
     """Where the number of a voxel's box is, or goes."""
     slots, keys = table.slots, table.keys
-    mask = np.uint64(len(slots) - 1)
-    slot = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(table.shift)
+    mask, slot = np.uint64(len(slots) - 1), first_slot(key, table.shift)
     while slots[slot] >= 0 and keys[np.uint64(slots[slot])] != key:
         slot = (slot + np.uint64(1)) & mask
     return int(slot)

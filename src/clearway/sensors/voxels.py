@@ -19,10 +19,15 @@ def voxel_key(x: float, y: float, z: float, per_voxel: float) -> int:
 
 
 @borrowing
+def first_slot(key: int, shift: int) -> np.uint64:
+    """Where a key is looked for first, in a hash table of two to the power of 64 - shift slots."""
+    return np.uint64(np.uint64(key) * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(shift))
+
+
+@borrowing
 def slot_of(key: int, keys: IntArray, shift: int) -> int:
     """Where a key is, or goes, in a hash table of a power of two slots; -1 marks empty ones."""
-    mask = np.uint64(len(keys) - 1)
-    slot = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(shift)
+    mask, slot = np.uint64(len(keys) - 1), first_slot(key, shift)
     while keys[slot] != -1 and keys[slot] != key:
         slot = (slot + np.uint64(1)) & mask
     return int(slot)

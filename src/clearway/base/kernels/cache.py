@@ -32,7 +32,7 @@ LEVEL = "x86-64-v3"
 """The common set of instructions that shipped code is made for."""
 LEVEL_NEEDS = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 VERSION = 4
-"""Raised whenever the layout of files changes."""
+"""Raised whenever what was kept before must not be loaded, as when the layout of files changes."""
 HEAD = Struct("<Q32s")
 """Before each part of a file: its length and checksum."""
 Key = tuple[Any, ...]
