@@ -252,6 +252,54 @@ def test_kept_code_finds_functions_of_other_libraries(package):
     assert ask(package)[:3] == (29.0, 0, 1)
 
 
+TOO_MANY = """
+import numpy as np
+from clearway.base.compiled import compiled
+from clearway.facts import FACTOR, Pair
+
+@compiled
+def scaled(pair):
+    row = np.zeros(int(pair.one))
+    row[:] = np.ones(int(pair.other))
+    return row[0]
+"""
+ASK_WHAT_IS_WRONG = """
+from clearway.base.kernels.news import NEWS
+from clearway.facts import Pair
+from clearway.loops import scaled
+try:
+    scaled(Pair(one=1.0, other=3.0))
+except ValueError as error:
+    assert "(3,)" in str(error) and "(1,)" in str(error), error
+    print(1.0, NEWS.compiled, NEWS.loaded)
+"""
+
+
+def test_kept_code_says_what_is_wrong_with_what_it_calls(package):
+    """Which numba words with what it keeps for that function: of all that it kept for functions
+    that were linked, only what is looked into is kept on."""
+    write(package, "loops", TOO_MANY)
+    assert ask(package, ASK_WHAT_IS_WRONG)[:3] == (1.0, 1, 0)
+    assert ask(package, ASK_WHAT_IS_WRONG)[:3] == (1.0, 0, 1)
+    write(package, "linked", LINKED)
+    linked = ASK_WHAT_IS_WRONG.replace("loops import scaled", "linked import twice as scaled")
+    assert ask(package, linked)[:2] == (1.0, 1)
+    assert ask(package, linked)[:2] == (1.0, 0)
+    with_rest = READ_KEPT.replace("FILES", repr([str(path) for path in kept(package)]))
+    assert ask(package, with_rest)[:3] == (2.0, 2, 0)
+
+
+READ_KEPT = """
+from pathlib import Path
+from clearway.base.kernels import cache, rebuilt
+import clearway.linked
+left = [
+    rebuilt.read(cache._part(Path(file).open("rb")))[1].rest[-1] for file in FILES
+]
+print(float(len(left)), max(map(len, left)), sum(not each for each in left))
+"""
+
+
 SORTED = """
 import numpy as np
 from clearway.base.compiled import compiled

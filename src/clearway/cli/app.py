@@ -41,8 +41,6 @@ from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
 from clearway.cli.warm_up import warm_up
 
-NEW_OBJECTS = 20_000
-"""So many more objects than before are looked through for what nothing leads to any more."""
 COUNTING = ("velodyne_decoder", "ouster.sdk")
 """Modules made with nanobind, which tells on standard error what of theirs is left at the end."""
 
@@ -106,8 +104,6 @@ def _options(
 def main() -> None:
     """Entry point of the `clearway` command."""
     began_as(sys.argv[1:])
-    # What was loaded is there to stay; Python would look through it for what to free at every turn.
-    gc.set_threshold(NEW_OBJECTS, *gc.get_threshold()[1:])
     atexit.register(_free_nothing)
     run(_only(next(iter(sys.argv[1:]), "")))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,29 +17,33 @@ if TYPE_CHECKING:
 
 Beside = Literal["count", "status", "elapsed", "remaining"]
 """What can stand behind the bar: m/n, words of the caller, time gone by, time expected."""
+TAKEN_FOR_TERMINALS = ("FORCE_COLOR", "TTY_COMPATIBLE")
+"""Variables of the environment by which rich may take for a terminal what is none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One bar that is being shown."""
+    """One bar that is being shown; without progress, what stands for it where none is."""
 
-    progress: Progress
-    task: TaskID
+    progress: Progress | None = None
+    task: TaskID | None = None
 
     def advance(self, more: float = 1.0) -> None:
         """So much more is done."""
-        self.progress.advance(self.task, more)
+        if self.progress is not None and self.task is not None:
+            self.progress.advance(self.task, more)
 
     def show(self, done: float, total: float | None = None, status: str | None = None) -> None:
         """So much is done of so much; None leaves what is shown."""
-        words: dict[str, Any] = {} if status is None else {"status": status}
-        self.progress.update(self.task, completed=done, total=total, **words)
+        if self.progress is not None and self.task is not None:
+            words: dict[str, Any] = {} if status is None else {"status": status}
+            self.progress.update(self.task, completed=done, total=total, **words)
 
     def print_above(self, line: str, colour: str) -> None:
         """A line that stays; where no terminal folds it, it is one line of the file or pipe."""
-        from rich.text import Text
+        if self.progress is not None and self.progress.console.is_terminal:
+            from rich.text import Text
 
-        if self.progress.console.is_terminal:
             self.progress.console.print(Text(plain(line), style=colour))
         else:
             say(line)
@@ -51,6 +57,10 @@ def progress_bar(
     status: str = "",
 ) -> Iterator[Bar]:
     """Show a bar with a name while the block runs; a total of None is not known yet."""
+    terminal = sys.stderr is not None and sys.stderr.isatty()
+    if not terminal and not any(map(os.environ.get, TAKEN_FOR_TERMINALS)):
+        yield Bar()  # Without rich, which takes longer to load than some of what is waited for.
+        return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.live.doubts import over_reach
 from clearway.live.fineness import too_coarse, what_beams_hold
-from clearway.live.guard.guardian import Guardian
 from clearway.live.mission import Mission
 from clearway.live.preflight import EscapePlan, escape_plan
 from clearway.live.route import check_mission
@@ -46,6 +45,9 @@ from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, Traffic
 from clearway.traffic import TrackerSettings
 from clearway.traffic.volumes import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
+
+if TYPE_CHECKING:
+    from clearway.live.guard.guardian import Guardian
 
 MOST_MOVEMENTS = 100
 """Movements that may fit in the range of the grid: more make trees that nobody needs."""
@@ -128,6 +130,8 @@ class FlightSetup:
 
     def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
         """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
+        from clearway.live.guard.guardian import Guardian  # Most flights have none.
+
         return Guardian(
             self.planner,
             self.mission.start,

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import io
 import pickle
+import re
 import sys
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from llvmlite import binding
@@ -24,6 +26,7 @@ _Result: Any = compiler.CompileResult
 _environments: Any = environment
 _dumps: Callable[[object], bytes] = serialize.dumps
 _runtime: Any = nrt.rtsys
+_ENVIRONMENT = re.compile(r"_ZN08NumbaEnv[\w.$]*")
 
 
 class KeptCode(NamedTuple):
@@ -48,8 +51,10 @@ def kept_code(result: Any) -> tuple[KeptCode, bytes]:
     as long; what its types were found to be is not kept."""
     (name, _, (machine_code, bitcode)), *rest = result._reduce()
     rest[5] = ""  # of the annotation, which is as long as all else
+    final = result.library._final_module
+    rest[7] = tuple(_looked_into(str(final), rest[7]))
     functions, values = _contents(result.library._get_module_for_linking())
-    called, _ = _contents(result.library._final_module)
+    called, _ = _contents(final)
     kept = KeptCode(
         name,
         machine_code,
@@ -60,6 +65,14 @@ def kept_code(result: Any) -> tuple[KeptCode, bytes]:
         tuple(rest),
     )
     return kept, bitcode
+
+
+def _looked_into(code: str, environments: tuple[Any, ...]) -> Iterator[Any]:
+    """Of what numba keeps for each function that was linked, that which code still looks into; what
+    was optimised away leaves nothing but the name of a variable. Whatever is linked from this code
+    looks into no other."""
+    times = Counter(_ENVIRONMENT.findall(code))
+    return (one for one in environments if times[one.env_name] > 1)
 
 
 def _contents(module: Any) -> tuple[list[Any], list[Any]]:

@@ -15,6 +15,9 @@ IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
 TOLD_S = 1.1e-3
 """Vehicles tell whole milliseconds."""
+NEW_OBJECTS = 20_000
+"""At most so many more objects than before until Python looks through them for garbage, which takes
+the longer the more there are."""
 LEAST_S, LATER = 0.01, 1.25
 """Between ticks at once; and the next one at the set rate after such a tick, in periods: what comes
 at the same rate is waited for that much longer."""
@@ -61,6 +64,8 @@ class Loop:
         # What is there stays there: looking through all of it for garbage takes 80 ms now and then.
         gc.collect()
         gc.freeze()
+        rarely = gc.get_threshold()
+        gc.set_threshold(min(rarely[0], NEW_OBJECTS), *rarely[1:])
         began = due = time.monotonic()
         try:
             while not stop(time.monotonic() - began, outcome):
@@ -78,6 +83,7 @@ class Loop:
             # Whatever ends it, a vehicle that is led is told to hold.
             self.link.end()
             gc.unfreeze()
+            gc.set_threshold(*rarely)
         return report
 
     def _tick(self, report: LoopReport) -> TickOutcome:
