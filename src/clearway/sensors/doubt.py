@@ -16,11 +16,20 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.sensors.passing import REACH_OF_BEAM, BeamRaster, Sensor, goes_on, in_sensor
+from clearway.sensors.passing import (
+    BLOCK,
+    REACH_OF_BEAM,
+    BeamRaster,
+    Sensor,
+    goes_on,
+    in_sensor,
+    sort_into_bins,
+)
 from clearway.sensors.remembered import ALONE, Boxes, level_at
 
 SAME = 1.05
@@ -46,6 +55,19 @@ class DoubtRule(NamedTuple):
     rains: bool
 
 
+class _Room(NamedTuple):
+    """For a block of boxes."""
+
+    local_m: FloatArray
+    """[3 * BLOCK] middles in the sensor's frame, one after the other."""
+    distance_m: FloatArray
+    """[BLOCK]"""
+    bins: npt.NDArray[np.int32]
+    """[BLOCK] as `Directions.bin`."""
+    which: IntArray
+    """[BLOCK] of the block's boxes."""
+
+
 @compiled
 def doubts(
     boxes: Boxes,
@@ -63,7 +85,13 @@ def doubts(
     `passing.nearest_returns` of the sweep. before: the sensor at the sweep before.
     """
     doubt = boxes.doubt.copy()
-    _add_doubts(boxes, again, nearest, sensor, before, raster, rule, doubt)
+    room = _Room(
+        np.empty(3 * BLOCK),
+        np.empty(BLOCK),
+        np.empty(BLOCK, dtype=np.int32),
+        np.empty(BLOCK, dtype=np.int64),
+    )
+    _add_doubts(boxes, again, nearest, sensor, before, raster, rule, room, doubt)
     return doubt
 
 
@@ -76,35 +104,94 @@ def _add_doubts(
     before: Sensor,
     raster: BeamRaster,
     rule: DoubtRule,
+    room: _Room,
     doubt: FloatArray,
 ) -> None:
+    for begin in range(0, len(doubt), BLOCK):
+        end = min(begin + BLOCK, len(doubt))
+        looked_at = _look_at(boxes, begin, end, sensor, raster, room)
+        for m in range(looked_at):
+            n, at = begin + room.which[m], room.which[m]
+            doubt[n] += _said_against(
+                boxes, n, again[n] >= 0, room, at, nearest, sensor, before, raster, rule
+            )
+
+
+@borrowing
+def _look_at(
+    boxes: Boxes, begin: int, end: int, sensor: Sensor, raster: BeamRaster, room: _Room
+) -> int:
+    """Note which boxes of a block, from its first on, lie where the sweep has beams on either side;
+    how many. Most lie elsewhere, and a loop without branches tells that of several at a time."""
+    o, r, local = sensor.origin, sensor.rotation, room.local_m
+    low = boxes.low_m.reshape(boxes.low_m.size)[3 * begin : 3 * end]
+    high = boxes.high_m.reshape(boxes.high_m.size)[3 * begin : 3 * end]
+    r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]
+    r10, r11, r12, oy = r[1, 0], r[1, 1], r[1, 2], o[1]
+    r20, r21, r22, oz = r[2, 0], r[2, 1], r[2, 2], o[2]
+    for n in range(end - begin):
+        a = 0.5 * (low[3 * n] + high[3 * n]) - ox
+        b = 0.5 * (low[3 * n + 1] + high[3 * n + 1]) - oy
+        c = 0.5 * (low[3 * n + 2] + high[3 * n + 2]) - oz
+        local[3 * n] = r00 * a + r10 * b + r20 * c
+        local[3 * n + 1] = r01 * a + r11 * b + r21 * c
+        local[3 * n + 2] = r02 * a + r12 * b + r22 * c
+    bins, which, flanked = room.bins, room.which, raster.flanked.reshape(raster.flanked.size)
+    sort_into_bins(
+        local[: 3 * (end - begin)],
+        raster.low.shape[0],
+        raster.low.shape[1],
+        raster.per_column,
+        raster.per_row,
+        raster.bottom,
+        room.distance_m[: end - begin],
+        bins[: end - begin],
+    )
+    found = 0
+    for n in range(end - begin):
+        which[found] = n
+        found += bins[n] >= 0 and flanked[np.uint32(max(bins[n], 0))]
+    return found
+
+
+@inlined
+def _said_against(
+    boxes: Boxes,
+    n: int,
+    hit: bool,
+    room: _Room,
+    at: int,
+    nearest: FloatArray,
+    sensor: Sensor,
+    before: Sensor,
+    raster: BeamRaster,
+    rule: DoubtRule,
+) -> float:
+    """What a sweep says against one box, which it may have hit again; at: where it is in the room
+    of its block."""
+    lone = boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE and boxes.sweeps[n] == 1
+    if hit and not lone:
+        return 0.0
+    distance, size = room.distance_m[at], boxes.size_m[n]
     spacing = 2.0 * sensor.half_spacing
-    for n in range(len(doubt)):
-        lone = boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE and boxes.sweeps[n] == 1
-        if again[n] >= 0 and not lone:
-            continue
-        px = 0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0])
-        py = 0.5 * (boxes.low_m[n, 1] + boxes.high_m[n, 1])
-        pz = 0.5 * (boxes.low_m[n, 2] + boxes.high_m[n, 2])
-        x, y, z = in_sensor(px, py, pz, sensor)
-        distance = np.sqrt(x * x + y * y + z * z)
-        apart = spacing * distance
-        size = boxes.size_m[n]
-        surely = apart <= SAME * max(size, rule.smallest_m)
-        if lone and rule.rains:
-            surely = surely or REACH_OF_BEAM * apart <= rule.voxel_m
-        if not surely and size > 0.0:
-            continue
-        if not goes_on(
-            x, y, z, distance, _beyond(boxes, n, distance, sensor, rule), nearest, sensor, raster
-        ):
-            continue
-        if surely:
-            doubt[n] += 1.0 / rule.passes_to_clear
-        else:
-            turned = _turned(px, py, pz, x, y, z, distance, before)
-            likely = rule.smallest_m / apart
-            doubt[n] += likely * min(1.0, turned / spacing) / HITS_MISSED
+    apart = spacing * distance
+    surely = apart <= SAME * max(size, rule.smallest_m)
+    if lone and rule.rains:
+        surely = surely or REACH_OF_BEAM * apart <= rule.voxel_m
+    if not surely and size > 0.0:
+        return 0.0
+    x, y, z = room.local_m[3 * at], room.local_m[3 * at + 1], room.local_m[3 * at + 2]
+    beyond = _beyond(boxes, n, distance, sensor, rule)
+    if not goes_on(x, y, z, distance, beyond, nearest, sensor, raster):
+        return 0.0
+    if surely:
+        return 1.0 / rule.passes_to_clear
+    px = 0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0])
+    py = 0.5 * (boxes.low_m[n, 1] + boxes.high_m[n, 1])
+    pz = 0.5 * (boxes.low_m[n, 2] + boxes.high_m[n, 2])
+    turned = _turned(px, py, pz, x, y, z, distance, before)
+    likely = rule.smallest_m / apart
+    return float(likely * min(1.0, turned / spacing) / HITS_MISSED)
 
 
 @borrowing

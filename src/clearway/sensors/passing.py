@@ -220,7 +220,7 @@ def directions_of(points: FloatArray, raster: BeamRaster) -> Directions:
     flat = points.reshape(points.size)
     for begin in range(0, len(points), BLOCK):
         end = min(begin + BLOCK, len(points))
-        _sort_into_bins(
+        sort_into_bins(
             flat[3 * begin : 3 * end],
             columns,
             rows,
@@ -234,7 +234,7 @@ def directions_of(points: FloatArray, raster: BeamRaster) -> Directions:
 
 
 @borrowing
-def _sort_into_bins(
+def sort_into_bins(
     flat: FloatArray,
     columns: int,
     rows: int,

@@ -8,7 +8,6 @@ from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from clearway.base.frames import FloatArray, length_of
 from clearway.traffic.intruder import Intruder
 
 REMEMBERED_S = 30.0
@@ -25,7 +24,7 @@ class _Told(NamedTuple):
     """A velocity at a time."""
 
     time_s: float
-    velocity_mps: FloatArray
+    velocity_mps: list[float]
     std_mps: float
 
 
@@ -47,7 +46,7 @@ class Manoeuvres:
     def take(self, name: str, report: Intruder) -> None:
         """Learn from a report, or from a track's state at the time of one."""
         heard = self._heard.setdefault(name, _Heard())
-        now = _Told(report.time_s, report.velocity_mps, report.velocity_std_mps)
+        now = _Told(report.time_s, report.velocity_mps.tolist(), report.velocity_std_mps)
         if heard.told and now.time_s - heard.told[-1].time_s < LEAST_S:
             return
         while heard.told and heard.told[0].time_s < now.time_s - LONGEST_S:
@@ -77,6 +76,6 @@ class Manoeuvres:
 
 def _acceleration(before: _Told, now: _Told) -> float:
     """What a change of velocity proves, at the least."""
-    changed = length_of(now.velocity_mps - before.velocity_mps)
+    changed = math.dist(now.velocity_mps, before.velocity_mps)
     unsure = SIGMAS * math.hypot(before.std_mps, now.std_mps)
     return max(0.0, changed - unsure) / (now.time_s - before.time_s)
