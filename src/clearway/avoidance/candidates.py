@@ -155,10 +155,11 @@ def not_finite(cost_m: FloatArray) -> ClearwayError:
 
 def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
     """[nodes] how little of the reach radius paths that come to the goal enter, from 0 to 1."""
-    if not np.count_nonzero(arrived.reached):
-        return np.zeros(len(arrived.reached))
-    share: FloatArray = np.where(arrived.reached, arrived.miss_m / goal.reach_radius_m, 0.0)
-    return share**4
+    grazing = np.zeros(len(arrived.reached))
+    there = np.flatnonzero(arrived.reached)
+    if len(there):
+        grazing[there] = (arrived.miss_m[there] / goal.reach_radius_m) ** 4
+    return grazing
 
 
 @compiled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -91,12 +92,19 @@ class ReachSet:
 
     def path(self, node: int) -> list[int]:
         """Nodes from below the root to `node`."""
-        nodes = []
+        nodes, (parent, _) = [], self._steps
         while node >= 0:
             nodes.append(node)
-            node = int(self.parent[node])
+            node = parent[node]
         return nodes[::-1]
 
     def movements_to(self, node: int) -> tuple[str, ...]:
         """Names of the movements from the start to the end of `node`: its movement buffer."""
-        return tuple(self.movement_names[self.movement[n]] for n in self.path(node))
+        _, names = self._steps
+        return tuple([names[n] for n in self.path(node)])
+
+    @cached_property
+    def _steps(self) -> tuple[list[int], list[str]]:
+        """[nodes] parent and name of the movement: walked at every decision, where single numbers
+        out of arrays would take longer than all the rest."""
+        return self.parent.tolist(), [self.movement_names[m] for m in self.movement.tolist()]

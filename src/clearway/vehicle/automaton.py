@@ -285,7 +285,7 @@ class MovementAutomaton:
             for movement in self.movements
         )
 
-    @property
+    @cached_property
     def can_stop(self) -> bool:
         """Whether some movement stands: the vehicle may stay where it is for as long as it likes.
 
