@@ -8,8 +8,10 @@ import os
 import sys
 import traceback
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from benchmarks.pace import Pace
 from benchmarks.table import (
     Benchmark,
     Results,
@@ -37,8 +39,9 @@ def main() -> None:
         print(
             f"others keep this machine busy (load {load:.1f}): times will be long", file=sys.stderr
         )
-    rows, failed = _measured(chosen, options.quick, options.runs)
-    results = Results(rows, machine(load))
+    pace = Pace()
+    rows, failed = _measured(chosen, options.quick, options.runs, pace, options.calm)
+    results = Results(rows, f"{machine(load)}; {pace}")
     print_table(results)
     if options.markdown is not None:
         options.markdown.write_text(as_markdown(results), encoding="utf-8")
@@ -51,7 +54,7 @@ def main() -> None:
 
 
 def _measured(
-    chosen: list[Benchmark], quick: bool, runs: int
+    chosen: list[Benchmark], quick: bool, runs: int, pace: Pace, calm: int
 ) -> tuple[list[tuple[Benchmark, Row]], list[str]]:
     """A row each, of several runs the one in the middle, and the names of those that failed: one
     does not take the others with it. All are done once before any is done again."""
@@ -64,7 +67,7 @@ def _measured(
             if benchmark.name in failed:
                 continue
             try:
-                row = benchmark.measure(quick)
+                row = pace.calmest(partial(benchmark.measure, quick), calm)
                 rows[benchmark.name].append(replace(row, load=os.getloadavg()[0]))
             except Exception:
                 traceback.print_exc()
@@ -93,6 +96,14 @@ def _options() -> argparse.Namespace:
         "--runs", type=int, default=1, metavar="N", help="show the median of so many runs"
     )
     parser.add_argument(
+        "--calm",
+        type=int,
+        default=1,
+        metavar="N",
+        help="measure a row up to N times, until a loop of Python is as quick before and after it "
+        "as when nothing else slows the machine down",
+    )
+    parser.add_argument(
         "--first-page",
         action="store_true",
         help="measure what README shows, and put it there; the published one is of five --runs",
@@ -100,8 +111,9 @@ def _options() -> argparse.Namespace:
     options = parser.parse_args()
     if (options.readme or options.first_page) and options.quick:
         parser.error("--readme and --first-page take a full run, without --quick")
-    if options.runs < 1:
-        parser.error(f"--runs: {options.runs}; at least 1 is needed")
+    for name, times in (("--runs", options.runs), ("--calm", options.calm)):
+        if times < 1:
+            parser.error(f"{name}: {times}; at least 1 is needed")
     return options
 
 

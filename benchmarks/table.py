@@ -14,7 +14,8 @@ from pathlib import Path
 from clearway.base.verdict import DemandVerdict
 
 COLUMNS = (
-    "name", "what", "median", "p99 or spread", "CPU", "load", "target", "against a reference",
+    "name", "what", "median", "p99 or spread", "CPU", "load", "pace", "target",
+    "against a reference",
 )  # fmt: skip
 HEADLINES = ("what", "median", "p99 or spread", "target")
 BEGIN, END = "<!-- bench:begin -->", "<!-- bench:end -->"
@@ -57,13 +58,16 @@ class Row:
     """What the processor took on average, where that was measured."""
     load: float | None = None
     """Of the machine, when it was measured."""
+    pace: float | None = None
+    """How many times as long as at its quickest a loop of Python took beside it (`pace`)."""
 
     @property
     def cells(self) -> tuple[str, ...]:
         """All but the name."""
         load = "" if self.load is None else f"{self.load:.1f}"
+        pace = "" if self.pace is None else f"{self.pace:.2f}"
         target = str(self.target or "")
-        return (self.what, self.result, self.spread, self.cpu, load, target, self.reference)
+        return (self.what, self.result, self.spread, self.cpu, load, pace, target, self.reference)
 
 
 @dataclass(frozen=True, slots=True)
