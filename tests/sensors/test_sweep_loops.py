@@ -5,11 +5,14 @@ import pytest
 
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar
-from clearway.sensors.doubt import DoubtRule, doubts
+from clearway.sensors.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
 from clearway.sensors.passing import (
+    REACH_OF_BEAM,
     beam_raster,
     bin_of,
     directions_of,
+    goes_on,
+    in_sensor,
     nearest_in,
     place_returns,
     sensor_at,
@@ -174,3 +177,41 @@ def test_what_is_hit_again_is_not_asked_for_unless_it_is_lone():
     hit = doubted(np.arange(len(old.doubt)))
     assert np.count_nonzero(fresh)
     assert np.array_equal(hit, np.where(old.size_m == 0.0, fresh, old.doubt))
+
+
+def said_against(old, n, nearest, sensor, before, rule):
+    """What a sweep says against a box that it has not hit again, whatever is known of others."""
+    middle = 0.5 * (old.low_m[n] + old.high_m[n])
+    x, y, z = in_sensor(*middle, sensor)
+    distance, size = np.sqrt(x * x + y * y + z * z), old.size_m[n]
+    apart = 2.0 * sensor.half_spacing * distance
+    lone = size == 0.0 and old.sweeps[n] == 1
+    surely = apart <= SAME * max(size, rule.smallest_m)
+    surely |= bool(lone and rule.rains and REACH_OF_BEAM * apart <= rule.voxel_m)
+    beyond = _beyond(old, n, distance, sensor, rule)
+    if not (surely or size == 0.0):
+        return 0.0
+    if not goes_on(x, y, z, distance, beyond, nearest, sensor, RASTER):
+        return 0.0
+    if surely:
+        return 1.0 / rule.passes_to_clear
+    turned = _turned(*middle, x, y, z, distance, before) / (2.0 * sensor.half_spacing)
+    return rule.smallest_m / apart * min(1.0, turned) / HITS_MISSED
+
+
+@pytest.mark.parametrize("rains", [False, True])
+def test_many_boxes_are_doubted_as_each_of_them_is(rains):
+    rng = np.random.default_rng(6)
+    _, old = boxes(6, 3000, -9.0, 9.0)
+    old.size_m[:] = rng.choice([0.0, 0.05, 0.8], len(old.doubt))
+    old.sweeps[:] = rng.integers(1, 3, len(old.doubt))
+    points = sweep(1)
+    nearest = nearest_in(directions_of(points[np.isfinite(points).all(axis=1)], RASTER), RASTER)
+    sensor = sensor_at(LIDAR, State([0.3, -0.2, 0.1], [0.2, -0.4, 1.0]), 0.06)
+    rule = DoubtRule(0.12, 6.0, 2.0, 0.05, rains)
+    fresh = np.full(len(old.doubt), -1)
+    found = doubts(old, fresh, nearest, sensor, SENSOR, RASTER, rule) - old.doubt
+    alone = [said_against(old, n, nearest, sensor, SENSOR, rule) for n in range(len(fresh))]
+    assert np.array_equal(found, alone)
+    assert 20 < np.count_nonzero(found) < len(found) // 2
+    assert len(np.unique(found)) > 10
