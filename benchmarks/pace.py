@@ -68,9 +68,14 @@ class Pace:
         return slower
 
     def __str__(self) -> str:
-        quickest_s, beside = min(self._seen_s), np.array(self._beside_s or [1.0])
+        told = (
+            f"{ADDITIONS:,} additions in Python took {1e3 * min(self._seen_s):.0f} ms at the "
+            "quickest"
+        )
+        if not self._beside_s:
+            return told
+        beside = np.array(self._beside_s)
         return (
-            f"{ADDITIONS:,} additions in Python took {1e3 * quickest_s:.0f} ms at the quickest, "
-            f"{np.median(beside):.2f} times that beside these rows ({beside.min():.2f} to "
+            f"{told}, {np.median(beside):.2f} times that beside these rows ({beside.min():.2f} to "
             f"{beside.max():.2f})"
         )

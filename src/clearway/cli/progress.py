@@ -23,28 +23,30 @@ TAKEN_FOR_TERMINALS = ("FORCE_COLOR", "TTY_COMPATIBLE")
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One bar that is being shown; without progress, what stands for it where none is."""
+    """One bar that is being shown; of nothing shown, what stands for it where none is."""
 
-    progress: Progress | None = None
-    task: TaskID | None = None
+    shown: tuple[Progress, TaskID] | None = None
 
     def advance(self, more: float = 1.0) -> None:
         """So much more is done."""
-        if self.progress is not None and self.task is not None:
-            self.progress.advance(self.task, more)
+        if self.shown:
+            progress, task = self.shown
+            progress.advance(task, more)
 
     def show(self, done: float, total: float | None = None, status: str | None = None) -> None:
         """So much is done of so much; None leaves what is shown."""
-        if self.progress is not None and self.task is not None:
+        if self.shown:
+            progress, task = self.shown
             words: dict[str, Any] = {} if status is None else {"status": status}
-            self.progress.update(self.task, completed=done, total=total, **words)
+            progress.update(task, completed=done, total=total, **words)
 
     def print_above(self, line: str, colour: str) -> None:
         """A line that stays; where no terminal folds it, it is one line of the file or pipe."""
-        if self.progress is not None and self.progress.console.is_terminal:
+        console = self.shown[0].console if self.shown else None
+        if console is not None and console.is_terminal:
             from rich.text import Text
 
-            self.progress.console.print(Text(plain(line), style=colour))
+            console.print(Text(plain(line), style=colour))
         else:
             say(line)
 
@@ -69,7 +71,7 @@ def progress_bar(
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
-        yield Bar(progress, progress.add_task(plain(name, ""), total=total, status=status))
+        yield Bar((progress, progress.add_task(plain(name, ""), total=total, status=status)))
 
 
 def _column(what: Beside) -> ProgressColumn:
