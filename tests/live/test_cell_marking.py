@@ -1,11 +1,12 @@
-"""What balls leave of the room about cells' centres, against every ball held against every one."""
+"""Coarse cells: how near balls come to their centres, and which were seen; against one by one."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from clearway.live.cell_marking import mark_balls
+from clearway.live.cell_marking import mark_seen, renew_nearest
+from clearway.live.nearest_balls import mark_balls
 
 SHAPE = (24, 20, 8)
 
@@ -44,3 +45,39 @@ def test_what_was_marked_before_stays_where_it_is_nearer() -> None:
     low = np.zeros(3)
     mark_balls(nearest, np.array([[5.0, 5.0, 4.0]]), np.array([0.1]), low, 1.0, 3.0)
     assert (nearest == -0.5).all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("per_cell", [4, 8])
+def test_a_cell_is_seen_where_most_of_its_eighths_are_free(seed: int, per_cell: int) -> None:
+    """The window of free space lies anywhere, and its bits begin anywhere in it."""
+    rng = np.random.default_rng([seed, per_cell])
+    free_low = rng.integers(-500, 500, 3)
+    free = rng.integers(0, 2**63, (32, 32, 2), dtype=np.uint64) * np.uint64(2)
+    free[rng.random((32, 32)) < 0.5] = 0
+    low, last = free_low // per_cell - 2, free_low + np.array([32, 32, 128])
+    seen = rng.random((12, 12, 40)) < 0.1
+    wanted = seen.copy()
+    for cell in np.argwhere(~seen):
+        begin = (low + cell) * per_cell
+        if (begin < free_low).any() or (begin + per_cell > last).any():
+            continue
+        eighths = begin + per_cell // 4 * (1 + 2 * np.indices((2, 2, 2)).reshape(3, 8).T)
+        u, v, w = eighths.T
+        bits = free[u % 32, v % 32, w % 128 // 64] >> (w % 64).astype(np.uint64)
+        wanted[tuple(cell)] = int(np.sum(bits & np.uint64(1))) >= 4
+    mark_seen(seen, free, free_low, low, per_cell)
+    assert 0.1 < wanted.mean() < 0.9
+    np.testing.assert_array_equal(seen, wanted)
+
+
+def test_what_is_not_known_any_more_was_nothing_nearby_alone() -> None:
+    rng = np.random.default_rng(0)
+    fresh = np.where(rng.random(SHAPE) < 0.3, rng.uniform(0.0, 3.0, SHAPE), np.inf)
+    before = np.where(rng.random(SHAPE) < 0.3, rng.uniform(0.0, 3.0, SHAPE), np.inf)
+    x, y, z = (rng.uniform(0.0, 9.0, n) for n in SHAPE)
+    away = x[:, None, None] + y[:, None] + z
+    nearest = before.copy()
+    renew_nearest(nearest, fresh, (x, y, z), 12.0)
+    np.testing.assert_array_equal(nearest[away <= 12.0], fresh[away <= 12.0])
+    np.testing.assert_array_equal(nearest, np.where(away <= 12.0, fresh, np.minimum(fresh, before)))

@@ -16,8 +16,9 @@ from clearway.avoidance.hazards import PointHazards
 from clearway.base.arrays import BoolArray, IntArray
 from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
-from clearway.live.cell_marking import add_ball, leaves_no_room, mark_balls, mostly_seen
+from clearway.live.cell_marking import add_ball, leaves_no_room, mark_seen, renew_nearest
 from clearway.live.distance_field import HALF_DIAGONAL
+from clearway.live.nearest_balls import mark_balls
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.seen_space import SeenSpace
 from clearway.vehicle.automaton import MovementAutomaton
@@ -146,17 +147,18 @@ class RouteMap:
             (low[axis] + np.arange(count) + 0.5) * self.width_m - position_m[axis]
             for axis, count in enumerate(self._shape)
         ]
-        away = ticks[0][:, None, None] ** 2 + ticks[1][:, None] ** 2 + ticks[2] ** 2
-        in_reach = away <= max(reach_m - self.rooms_m[1] - self.width_m, 0.0) ** 2
-        self._nearest = np.where(in_reach, fresh, np.minimum(fresh, self._nearest))
-        self._seen |= mostly_seen(seen.free, seen.low, low, self._per_cell, self._shape)
+        within_m = max(reach_m - self.rooms_m[1] - self.width_m, 0.0)
+        x2, y2, z2 = (tick**2 for tick in ticks)
+        renew_nearest(self._nearest, fresh, (x2, y2, z2), within_m**2)
+        mark_seen(self._seen, seen.free, seen.low, low, self._per_cell)
         inside = [
             (lowest <= tick + place) & (tick + place <= highest)
             for tick, place, lowest, highest in zip(
                 ticks, position_m, *seen.complete_m, strict=True
             )
         ]
-        self._seen |= inside[0][:, None, None] & inside[1][:, None] & inside[2]
+        if all(along.any() for along in inside):
+            self._seen |= inside[0][:, None, None] & inside[1][:, None] & inside[2]
 
     def _follow(self, position_m: FloatArray) -> IntArray:
         """[3] number of the lowest cell, moved along where the vehicle has left the middle."""
