@@ -18,7 +18,8 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IndexArray, IntArray
 from clearway.reach.lattice import SAMPLES, grid_from_level
 from clearway.reach.tree import ReachSet
-from clearway.vehicle.automaton import PITCH_TOLERANCE_RAD, MovementAutomaton
+from clearway.vehicle.abilities import PITCH_TOLERANCE_RAD
+from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.paths import motion_depends_on_roll, movement_paths
 
 SAME_RAD = 1e-9

@@ -18,17 +18,13 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, Trajectory
+from clearway.vehicle import abilities
 from clearway.vehicle.measured import PairTable
 from clearway.vehicle.model import PlaneModel, Vehicle
 from clearway.vehicle.movement import Movement as Movement
 from clearway.vehicle.movement import multirotor_movements, plane_movements
 from clearway.vehicle.multirotor import MultirotorModel
 from clearway.vehicle.table import MovementTable
-
-PITCH_TOLERANCE_RAD = 1e-9
-"""Four times Up lands on a limit of four steps in spite of rounding."""
-MOST_START_PITCHES = 25
-_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
 @keywords_beyond_two
@@ -207,25 +203,12 @@ class MovementAutomaton:
             return True
         start = abs(float(np.asarray(state)[4]))
         end = abs(float(self.predict(state, movement)[4]))
-        return end <= self.pitch_limit_rad + PITCH_TOLERANCE_RAD or end < start
+        return end <= self.pitch_limit_rad + abilities.PITCH_TOLERANCE_RAD or end < start
 
     @cached_property
     def mirror(self) -> tuple[int, ...] | None:
         """Per movement the index of its mirror image left to right; None if one has none."""
-        if self.pairs is not None:
-            return None
-        level = np.zeros(6)
-        ends = np.array([self.predict(level, movement) for movement in self.movements])
-        durations = np.array([movement.duration_s for movement in self.movements])
-        farthest = float(np.abs(ends[:, :3]).max()) or 1.0
-        near = 1e-9 * np.array([farthest] * 3 + [1.0] * 3)
-        images = []
-        for end, duration in zip(ends, durations, strict=True):
-            same = np.all(np.abs(ends - end * _MIRROR) < near, axis=1) & (durations == duration)
-            if not np.any(same):
-                return None
-            images.append(int(np.argmax(same)))
-        return tuple(images)
+        return abilities.mirror_images(self)
 
     @property
     def fastest_mps(self) -> float:
@@ -271,19 +254,7 @@ class MovementAutomaton:
 
         Holding, and turning on the spot: neither place nor roll and pitch change.
         """
-        if self.pairs is not None:
-            ends = (self.pairs.path(name, name)[-1] for name in self.names)
-            return tuple(
-                not np.any(end[:3]) and (name, name) not in self.forbidden
-                for name, end in zip(self.names, ends, strict=True)
-            )
-        level = np.zeros(6)
-        return tuple(
-            not np.any(self.predict(level, movement)[:5])
-            and self.allowed(level, movement)
-            and (movement.name, movement.name) not in self.forbidden
-            for movement in self.movements
-        )
+        return abilities.standing(self)
 
     @cached_property
     def can_stop(self) -> bool:
@@ -302,17 +273,7 @@ class MovementAutomaton:
     @cached_property
     def keeps_attitude(self) -> bool:
         """Whether roll and pitch neither change nor matter: tilting is no part of the way."""
-        if self.pairs is not None:
-            return False
-        level, tilted = np.zeros(6), np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.0])
-        return all(
-            bool(
-                np.array_equal(
-                    self.predict(tilted, movement) - tilted, self.predict(level, movement)
-                )
-            )
-            for movement in self.movements
-        )
+        return abilities.keeps_attitude(self)
 
     def upright(self, state: State) -> State:
         """The state without roll and pitch where they do not matter; else as it is."""
@@ -323,12 +284,7 @@ class MovementAutomaton:
     @cached_property
     def spot_turn_m_per_rad(self) -> float:
         """What it costs to turn on the spot, as way that could have been flown; inf if it can't."""
-        rates = [
-            abs(movement.yaw_rate_rps)
-            for movement, stands in zip(self.movements, self.stands, strict=True)
-            if stands and movement.yaw_rate_rps
-        ]
-        return self.fastest_mps / max(rates) if rates else float("inf")
+        return abilities.spot_turn_m_per_rad(self)
 
     @property
     def room_to_turn_m(self) -> float:
@@ -338,44 +294,24 @@ class MovementAutomaton:
     @cached_property
     def turning_radius_m(self) -> float:
         """Smallest v / omega of the level turns; inf when nothing turns in flight."""
-        if self.pairs is not None:
-            return self.pairs.turning_radius_m
-        radii = [
-            movement.speed_mps / movement.turn_rate_rps
-            for movement in self.movements
-            if movement.speed_mps > 0.0
-            and (movement.pitch_rate_rps == 0.0)
-            and movement.yaw_rate_rps
-        ]
-        return min(radii, default=float("inf"))
+        return abilities.turning_radius_m(self)
 
     @cached_property
-    def _level_ends(self) -> FloatArray:
+    def level_ends(self) -> FloatArray:
         """[n, 6] where the movements end that may be flown from level flight; as measured, those
         that are flown on and on."""
-        level = np.zeros(6)
-        if self.pairs is not None:
-            steady = [(self.pairs.label_of(m.name), m) for m in self.movements]
-            ends = [self.predict([0.0, 0.0, 0.0, roll, 0.0, 0.0], m) for roll, m in steady]
-            return np.array(ends) * [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
-        ends = [self.predict(level, m) for m in self.movements if self.allowed(level, m)]
-        return np.array(ends).reshape(-1, 6)
+        return abilities.level_ends(self)
 
     @cached_property
     def stays_level(self) -> bool:
         """Whether no movement leads out of level flight: its height is not the vehicle's choice."""
-        return bool(np.all(np.abs(self._level_ends[:, 2:5]) <= PITCH_TOLERANCE_RAD))
+        return abilities.stays_level(self)
 
     @cached_property
     def climbs_ahead(self) -> bool:
         """Whether climbing is a movement, and always one that leads ahead: none goes straight up or
         down, and no pitch is held."""
-        if not self.keeps_attitude and self.pairs is None:
-            return False
-        ends = self._level_ends
-        climbing = np.abs(ends[:, 2]) > 0.02 * self.step_m
-        ahead_m = np.hypot(ends[climbing, 0], ends[climbing, 1])
-        return bool(climbing.any() and np.all(ahead_m > 0.1 * self.step_m))
+        return abilities.climbs_ahead(self)
 
     @cached_property
     def steepest_rad(self) -> float | None:
@@ -383,25 +319,12 @@ class MovementAutomaton:
 
         None without a pitch limit.
         """
-        if self.pitch_limit_rad is None:
-            return None
-        ends = self._level_ends
-        level_m = np.hypot(ends[:, 0], ends[:, 1])
-        # Straight up takes the time of a way so steep that it climbs as fast at full speed.
-        beside = np.sqrt(np.maximum(self.step_m**2 - ends[:, 2] ** 2, 0.0))
-        level_m = np.where(level_m > 0.0, level_m, beside)
-        climbs = np.arctan2(np.abs(ends[:, 2]), level_m)
-        return max(self.pitch_limit_rad, float(climbs.max(initial=0.0)))
+        return abilities.steepest_rad(self)
 
     @cached_property
     def step_m(self) -> float:
         """Longest way from start to end of a movement in level flight, whatever came before it."""
-        level = np.zeros(6)
-        if self.pairs is not None:
-            return max(float(np.linalg.norm(way[-1, :3])) for way in self.pairs.paths.values())
-        return max(
-            float(np.linalg.norm(self.predict(level, movement)[:3])) for movement in self.movements
-        )
+        return abilities.step_m(self)
 
     @cached_property
     def start_pitches_rad(self) -> tuple[float, ...]:
@@ -410,21 +333,7 @@ class MovementAutomaton:
         Reach sets are built for these; without a pitch limit only for level flight. Where turn
         steps make more than 25 of them, that many spread over the limits.
         """
-        if self.pitch_limit_rad is None:
-            return (0.0,)
-        level = np.zeros(6)
-        steps = [float(self.predict(level, movement)[4]) for movement in self.movements]
-        limit = self.pitch_limit_rad + PITCH_TOLERANCE_RAD
-        found, fresh = {0: 0.0}, [0.0]
-        while fresh and len(found) <= MOST_START_PITCHES:
-            reached = {_key(pitch + step): pitch + step for pitch in fresh for step in steps}
-            reached = {key: at for key, at in reached.items() if abs(at) <= limit}
-            fresh = [at for key, at in reached.items() if key not in found]
-            found = reached | found
-        if len(found) > MOST_START_PITCHES:
-            spread = np.linspace(-self.pitch_limit_rad, self.pitch_limit_rad, MOST_START_PITCHES)
-            return tuple(float(pitch) for pitch in spread)
-        return tuple(sorted(found.values()))
+        return abilities.start_pitches_rad(self)
 
     def chain(self, names: Iterable[str]) -> tuple[Movement, ...]:
         """Movements by name, in order."""
@@ -459,8 +368,3 @@ class MovementAutomaton:
         """Predicted path of whole movements by name, from time 0."""
         legs = [(movement, movement.duration_s) for movement in self.chain(names)]
         return self.fly(state, legs, step_s)
-
-
-def _key(angle_rad: float) -> int:
-    """Equal for angles that differ by rounding only."""
-    return round(angle_rad * 1e9)
