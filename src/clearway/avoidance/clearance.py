@@ -75,7 +75,8 @@ def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) ->
     for a in range(a0, a1):
         for b in range(b0, b1):
             row = (a * bins.counts[1] + b) * bins.counts[2]
-            for m in range(bins.start[row + c0], bins.start[row + max(c0, c1)]):
+            for at in range(bins.start[row + c0], bins.start[row + max(c0, c1)]):
+                m = np.uint64(at)
                 px, py, pz = bins.position_m[m, 0], bins.position_m[m, 1], bins.position_m[m, 2]
                 dx, dy, dz = px - cx, py - cy, pz - cz
                 far = best + span.reach_m + bins.radius_m[m]

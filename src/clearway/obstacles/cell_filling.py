@@ -18,6 +18,7 @@ from clearway.obstacles.rounded_box import (
     local_point,
     local_vector,
     outward_normal,
+    turn_of,
 )
 from clearway.obstacles.some_shapes import (
     AT_ONCE,
@@ -25,6 +26,7 @@ from clearway.obstacles.some_shapes import (
     lay_out,
     some_shapes,
     touching,
+    turn_in,
 )
 
 FEWEST = 6
@@ -126,14 +128,16 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
     x, y, z = parts.place_m[0, :count], parts.place_m[1, :count], parts.place_m[2, :count]
     _beyond(x, y, z, center, turn, half, parts.beyond_m)
     touched, full = _touched(parts.width_m[:count], radius, parts)
-    for p in parts.touched[:touched]:
+    axes = turn_of(turn)
+    for n in range(touched):
+        p = np.uint64(parts.touched[n])  # Which is never counted from the end.
         width = parts.width_m[p]
         lx, ly, lz = local_point(x[p], y[p], z[p], center, turn)
         share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
         if not several:
             filled[p] = share
             continue
-        nx, ny, nz = outward_normal(lx, ly, lz, half, turn)
+        nx, ny, nz = outward_normal(lx, ly, lz, hx, hy, hz, axes)
         high = radius - box_distance(lx, ly, lz, hx, hy, hz)
         low = high - 2.0 * (radius + min(hx, min(hy, hz)))
         aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
@@ -159,9 +163,7 @@ def _fill_by_part(shapes: Shapes, count: int, found: IntArray, parts: Parts) -> 
                 width = parts.width_m[p]
                 x, y, z = parts.place_m[0, p], parts.place_m[1, p], parts.place_m[2, p]
                 touched = touching(x, y, z, 0.5 * width, len(these), some)
-                filled[p] = _fill_part(
-                    shapes, these, touched, width, filled[p], parts.main[p], some
-                )
+                filled[p] = _fill_part(touched, width, filled[p], parts.main[p], some)
             full += filled[p] == 1.0
         if full == count:
             break
@@ -169,8 +171,6 @@ def _fill_by_part(shapes: Shapes, count: int, found: IntArray, parts: Parts) -> 
 
 @inlined
 def _fill_part(
-    shapes: Shapes,
-    these: IntArray,
     touched: int,
     width: float,
     filled: float,
@@ -181,13 +181,14 @@ def _fill_part(
     rows, at = some.rows, some.local_m
     # On their own, so that they need not be read and written for every shape.
     most, mx, my, mz, before, behind = main[0], main[1], main[2], main[3], main[4], main[5]
-    for k in some.touched[:touched]:
+    for n in range(touched):
         if filled == 1.0:
             break
+        k = np.uint64(some.touched[n])
         lx, ly, lz, radius = at[0, k], at[1, k], at[2, k], rows[15, k]
-        hx, hy, hz, s = rows[12, k], rows[13, k], rows[14, k], these[k]
+        hx, hy, hz = rows[12, k], rows[13, k], rows[14, k]
         share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
-        nx, ny, nz = outward_normal(lx, ly, lz, shapes.half_m[s], shapes.rotation[s])
+        nx, ny, nz = outward_normal(lx, ly, lz, hx, hy, hz, turn_in(rows, k))
         high = radius - box_distance(lx, ly, lz, hx, hy, hz)
         low = high - 2.0 * (radius + min(hx, min(hy, hz)))
         aligned = mx * nx + my * ny + mz * nz

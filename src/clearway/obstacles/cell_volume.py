@@ -18,7 +18,7 @@ from clearway.base.grid import GridEdges
 from clearway.base.state import IntArray
 from clearway.obstacles.cell_share import blurred_share, half_space_share
 from clearway.obstacles.obstacle import Shapes, shape_distance
-from clearway.obstacles.rounded_box import box_distance, local_point, outward_normal
+from clearway.obstacles.rounded_box import box_distance, local_point, outward_normal, turn_of
 
 SMOOTH_PARTS = 64.0
 """A part cut by one smooth surface is at most this share of the cell's width."""
@@ -103,7 +103,7 @@ def cut_of(part: Part, shapes: Shapes, n: int) -> Cut:
         bends = 2.0 if farthest > 0.0 else 1.0
         squares = part.out * part.out + part.across * part.across + part.up * part.up
         distance += bends * squares / (72.0 * radius)
-    nx, ny, nz = outward_normal(lx, ly, lz, half, rotation)
+    nx, ny, nz = outward_normal(lx, ly, lz, half[0], half[1], half[2], turn_of(rotation))
     return Cut(distance, nx, ny, nz, flat, slab)
 
 

@@ -6,6 +6,7 @@ Each is convex, so a distance along a ray is a convex function and Newton's meth
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -81,27 +82,53 @@ def rounded_box_distance(
     return box_distance(lx, ly, lz, half[0], half[1], half[2]) - radius
 
 
+class Turn(NamedTuple):
+    """frame_from_local [3, 3] by entry: as numbers, wherever they come from."""
+
+    xx: float
+    xy: float
+    xz: float
+    yx: float
+    yy: float
+    yz: float
+    zx: float
+    zy: float
+    zz: float
+
+
+@borrowing
+def turn_of(rotation: FloatArray) -> Turn:
+    """The entries of a rotation [3, 3]."""
+    x, y, z = rotation[0], rotation[1], rotation[2]
+    return Turn(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
+
+
 @borrowing
 def outward_normal(
-    lx: float, ly: float, lz: float, half: FloatArray, rotation: FloatArray
+    lx: float, ly: float, lz: float, hx: float, hy: float, hz: float, turn: Turn
 ) -> tuple[float, float, float]:
     """Direction, in the obstacle's frame, in which its distance grows at a local point."""
-    qx, qy, qz = abs(lx) - half[0], abs(ly) - half[1], abs(lz) - half[2]
+    qx, qy, qz = abs(lx) - hx, abs(ly) - hy, abs(lz) - hz
     if max(min(qx, qy), min(max(qx, qy), qz)) <= 0.0:
         # Beyond one face at most: the normal is its own, without a root.
         nearest_face = max(qx, max(qy, qz))
-        axis = 0 if qx == nearest_face else 1 if qy == nearest_face else 2
-        side = math.copysign(1.0, lx if axis == 0 else ly if axis == 1 else lz)
-        return side * rotation[0, axis], side * rotation[1, axis], side * rotation[2, axis]
+        if qx == nearest_face:
+            side = math.copysign(1.0, lx)
+            return side * turn.xx, side * turn.yx, side * turn.zx
+        if qy == nearest_face:
+            side = math.copysign(1.0, ly)
+            return side * turn.xy, side * turn.yy, side * turn.zy
+        side = math.copysign(1.0, lz)
+        return side * turn.xz, side * turn.yz, side * turn.zz
     ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
     length = math.sqrt(ox * ox + oy * oy + oz * oz)
     ox = math.copysign(ox / length, lx)
     oy = math.copysign(oy / length, ly)
     oz = math.copysign(oz / length, lz)
     return (
-        rotation[0, 0] * ox + rotation[0, 1] * oy + rotation[0, 2] * oz,
-        rotation[1, 0] * ox + rotation[1, 1] * oy + rotation[1, 2] * oz,
-        rotation[2, 0] * ox + rotation[2, 1] * oy + rotation[2, 2] * oz,
+        turn.xx * ox + turn.xy * oy + turn.xz * oz,
+        turn.yx * ox + turn.yy * oy + turn.yz * oz,
+        turn.zx * ox + turn.zy * oy + turn.zz * oz,
     )
 
 

@@ -10,6 +10,7 @@ from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
+from clearway.obstacles.rounded_box import Turn
 
 AT_ONCE = 128
 """Shapes that are held against a part at once; once all parts are full, no more are."""
@@ -49,6 +50,14 @@ def lay_out(shapes: Shapes, found: IntArray, rows: FloatArray) -> None:
             for j in range(3):
                 rows[3 + 3 * i + j, k] = shapes.rotation[s, i, j]
         rows[15, k] = shapes.radius_m[s]
+
+
+@inlined
+def turn_in(rows: FloatArray, k: np.uint64) -> Turn:
+    """How one of some shapes lies."""
+    xx, xy, xz, yx, yy, yz = rows[3], rows[4], rows[5], rows[6], rows[7], rows[8]
+    zx, zy, zz = rows[9], rows[10], rows[11]
+    return Turn(xx[k], xy[k], xz[k], yx[k], yy[k], yz[k], zx[k], zy[k], zz[k])
 
 
 @borrowing
