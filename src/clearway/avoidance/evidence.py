@@ -238,8 +238,8 @@ def _left_out_m(situation: Situation, near: Shapes, within_m: float) -> float:
         return np.inf
     if len(known) > MOST_MEASURED:
         return within_m
-    away = np.linalg.norm(known.shapes.center_m - situation.frame.origin_m, axis=1)
-    away -= known.shapes.bound_m
+    offsets = known.shapes.center_m - situation.frame.origin_m
+    away = np.sqrt(np.einsum("ij,ij->i", offsets, offsets)) - known.shapes.bound_m
     away[near.source] = np.inf
     return max(within_m, float(away.min()))
 

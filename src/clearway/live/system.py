@@ -6,7 +6,6 @@ are counted by reason in `counts`, never silently lost.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Hashable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -129,7 +128,7 @@ class AvoidanceSystem:
         self._alerts = Alerts()
         self._mode: ModeState | None = None
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
-        self._told: Counter[str] = Counter()
+        self._told: dict[str, int] = {}
         self._held_against: State | None = None  # The own state last held against the plan's tube.
         if is_new(self._kind):
             self._make_ready()
@@ -360,10 +359,12 @@ class AvoidanceSystem:
         bold = self._insistence is not None and self._insistence.bold and blind_s is None
         facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold)
         self._mode = mode_after(self._mode, facts)
-        fresh: dict[str, int] = {}
-        if dict.__ne__(self.counts, self._told):
-            fresh = dict(self.counts - self._told)
-            self._told = Counter(self.counts)
+        told = self._told  # By hand: to subtract counters takes five times as long.
+        fresh = {
+            why: n - told.get(why, 0) for why, n in self.counts.items() if n > told.get(why, 0)
+        }
+        if fresh:
+            self._told = dict(self.counts)
         if self._known.clock.shifted:
             decision = replace(decision, state=replace(decision.state, time_s=told_s))
         return FlightDecision(
