@@ -113,14 +113,17 @@ def _in_order(
     edges = _half_planes(borders)
     beyond = columns if left else -1
     behind = columns - 1 if borders.full_circle else -1
-    count, in_order = 1, True
+    at, before, in_order = np.uint64(1), times[COLUMN_CUT, 0], True
     for m in range(edges):
         j = m if left else edges - 1 - m
         place = j if left else j - 1
-        in_order &= planes[j, n] >= times[COLUMN_CUT, count - 1]
-        times[COLUMN_CUT, count] = planes[j, n]
-        places[COLUMN, count] = behind if place == beyond else place
-        count += planes[j, n] < np.inf
+        cut = planes[np.uint64(j), n]
+        in_order &= cut >= before
+        times[COLUMN_CUT, at] = cut
+        places[COLUMN, at] = behind if place == beyond else place
+        at += np.uint64(cut < np.inf)
+        before = cut if cut < np.inf else before
+    count = np.int64(at)
     if not in_order:
         _sort(count, out)
     return count

@@ -39,25 +39,19 @@ def layer_cuts(
     then outwards."""
     last = borders.layers
     times, places = out.times, out.places
-    count = 1
-    times[LAYER_CUT, 0] = start
-    places[LAYER, 0] = last - 1
+    # No branch asks which are crossed on the way: what is not to be listed is written over.
+    at, first = np.uint64(1), last - 1
     i = last - 1
-    while i >= 0 and spheres[i, n] < np.inf:
-        cut = -spheres[i, n]
-        if cut <= start:
-            places[LAYER, 0] = i - 1
-        elif cut < end:
-            times[LAYER_CUT, count] = cut
-            places[LAYER, count] = i - 1
-            count += 1
+    while i >= 0 and spheres[np.uint64(i), n] < np.inf:
+        cut = -spheres[np.uint64(i), n]
+        first = i - 1 if cut <= start else first
+        times[LAYER_CUT, at], places[LAYER, at] = cut, i - 1
+        at += np.uint64((cut > start) & (cut < end))
         i -= 1
     for j in range(i + 1, last):
-        cut = spheres[j, n]
-        if cut <= start:
-            places[LAYER, 0] = j
-        elif cut < end:
-            times[LAYER_CUT, count] = cut
-            places[LAYER, count] = j
-            count += 1
-    return count
+        cut = spheres[np.uint64(j), n]
+        first = j if cut <= start else first
+        times[LAYER_CUT, at], places[LAYER, at] = cut, j
+        at += np.uint64((cut > start) & (cut < end))
+    times[LAYER_CUT, 0], places[LAYER, 0] = start, first
+    return np.int64(at)

@@ -140,13 +140,14 @@ def _in_order(
 ) -> int:
     """After `count` of them. No branch asks which cones are crossed: what is not to be listed is
     written over."""
-    times, places, rows = out.times, out.places, borders.rows
+    times, places, rows, at = out.times, out.places, borders.rows, np.uint64(count)
     for m in range(rows + 1):
         k = m if rising else rows - m
-        times[ROW_CUT, count] = cuts[k, n]
-        places[ROW, count] = (k if k < rows else -1) if rising else k - 1
-        count += cuts[k, n] < np.inf
-    return count
+        cut = cuts[np.uint64(k), n]
+        times[ROW_CUT, at] = cut
+        places[ROW, at] = (k if k < rows else -1) if rising else k - 1
+        at += np.uint64(cut < np.inf)
+    return np.int64(at)
 
 
 @borrowing

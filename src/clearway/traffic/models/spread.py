@@ -259,9 +259,11 @@ def _sum_up(
     """Of one ray, which is in a place of a bunch."""
     passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
     walk, end = begun(lines, n, borders, pieces)
+    nowhere = len(sums) - 1
     while walk.here < end:
         entry_s = walk.here_s
         cell, walk = step(walk, passed, speed, borders, pieces)
+        cell = np.uint64(cell if cell >= 0 else nowhere)
         leave_s = walk.here_s
         sums[cell, ENTRY] = min(sums[cell, ENTRY], entry_s)
         sums[cell, LEAVE] = max(sums[cell, LEAVE], leave_s)

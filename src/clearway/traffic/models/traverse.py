@@ -38,6 +38,9 @@ from clearway.traffic.models.layer_cuts import cut_by_spheres, layer_cuts
 from clearway.traffic.models.row_cuts import cut_by_cones, row_cuts
 
 
+ONE = np.uint64(1)
+
+
 class Walk(NamedTuple):
     """How far a line has been followed."""
 
@@ -89,7 +92,8 @@ def begun(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> t
     """List the cuts of one line that has been cut; where it is followed from, and to (m)."""
     told = lines.told
     start, end = told[START, n], told[END, n]
-    nowhere = Walk(0, 0, 0, 0, end, np.inf, 0.0)
+    first = np.uint64(0)
+    nowhere = Walk(first, first, first, 0, end, np.inf, 0.0)
     if not end - start > borders.tolerance_m:
         return nowhere, end
     columns, rows = column_cuts(lines, n, borders, out), row_cuts(lines, n, borders, out)
@@ -99,14 +103,14 @@ def begun(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> t
     layers = layer_cuts(lines.spheres, n, start, end, borders, out)
     times = out.times
     times[LAYER_CUT, layers] = times[COLUMN_CUT, columns] = times[ROW_CUT, rows] = end
-    j = k = 0
-    while times[COLUMN_CUT, j + 1] <= start:
-        j += 1
-    while times[ROW_CUT, k + 1] <= start:
-        k += 1
+    j = k = first
+    while times[COLUMN_CUT, j + ONE] <= start:
+        j += ONE
+    while times[ROW_CUT, k + ONE] <= start:
+        k += ONE
     start_s = max(0.0, (start + told[PASSED, n]) / told[SPEED, n])
     cell, wall = _column_and_row(j, k, borders, out)
-    return Walk(0, j, k, cell, wall, start, start_s), end
+    return Walk(first, j, k, cell, wall, start, start_s), end
 
 
 @inlined
@@ -140,7 +144,7 @@ def _column_and_row(j: int, k: int, borders: Borders, out: TraversalPieces) -> t
     cell = column * borders.rows + row
     if column < 0 or row < 0:
         cell = -borders.layers * borders.columns * borders.rows
-    return cell, min(out.times[COLUMN_CUT, j + 1], out.times[ROW_CUT, k + 1])
+    return cell, min(out.times[COLUMN_CUT, j + ONE], out.times[ROW_CUT, k + ONE])
 
 
 @inlined
@@ -154,14 +158,14 @@ def step(
     """
     i, j, k, inner_cell, wall, here, _ = walk
     cell = out.places[LAYER, i] * (borders.columns * borders.rows) + inner_cell
-    following = out.times[LAYER_CUT, i + 1]
+    following = out.times[LAYER_CUT, i + ONE]
     if following < wall:
-        i += 1
+        i += ONE
     else:
-        i += following <= wall
+        i += np.uint64(following <= wall)
         following = wall
-        j += out.times[COLUMN_CUT, j + 1] <= wall
-        k += out.times[ROW_CUT, k + 1] <= wall
+        j += np.uint64(out.times[COLUMN_CUT, j + ONE] <= wall)
+        k += np.uint64(out.times[ROW_CUT, k + ONE] <= wall)
         inner_cell, wall = _column_and_row(j, k, borders, out)
     counts = (cell >= 0) & (following - here > borders.tolerance_m)
     following_s = (following + passed) / speed
