@@ -297,7 +297,8 @@ def _goes_on(
     forward = y / (abs(x) + abs(y) + TINY)
     turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
     column = (turned + 2.0) * field.per_column
-    k, j = int(row), min(int(column), around.shape[0] - 1)
+    at = min(int(column), around.shape[0] - 1)
+    j, k = np.uint64(at), np.uint64(int(row))
     if around[j, k] < distance + short or sine < field.lowest[j, k] or sine > field.highest[j, k]:
         return False
-    return bool(field.beside[j, k] & (TO_RIGHT if column - j < 0.5 else TO_LEFT))
+    return bool(field.beside[j, k] & (TO_RIGHT if column - at < 0.5 else TO_LEFT))
