@@ -82,7 +82,7 @@ def first_wide(
     """
     begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
     placed, tips, voxels, level = begun.placed, begun.tips.places, wide.seen, np.uint64(steps)
-    per_m, escapes = window[3], len(ways.begins)
+    per_m, escapes, one = window[3], np.uint64(len(ways.begins)), np.uint64(1)
     low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), float(wide.low[2])
     east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
     start_x, start_y, start_z = placed[0, 0], placed[0, 1], placed[0, 2]
@@ -92,14 +92,14 @@ def first_wide(
     from_y = window[5] * per_m - low_y
     from_z = window[6] * per_m - low_z
     beside = window[7] * per_m + np.sqrt(3.0) * (radius * per_m + 2.0) if window[7] > 0.0 else 0.0
-    beside2, e = beside * beside, escape
+    beside2, e = beside * beside, np.uint64(escape)
     while e < escapes:
-        begin = begins[e]
+        begin = np.uint64(begins[e])
         if seen[begin] == UNKNOWN and seen[parent[begin]] == FAILS:
             seen[begin] = FAILS
         if seen[begin] == FAILS or clear[begin] == FAILS:
-            while e < escapes and begins[e] == begin:
-                e += 1
+            while e < escapes and np.uint64(begins[e]) == begin:
+                e += one
             continue
         ahead, left, when = tips[begin, 0], tips[begin, 1], tips[begin, 5]
         cosine, sine = tips[begin, 3], tips[begin, 4]
@@ -117,10 +117,11 @@ def first_wide(
                 seen[begin] = FAILS
                 continue  # To its other escapes.
         cosine, sine = per_m * placed[begin, 3], per_m * placed[begin, 4]
-        while e < escapes and begins[e] == begin:
+        while e < escapes and np.uint64(begins[e]) == begin:
             if met[e] != FAILS and cleared[e] != FAILS:
-                is_wide, loop = True, loops[e]
-                for n in range(loop_at[loop], loop_at[loop + 1]):
+                is_wide, loop = True, np.uint32(loops[e])
+                for at in range(loop_at[loop], loop_at[loop + np.uint32(1)]):
+                    n = np.uint64(at)
                     ahead, left, when = places[n, 0], places[n, 1], per_m * places[n, 3]
                     a = x + cosine * ahead - sine * left + east_mps * when
                     b = y + sine * ahead + cosine * left + north_mps * when
@@ -131,9 +132,9 @@ def first_wide(
                             is_wide = False
                             break
                 if is_wide:
-                    return e
-            e += 1
-    return escapes
+                    return np.int64(e)
+            e += one
+    return np.int64(escapes)
 
 
 @inlined
@@ -151,7 +152,8 @@ def _is_missing(
     places farther off than is filled in, whether their own was not."""
     if min(a, b, c) < 0.0 or max(a, b) >= ACROSS or c >= WORD:
         return _was_not_seen(a, b, c, wide.low, free, window)
-    return bool(not (seen[level, np.uint64(a), np.uint64(b)] >> np.uint64(c)) & ONE)
+    bit = np.uint64(np.uint32(c))
+    return bool(not (seen[level, np.uint32(a), np.uint32(b)] >> bit) & ONE)
 
 
 @borrowing
