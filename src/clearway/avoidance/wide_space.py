@@ -132,9 +132,9 @@ def first_wide(
                             is_wide = False
                             break
                 if is_wide:
-                    return np.int64(e)
+                    return int(np.int64(e))
             e += one
-    return np.int64(escapes)
+    return int(np.int64(escapes))
 
 
 @inlined

@@ -123,7 +123,7 @@ def _in_order(
         places[COLUMN, at] = behind if place == beyond else place
         at += np.uint64(cut < np.inf)
         before = cut if cut < np.inf else before
-    count = np.int64(at)
+    count = int(np.int64(at))
     if not in_order:
         _sort(count, out)
     return count

@@ -54,4 +54,4 @@ def layer_cuts(
         times[LAYER_CUT, at], places[LAYER, at] = cut, j
         at += np.uint64((cut > start) & (cut < end))
     times[LAYER_CUT, 0], places[LAYER, 0] = start, first
-    return np.int64(at)
+    return int(np.int64(at))

@@ -147,7 +147,7 @@ def _in_order(
         times[ROW_CUT, at] = cut
         places[ROW, at] = (k if k < rows else -1) if rising else k - 1
         at += np.uint64(cut < np.inf)
-    return np.int64(at)
+    return int(np.int64(at))
 
 
 @borrowing

@@ -263,14 +263,14 @@ def _sum_up(
     while walk.here < end:
         entry_s = walk.here_s
         cell, walk = step(walk, passed, speed, borders, pieces)
-        cell = np.uint64(cell if cell >= 0 else nowhere)
+        at = np.uint64(cell if cell >= 0 else nowhere)
         leave_s = walk.here_s
-        sums[cell, ENTRY] = min(sums[cell, ENTRY], entry_s)
-        sums[cell, LEAVE] = max(sums[cell, LEAVE], leave_s)
-        sums[cell, DWELL] += weight * (leave_s - entry_s)
-        if sums[cell, RAY] != ray:
-            sums[cell, RAY] = ray
-            sums[cell, MEETING] += weight
+        sums[at, ENTRY] = min(sums[at, ENTRY], entry_s)
+        sums[at, LEAVE] = max(sums[at, LEAVE], leave_s)
+        sums[at, DWELL] += weight * (leave_s - entry_s)
+        if sums[at, RAY] != ray:
+            sums[at, RAY] = ray
+            sums[at, MEETING] += weight
 
 
 @borrowing

@@ -37,17 +37,18 @@ from clearway.traffic.models.half_lines import (
 from clearway.traffic.models.layer_cuts import cut_by_spheres, layer_cuts
 from clearway.traffic.models.row_cuts import cut_by_cones, row_cuts
 
-
 ONE = np.uint64(1)
+"""Unsigned, as all indices are here: compiled code asks of signed ones whether they count from the
+end."""
 
 
 class Walk(NamedTuple):
     """How far a line has been followed."""
 
-    layer_cut: int
+    layer_cut: np.uint64
     """Behind which cut of each list it is."""
-    column_cut: int
-    row_cut: int
+    column_cut: np.uint64
+    row_cut: np.uint64
     inner_cell: int
     """Cell of its column and row in the innermost layer; far below 0 outside."""
     wall: float
@@ -138,7 +139,9 @@ def _between_walls(
 
 
 @inlined
-def _column_and_row(j: int, k: int, borders: Borders, out: TraversalPieces) -> tuple[int, float]:
+def _column_and_row(
+    j: np.uint64, k: np.uint64, borders: Borders, out: TraversalPieces
+) -> tuple[int, float]:
     """Cell in the innermost layer behind such cuts, and the length of the next of either."""
     column, row = out.places[COLUMN, j], out.places[ROW, k]
     cell = column * borders.rows + row
