@@ -236,7 +236,7 @@ def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
             if part:
                 live.update(live.state_at(second + part))
             live.catch_up(second + part)
-            assert live._endangered_at(second + part) is None
+            assert live._watch.endangered_at(live._plan, second + part) is None
         at = live.state_at(second + 1.0)
 
 

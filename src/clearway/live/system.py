@@ -17,7 +17,7 @@ import numpy.typing as npt
 from clearway.avoidance.decide import decide, warm_up_steps
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import Escape
 from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, kind_of, points_of
@@ -26,7 +26,6 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alerting import TrafficPicture, traffic_picture
 from clearway.live.boldness import Insistence
-from clearway.live.danger import endangered
 from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
@@ -36,6 +35,7 @@ from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
+from clearway.live.watch import Watch
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Lidar, Scan
 from clearway.sensors.detection import Rule
@@ -46,8 +46,6 @@ from clearway.vehicle.buffer import MovementBuffer
 
 WIND_MPS = np.array([0.1, 0.0, 0.0])
 """Some wind, to warm up."""
-GROWN = 0.01
-"""Share of the safety margin by which the margin must have grown to be news."""
 
 
 @keywords_beyond_two
@@ -127,9 +125,8 @@ class AvoidanceSystem:
         self._volumes = volumes
         self._alerts = Alerts()
         self._mode: ModeState | None = None
-        self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
+        self._watch = Watch(planner, self._known)
         self._told: dict[str, int] = {}
-        self._held_against: State | None = None  # The own state last held against the plan's tube.
         if is_new(self._kind):
             self._make_ready()
 
@@ -209,52 +206,7 @@ class AvoidanceSystem:
         In the middle of the plan's first movement news counts only if it endangers the plan:
         decided anew with every scan, from between two movements, it would waver for ever.
         """
-        now = self._known.catch_up(now_s)
-        strayed = self._strayed()  # Counted also where a decision is due anyway.
-        due = self._plan.due(now, self.progress.goal) or strayed
-        if due or not (self._known.news or self._margin_has_grown(now)):
-            return due
-        verified = self.planner.settings.verify
-        if self._known.news and not (verified and self._plan.in_first_movement(now)):
-            return self._known.news
-        if not self._known.unchecked:
-            return None
-        danger = self._endangered_at(now)
-        self._known.unchecked = danger is not None
-        return danger
-
-    def _strayed(self) -> str | None:
-        """Whether the latest own state left the tube of the plan; each is looked at once."""
-        if self.planner.automaton.pairs is None or not self._known.own_states.reach_back_to(np.inf):
-            return None
-        latest = self._known.own_states.latest
-        if latest is self._held_against:
-            return None
-        self._held_against = latest
-        settings, flown_s = self.planner.settings, latest.time_s - self._plan.buffer.start_s
-        unsure_mps = self._known.wind.sigma_mps if self._known.wind.wind_mps.any() else 0.0
-        unsure_m = settings.sigmas * (latest.position_std_m + unsure_mps * max(flown_s, 0.0))
-        beyond_m = self._plan.strayed_m(latest)
-        if beyond_m <= unsure_m:
-            return None
-        self.counts["state: outside the tube of its plan"] += 1
-        return f"the vehicle is {beyond_m:.2f} m outside the tube of its plan"
-
-    def _margin_has_grown(self, now: float) -> bool:
-        """Whether more must be kept now than the plan has been held against; it then is anew."""
-        if self._plan.decision is None:
-            return False
-        here = self._known.here(self._known.own_states.latest, now)
-        needed_m = widest_margin_m(self.planner, here)
-        if needed_m <= self._kept_m + GROWN * self.planner.settings.safety_margin_m:
-            return False
-        self._kept_m, self._known.unchecked = needed_m, True
-        return True
-
-    def _endangered_at(self, now: float) -> str | None:
-        """By what the plan being flown lacks the margin, as far as is known now."""
-        state = self._known.own_states.at(now)
-        return endangered(self._plan, self.planner, self._known.around(state, now), now)
+        return self._watch.due(self._plan, self._known.catch_up(now_s))
 
     @property
     def _kind(self) -> Hashable:
@@ -298,7 +250,7 @@ class AvoidanceSystem:
             for reading in readings:
                 trial.update(reading)
             trial.decide(time_s)
-            trial._endangered_at(time_s)
+            trial._watch.endangered_at(trial._plan, time_s)
             for scan in (reading for reading in readings if isinstance(reading, Scan)):
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
@@ -320,7 +272,7 @@ class AvoidanceSystem:
         if self.progress.closed:
             commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
         decision = decide(planner, situation, commitment=commitment)
-        self._kept_m = widest_margin_m(self.planner, situation)
+        self._watch.decided_for(situation)
         picture = self._looked_at(situation)
         return self._adopt(decision, now, now_s, scan_age, picture)
 

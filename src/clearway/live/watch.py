@@ -1,0 +1,81 @@
+"""Why a decision is due: the plan says so, the vehicle has left its tube, or something is new.
+
+In the middle of a movement news counts only if it endangers the plan: decided anew with every scan,
+from between two movements, the vehicle would waver for ever.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.base.state import State
+from clearway.live.danger import endangered
+from clearway.live.knowledge import Knowledge
+from clearway.live.plan import Plan
+
+GROWN = 0.01
+"""Share of the safety margin by which the margin must have grown to be news."""
+
+
+class Watch:
+    """Holds a plan against what is known, as often as anybody asks."""
+
+    def __init__(self, planner: Planner, known: Knowledge) -> None:
+        self._planner, self._known = planner, known
+        self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
+        self._held_against: State | None = None  # The own state last held against the plan's tube.
+
+    def decided_for(self, situation: Situation) -> None:
+        """A plan was made for a situation: the margin kept there is no news."""
+        self._kept_m = widest_margin_m(self._planner, situation)
+
+    def due(self, plan: Plan, now: float) -> str | None:
+        """Why a decision is due now, or None while the plan may be flown on."""
+        known = self._known
+        strayed = self._strayed(plan)  # Counted also where a decision is due anyway.
+        due = plan.due(now, known.progress.goal) or strayed
+        if due or not (known.news or self._margin_has_grown(plan, now)):
+            return due
+        if known.news and not (self._planner.settings.verify and plan.in_first_movement(now)):
+            return known.news
+        if not known.unchecked:
+            return None
+        danger = self.endangered_at(plan, now)
+        known.unchecked = danger is not None
+        return danger
+
+    def endangered_at(self, plan: Plan, now: float) -> str | None:
+        """By what the plan being flown lacks the margin, as far as is known now."""
+        around = self._known.around(self._known.own_states.at(now), now)
+        return endangered(plan, self._planner, around, now)
+
+    def _strayed(self, plan: Plan) -> str | None:
+        """Whether the latest own state left the tube of the plan; each is looked at once."""
+        known = self._known
+        if self._planner.automaton.pairs is None or not known.own_states.reach_back_to(np.inf):
+            return None
+        latest = known.own_states.latest
+        if latest is self._held_against:
+            return None
+        self._held_against = latest
+        settings, flown_s = self._planner.settings, latest.time_s - plan.buffer.start_s
+        unsure_mps = known.wind.sigma_mps if known.wind.wind_mps.any() else 0.0
+        unsure_m = settings.sigmas * (latest.position_std_m + unsure_mps * max(flown_s, 0.0))
+        beyond_m = plan.strayed_m(latest)
+        if beyond_m <= unsure_m:
+            return None
+        known.counts["state: outside the tube of its plan"] += 1
+        return f"the vehicle is {beyond_m:.2f} m outside the tube of its plan"
+
+    def _margin_has_grown(self, plan: Plan, now: float) -> bool:
+        """Whether more must be kept now than the plan has been held against; it then is anew."""
+        if plan.decision is None:
+            return False
+        here = self._known.here(self._known.own_states.latest, now)
+        needed_m = widest_margin_m(self._planner, here)
+        if needed_m <= self._kept_m + GROWN * self._planner.settings.safety_margin_m:
+            return False
+        self._kept_m, self._known.unchecked = needed_m, True
+        return True
