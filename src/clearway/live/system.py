@@ -35,7 +35,7 @@ from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
 from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
-from clearway.live.watch import Watch
+from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Lidar, Scan
 from clearway.sensors.detection import Rule
@@ -125,7 +125,7 @@ class AvoidanceSystem:
         self._volumes = volumes
         self._alerts = Alerts()
         self._mode: ModeState | None = None
-        self._watch = Watch(planner, self._known)
+        self._watch = PlanWatch(planner, self._known)
         self._told: dict[str, int] = {}
         if is_new(self._kind):
             self._make_ready()

@@ -19,7 +19,7 @@ GROWN = 0.01
 """Share of the safety margin by which the margin must have grown to be news."""
 
 
-class Watch:
+class PlanWatch:
     """Holds a plan against what is known, as often as anybody asks."""
 
     def __init__(self, planner: Planner, known: Knowledge) -> None:
