@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from clearway.base.compiled import read_only
 from clearway.live.cell_marking import mark_seen, renew_nearest
 from clearway.live.nearest_balls import mark_balls
 
@@ -36,14 +37,14 @@ def test_cells_are_told_of_the_nearest_ball(seed: int, count: int) -> None:
     radius[: count // 100] *= 20.0
     reach = float(rng.uniform(0.5, 5.0))
     nearest = np.full(SHAPE, np.inf)
-    mark_balls(nearest, position, radius, low, width, reach)
+    mark_balls(nearest, read_only(position), read_only(radius), low, width, reach)
     np.testing.assert_allclose(nearest, by_hand(position, radius, low, width, reach), atol=1e-9)
 
 
 def test_what_was_marked_before_stays_where_it_is_nearer() -> None:
     nearest = np.full(SHAPE, -0.5)
     low = np.zeros(3)
-    mark_balls(nearest, np.array([[5.0, 5.0, 4.0]]), np.array([0.1]), low, 1.0, 3.0)
+    mark_balls(nearest, read_only([[5.0, 5.0, 4.0]]), read_only([0.1]), low, 1.0, 3.0)
     assert (nearest == -0.5).all()
 
 

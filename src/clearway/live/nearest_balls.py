@@ -13,24 +13,29 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import IntArray
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import borrowing, compiled, inlined, sealed
 from clearway.base.frames import FloatArray
+from clearway.base.rounding import SURELY
 
 PARTS = 2
 """Of a cell along each axis."""
-SURELY = 1.0 + 1e-12
-"""Factor on a squared bound: what lies beyond it is not within, however numbers are rounded."""
 
 
 class Groups(NamedTuple):
-    """What lies in the same cell, one group after the other."""
+    """Balls by the cells that they lie in, and there by parts of these."""
 
-    order: IntArray
-    """[n] number of each."""
-    starts: IntArray
-    """[groups + 1] where in it each group begins, with the end."""
-    boxes: FloatArray
+    balls: FloatArray
+    """[n, 4] centre and radius, part after part."""
+    cells: IntArray
+    """[groups, 3] in which each group lies."""
+    first_part: IntArray
+    """[groups + 1] where the parts of each begin, with the end."""
+    first_ball: IntArray
+    """[parts + 1] likewise the balls of each part."""
+    box: FloatArray
     """[groups, 7] lowest and highest corner of the centres of a group's balls, and their widest."""
+    part_box: FloatArray
+    """[parts, 7] likewise of a part."""
 
 
 def mark_balls(
@@ -51,7 +56,7 @@ def mark_balls(
 
 @lru_cache(maxsize=8)
 def _outwards(far: int) -> IntArray:
-    return outwards(far)
+    return sealed(outwards(far))
 
 
 @compiled
@@ -68,23 +73,20 @@ def _mark_balls(
     """far: cells as far as which balls may be told of. steps: `outwards` to these."""
     homes = np.empty((len(radius), 3), dtype=np.int64)
     _find_homes(homes, position, low, width, far, nearest.shape)
-    order, starts = gathered(homes)
-    parts = Groups(order, starts, np.empty((len(starts) - 1, 7)))
-    balls = np.empty((len(radius), 4))
-    _put_in_order(balls, position, radius, order)
-    _bound_balls(parts, balls)
-    cells = np.empty((len(starts) - 1, 3), dtype=np.int64)
-    for part in range(len(cells)):
-        for axis in range(3):
-            cells[part, axis] = homes[order[starts[part]], axis] // PARTS
-    order, starts = gathered(cells)
-    whole = Groups(order, starts, np.empty((len(starts) - 1, 7)))
-    _bound_parts(whole, parts)
-    _mark_gathered(nearest, balls, low, width, reach, cells, parts, whole, steps)
+    order, starts = _gathered(homes // PARTS)
+    groups, most = len(starts) - 1, min(PARTS**3 * (len(starts) - 1), len(radius))
+    first_part, first_ball = np.empty(groups + 1, np.int64), np.empty(most + 1, np.int64)
+    by_part = np.empty(len(radius), dtype=np.int64)
+    _split(homes, order, starts, np.empty(PARTS**3, np.int64), by_part, first_part, first_ball)
+    balls, box, part_box = np.empty((len(radius), 4)), np.empty((groups, 7)), np.empty((most, 7))
+    cells = np.empty((groups, 3), dtype=np.int64)
+    gathered = Groups(balls, cells, first_part, first_ball, box, part_box)
+    _put_in_order(gathered, position, radius, homes, by_part)
+    _mark_gathered(nearest, gathered, low, width, reach, steps)
 
 
 @compiled
-def gathered(cells: IntArray) -> tuple[IntArray, IntArray]:
+def _gathered(cells: IntArray) -> tuple[IntArray, IntArray]:
     """Those that lie in cells [n, 3] in the order of these, and where in it each begins, with the
     end."""
     low, spans = np.zeros(3, dtype=np.int64), np.ones(3, dtype=np.int64)
@@ -149,64 +151,95 @@ def _find_homes(
 
 
 @borrowing
-def _put_in_order(
-    balls: FloatArray, position: FloatArray, radius: FloatArray, order: IntArray
+def _split(
+    homes: IntArray,
+    order: IntArray,
+    starts: IntArray,
+    tally: IntArray,
+    by_part: IntArray,
+    first_part: IntArray,
+    first_ball: IntArray,
 ) -> None:
-    """Fill in centres and radii [n, 4] of balls in an order."""
-    for n in range(len(balls)):
-        at = order[n]
-        balls[n, 0], balls[n, 1], balls[n, 2] = position[at, 0], position[at, 1], position[at, 2]
-        balls[n, 3] = radius[at]
+    """Fill in the balls of each group part after part, and where these begin.
+
+    order, starts: of groups, by `_gathered`. tally: [PARTS^3] to work with.
+    """
+    parts = 0
+    for g in range(len(starts) - 1):
+        first_part[g] = parts
+        tally[:] = 0
+        for at in range(starts[g], starts[g + 1]):
+            tally[_part_of(homes, order[at])] += 1
+        begin = starts[g]
+        for part in range(len(tally)):
+            if tally[part] > 0:
+                first_ball[parts] = begin
+                parts += 1
+            begin, tally[part] = begin + tally[part], begin
+        for at in range(starts[g], starts[g + 1]):
+            part = _part_of(homes, order[at])
+            by_part[tally[part]] = order[at]
+            tally[part] += 1
+    first_part[len(starts) - 1], first_ball[parts] = parts, len(order)
 
 
 @borrowing
-def _bound_balls(parts: Groups, balls: FloatArray) -> None:
-    """Fill in the boxes of groups of balls that lie in their order."""
-    boxes, starts = parts.boxes, parts.starts
-    for g in range(len(boxes)):
+def _part_of(homes: IntArray, n: int) -> int:
+    """Which part of its cell a ball lies in."""
+    return int((homes[n, 0] % PARTS * PARTS + homes[n, 1] % PARTS) * PARTS + homes[n, 2] % PARTS)
+
+
+@borrowing
+def _put_in_order(
+    groups: Groups, position: FloatArray, radius: FloatArray, homes: IntArray, by_part: IntArray
+) -> None:
+    """Fill in balls and cells, and the boxes of parts and groups."""
+    balls, box, part_box = groups.balls, groups.box, groups.part_box
+    for at in range(len(balls)):
+        n = by_part[at]
         for axis in range(3):
-            boxes[g, axis] = boxes[g, 3 + axis] = balls[starts[g], axis]
-        boxes[g, 6] = 0.0
-        for at in range(starts[g], starts[g + 1]):
+            balls[at, axis] = position[n, axis]
+        balls[at, 3] = radius[n]
+    for g in range(len(box)):
+        first, last = groups.first_part[g], groups.first_part[g + 1]
+        for axis in range(3):
+            groups.cells[g, axis] = homes[by_part[groups.first_ball[first]], axis] // PARTS
+        _begin(box, g)
+        for part in range(first, last):
+            _begin(part_box, part)
+            for at in range(groups.first_ball[part], groups.first_ball[part + 1]):
+                for axis in range(3):
+                    part_box[part, axis] = min(part_box[part, axis], balls[at, axis])
+                    part_box[part, 3 + axis] = max(part_box[part, 3 + axis], balls[at, axis])
+                part_box[part, 6] = max(part_box[part, 6], balls[at, 3])
             for axis in range(3):
-                boxes[g, axis] = min(boxes[g, axis], balls[at, axis])
-                boxes[g, 3 + axis] = max(boxes[g, 3 + axis], balls[at, axis])
-            boxes[g, 6] = max(boxes[g, 6], balls[at, 3])
+                box[g, axis] = min(box[g, axis], part_box[part, axis])
+                box[g, 3 + axis] = max(box[g, 3 + axis], part_box[part, 3 + axis])
+            box[g, 6] = max(box[g, 6], part_box[part, 6])
 
 
 @borrowing
-def _bound_parts(whole: Groups, parts: Groups) -> None:
-    """Fill in the boxes of groups of parts."""
-    boxes, order, starts = whole.boxes, whole.order, whole.starts
-    for g in range(len(boxes)):
-        for column in range(7):
-            boxes[g, column] = parts.boxes[order[starts[g]], column]
-        for at in range(starts[g], starts[g + 1]):
-            part = order[at]
-            for axis in range(3):
-                boxes[g, axis] = min(boxes[g, axis], parts.boxes[part, axis])
-                boxes[g, 3 + axis] = max(boxes[g, 3 + axis], parts.boxes[part, 3 + axis])
-            boxes[g, 6] = max(boxes[g, 6], parts.boxes[part, 6])
+def _begin(boxes: FloatArray, n: int) -> None:
+    """Fill in a box of nothing."""
+    for axis in range(3):
+        boxes[n, axis], boxes[n, 3 + axis] = np.inf, -np.inf
+    boxes[n, 6] = 0.0
 
 
 @borrowing
 def _mark_gathered(
     nearest: FloatArray,
-    balls: FloatArray,
+    groups: Groups,
     low: FloatArray,
     width: float,
     reach: float,
-    cells: IntArray,
-    parts: Groups,
-    whole: Groups,
     steps: IntArray,
 ) -> None:
-    """cells: [parts, 3] in which each part lies."""
     nx, ny, nz = nearest.shape
-    order, starts = whole.order, whole.starts
+    cells, first_part, first_ball = groups.cells, groups.first_part, groups.first_ball
     widest = 0.0
-    for g in range(len(whole.boxes)):
-        widest = max(widest, whole.boxes[g, 6])
+    for g in range(len(cells)):
+        widest = max(widest, groups.box[g, 6])
     for k in range(len(steps)):
         u, v, w = steps[k, 0], steps[k, 1], steps[k, 2]
         # From a centre to the nearest place in a cell so many off.
@@ -215,9 +248,8 @@ def _mark_gathered(
         least = width * np.sqrt(gap_x * gap_x + gap_y * gap_y + gap_z * gap_z) - widest
         if least > reach:
             continue
-        for g in range(len(starts) - 1):
-            first = order[starts[g]]
-            a, b, c = cells[first, 0] + u, cells[first, 1] + v, cells[first, 2] + w
+        for g in range(len(cells)):
+            a, b, c = cells[g, 0] + u, cells[g, 1] + v, cells[g, 2] + w
             if a < 0 or b < 0 or c < 0 or a >= nx or b >= ny or c >= nz:
                 continue
             known = nearest[a, b, c]
@@ -225,13 +257,12 @@ def _mark_gathered(
                 continue
             x, y = low[0] + (a + 0.5) * width, low[1] + (b + 0.5) * width
             z = low[2] + (c + 0.5) * width
-            if not _may_be_nearer(x, y, z, min(known, reach), whole.boxes, g):
+            if not _may_be_nearer(x, y, z, min(known, reach), groups.box, g):
                 continue
-            for at in range(starts[g], starts[g + 1]):
-                part = order[at]
-                if _may_be_nearer(x, y, z, min(known, reach), parts.boxes, part):
-                    begin, end = parts.starts[part], parts.starts[part + 1]
-                    known = _nearest_of(x, y, z, known, reach, balls, begin, end)
+            for part in range(first_part[g], first_part[g + 1]):
+                if _may_be_nearer(x, y, z, min(known, reach), groups.part_box, part):
+                    begin, end = first_ball[part], first_ball[part + 1]
+                    known = _nearest_of(x, y, z, known, reach, groups.balls, begin, end)
             nearest[a, b, c] = known
 
 
