@@ -30,6 +30,19 @@ def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     return array
 
 
+def frozen_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray | None:
+    """A read-only copy of what `vector_problem` finds nothing wrong with; else None."""
+    try:
+        array = np.array(values, dtype=np.float64)
+        x, y, z = array.tolist()
+        if not (abs(x) <= largest and abs(y) <= largest and abs(z) <= largest):
+            return None
+    except (TypeError, ValueError, OverflowError):
+        return None
+    array.setflags(write=False)
+    return array
+
+
 @keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
@@ -56,8 +69,8 @@ class State:
 
     def __post_init__(self) -> None:
         # Every reading and every decision makes some: what is in order is gone through once.
-        position = _frozen_three(self.position_m, LARGEST)
-        attitude = _frozen_three(self.attitude_rad, MOST_RAD)
+        position = frozen_three(self.position_m)
+        attitude = frozen_three(self.attitude_rad, MOST_RAD)
         numbers = found(
             (
                 time_problem("time_s", self.time_s),
@@ -85,19 +98,6 @@ class State:
     def world_from_body(self) -> FloatArray:
         """[3, 3] rotation (3.37)."""
         return rotation_of(*self.attitude_rad.tolist())
-
-
-def _frozen_three(values: npt.ArrayLike, largest: float) -> FloatArray | None:
-    """A read-only copy of what `vector_problem` finds nothing wrong with; else None."""
-    try:
-        array = np.array(values, dtype=np.float64)
-        x, y, z = array.tolist()
-        if not (abs(x) <= largest and abs(y) <= largest and abs(z) <= largest):
-            return None
-    except (TypeError, ValueError, OverflowError):
-        return None
-    array.setflags(write=False)
-    return array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,11 +13,24 @@ from clearway.base.checks import found, number_problem, time_problem, vector_pro
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import State, frozen_array
+from clearway.base.state import State, frozen_three
 
 _VECTORS = (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2))
 """What is kept as a frozen array, and of how many numbers."""
 _LARGEST_SPREAD = 0.5 * math.pi
+
+
+def _frozen_spread(values: Any) -> FloatArray | None:
+    """A read-only copy of two angles within [0, 90) degrees; else None."""
+    try:
+        spread = np.array(values, dtype=np.float64)
+        horizontal, vertical = spread.tolist()
+        if not (0.0 <= horizontal < _LARGEST_SPREAD and 0.0 <= vertical < _LARGEST_SPREAD):
+            return None
+    except (TypeError, ValueError, OverflowError):
+        return None
+    spread.setflags(write=False)
+    return spread
 
 
 @keywords_beyond_two
@@ -60,26 +73,31 @@ class Intruder:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        problems = self._problems()
-        if problems:
-            raise InputError(f"intruder {self.name or self.address or '?'}", problems)
-        for key, length in _VECTORS:
-            object.__setattr__(self, key, frozen_array(getattr(self, key), (length,)))
+        # Every report makes one: what is in order is gone through once.
+        position, velocity = frozen_three(self.position_m), frozen_three(self.velocity_mps)
+        spread, numbers = _frozen_spread(self.spread_rad), self._number_problems()
+        if position is None or velocity is None or spread is None or numbers:
+            named = f"intruder {self.name or self.address or '?'}"
+            raise InputError(named, self._vector_problems() + numbers)
+        object.__setattr__(self, "position_m", position)
+        object.__setattr__(self, "velocity_mps", velocity)
+        object.__setattr__(self, "spread_rad", spread)
 
-    def _problems(self) -> list[str]:
-        problems = found(
+    def _number_problems(self) -> list[str]:
+        bound = self.acceleration_bound_mps2
+        return found(
             (
-                *(vector_problem(key, getattr(self, key), length) for key, length in _VECTORS),
                 time_problem("time_s", self.time_s),
                 number_problem("radius_m", self.radius_m),
                 number_problem("position_std_m", self.position_std_m),
                 number_problem("velocity_std_mps", self.velocity_std_mps),
                 number_problem("manoeuvre_mps2", self.manoeuvre_mps2),
-                None
-                if self.acceleration_bound_mps2 is None
-                else number_problem("acceleration_bound_mps2", self.acceleration_bound_mps2),
+                None if bound is None else number_problem("acceleration_bound_mps2", bound),
             )
         )
+
+    def _vector_problems(self) -> list[str]:
+        problems = found(vector_problem(key, getattr(self, key), n) for key, n in _VECTORS)
         if not any(problem.startswith("spread_rad") for problem in problems):
             horizontal, vertical = np.asarray(self.spread_rad, dtype=np.float64).tolist()
             if not (0.0 <= horizontal < _LARGEST_SPREAD and 0.0 <= vertical < _LARGEST_SPREAD):

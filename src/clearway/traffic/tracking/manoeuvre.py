@@ -53,7 +53,10 @@ class Manoeuvres:
             heard.told.popleft()
         while heard.seen and heard.seen[0][0] < now.time_s - REMEMBERED_S:
             heard.seen.popleft()
-        hardest = max((_acceleration(before, now) for before in heard.told), default=0.0)
+        hardest = 0.0
+        for before in heard.told:
+            if before.velocity_mps != now.velocity_mps:  # Most fly on as they did.
+                hardest = max(hardest, _acceleration(before, now))
         if hardest > LEAST_SHARE * report.speed_mps:
             heard.seen.append((now.time_s, hardest))
         heard.told.append(now)
