@@ -7,13 +7,12 @@ and are passed over a group at a time.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.base.arrays import IntArray
-from clearway.base.compiled import borrowing, compiled, inlined, sealed
+from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 
@@ -38,6 +37,7 @@ class Groups(NamedTuple):
     """[parts, 7] likewise of a part."""
 
 
+@compiled
 def mark_balls(
     nearest: FloatArray,
     position: FloatArray,
@@ -51,26 +51,6 @@ def mark_balls(
     nearest: [nx, ny, nz] of cells `width` wide from `low` [3] on; position: [n, 3]; in metres.
     """
     far = _cells_about(radius, width, reach)
-    _mark_balls(nearest, position, radius, low, width, reach, far, _outwards(far))
-
-
-@lru_cache(maxsize=8)
-def _outwards(far: int) -> IntArray:
-    return sealed(outwards(far))
-
-
-@compiled
-def _mark_balls(
-    nearest: FloatArray,
-    position: FloatArray,
-    radius: FloatArray,
-    low: FloatArray,
-    width: float,
-    reach: float,
-    far: int,
-    steps: IntArray,
-) -> None:
-    """far: cells as far as which balls may be told of. steps: `outwards` to these."""
     homes = np.empty((len(radius), 3), dtype=np.int64)
     _find_homes(homes, position, low, width, far, nearest.shape)
     order, starts = _gathered(homes // PARTS)
@@ -82,7 +62,7 @@ def _mark_balls(
     cells = np.empty((groups, 3), dtype=np.int64)
     gathered = Groups(balls, cells, first_part, first_ball, box, part_box)
     _put_in_order(gathered, position, radius, homes, by_part)
-    _mark_gathered(nearest, gathered, low, width, reach, steps)
+    _mark_gathered(nearest, gathered, low, width, reach, outwards(far))
 
 
 @compiled
