@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
-from benchmarks.turns import AS_FLOWN
+from benchmarks.turn_rows import AS_FLOWN
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.missions.mission_file import read_mission_file

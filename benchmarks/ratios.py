@@ -19,7 +19,7 @@ from benchmarks.decisions import standing, static_mission
 from benchmarks.intruders import paper_intruders
 from benchmarks.references import bincount_detection, minimal_hits, node_ratings, plain_python
 from benchmarks.sensors import GRID, LIDAR, scattered
-from benchmarks.turns import AS_FLOWN
+from benchmarks.turn_rows import AS_FLOWN
 from clearway.avoidance.decide import decide
 from clearway.avoidance.fusion import rate_reach_set
 from clearway.avoidance.situation import Situation
