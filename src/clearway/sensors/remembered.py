@@ -89,9 +89,9 @@ def key_of(boxes: Boxes, n: int, voxel: float) -> int:
 def level_at(distance: float, fine: float) -> int:
     """Times that the pitch is doubled at a distance."""
     level = 0
-    while distance > fine and level < MOST_LEVELS:
+    for _ in range(MOST_LEVELS):  # To the end, without a branch: neighbours differ.
+        level += distance > fine
         fine *= 2.0
-        level += 1
     return level
 
 

@@ -89,16 +89,15 @@ def numbered_boxes(
 
 @borrowing
 def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArray) -> None:
-    """Fill in the voxel of each return; where all are of one pitch, several at a time."""
-    voxel, fine = pitch.voxel_m, pitch.fine_m
+    """Fill in the voxel of each return; without a branch the compiler takes several at a time."""
+    voxel, fine, flat = pitch.voxel_m, pitch.fine_m, points.reshape(points.size)
     if not fine < np.inf:
-        flat = points.reshape(points.size)
         for n in range(len(keys)):
             keys[n] = box_key(flat[3 * n], flat[3 * n + 1], flat[3 * n + 2], 0, voxel)
         return
     ox, oy, oz = origin[0], origin[1], origin[2]
     for n in range(len(keys)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        x, y, z = flat[3 * n], flat[3 * n + 1], flat[3 * n + 2]
         away = np.sqrt((x - ox) ** 2 + (y - oy) ** 2 + (z - oz) ** 2)
         keys[n] = box_key(x, y, z, level_at(away, fine), voxel)
 

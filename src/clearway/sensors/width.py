@@ -19,21 +19,9 @@ BEAMS_ACROSS = 3.0
 Counts = npt.NDArray[np.int32]
 Known = npt.NDArray[np.uint8]
 UNKNOWN, WIDE, NARROW = range(3)
-"""Of a bin that is in no block: nothing is known yet; it adjoins one at its range; or does not."""
+"""Of a bin: not known yet; its return is of a block, or adjoins one at its range; or does not."""
 ALIKE = 0.1
 """Share of the range by which neighbouring returns of one thing may differ in range."""
-
-
-@borrowing
-def _is_beside_block(nearest: FloatArray, blocks: Known, known: Known, c: int, r: int) -> bool:
-    """Whether a return that is in no block adjoins one at its range.
-
-    nearest: `passing.nearest_returns`; blocks: of it. known: [columns, rows] what was found out
-    before, filled in.
-    """
-    if known[c, r] == UNKNOWN:
-        known[c, r] = WIDE if _adjoins(nearest, blocks, c, r) else NARROW
-    return bool(known[c, r] == WIDE)
 
 
 @compiled
@@ -62,15 +50,37 @@ def _mark_blocks(nearest: FloatArray, alike: Known, blocks: Known) -> None:
             blocks[c, r] = alike[c, r] | alike[b, r] | alike[c, r - 1] | alike[b, r - 1]
 
 
+@compiled
+def first_known(blocks: Known) -> Known:
+    """[columns, rows] what blocks alone tell of each bin: bins of blocks are wide, and what adjoins
+    none at any range is narrow."""
+    known = np.empty(blocks.shape, dtype=np.uint8)
+    _mark_known(blocks, np.zeros(blocks.shape[1] + 2, dtype=np.uint8), known)
+    return known
+
+
+@borrowing
+def _mark_known(blocks: Known, beside: npt.NDArray[np.uint8], known: Known) -> None:
+    """Fill in `first_known`. beside: [rows + 2] room for blocks of three columns."""
+    columns, rows = blocks.shape
+    for c in range(columns):
+        b, d = c - 1 if c > 0 else columns - 1, c + 1 if c + 1 < columns else 0
+        for r in range(rows):
+            beside[r + 1] = blocks[b, r] | blocks[c, r] | blocks[d, r]
+        for r in range(rows):
+            none = (beside[r] | beside[r + 1] | beside[r + 2]) == 0
+            told = NARROW if none else UNKNOWN
+            known[c, r] = WIDE if blocks[c, r] else told
+
+
 @borrowing
 def _adjoins(nearest: FloatArray, blocks: Known, c: int, r: int) -> bool:
-    """Whether a bin next to one is in a block, at about the same range."""
+    """Whether a bin next to one that is in no block is in one, at about the same range."""
     columns, rows = nearest.shape
     for a in range(c - 1, c + 2):
         d = a + columns if a < 0 else (a - columns if a >= columns else a)
         for b in range(max(r - 1, 0), min(r + 2, rows)):
-            alike = abs(nearest[d, b] - nearest[c, r]) <= ALIKE * nearest[c, r]
-            if alike and (d != c or b != r) and blocks[d, b]:
+            if blocks[d, b] and abs(nearest[d, b] - nearest[c, r]) <= ALIKE * nearest[c, r]:
                 return True
     return False
 
@@ -127,15 +137,15 @@ def returns_with_size(
     per_bin = count_returns(directions, nearest) if fine > 0.0 else np.zeros((0, 0), dtype=np.int32)
     placed, distances, source = place_returns(points, sensor, reach, ground)
     radii, sizes = np.empty(len(placed)), np.empty(len(placed))
-    known = np.zeros(nearest.shape, dtype=np.uint8)
+    blocks = blocks_of(nearest)
     m = _note_sizes(
         placed,
         distances,
         source,
         directions.bin,
         nearest,
-        blocks_of(nearest),
-        known,
+        blocks,
+        first_known(blocks),
         per_bin,
         half_spacing,
         fine,
@@ -160,23 +170,28 @@ def _note_sizes(
     radii: FloatArray,
     sizes: FloatArray,
 ) -> int:
-    """Fill in radii and sizes, and move the placed that are kept to the front; how many."""
-    rows, m = nearest.shape[1], 0
-    # Column and row of a bin take a division, so most are looked at without.
-    nearest_at, block_at = nearest.reshape(nearest.size), blocks.reshape(blocks.size)
+    """Fill in radii and sizes, and move the placed that are kept to the front; how many.
+
+    known: [columns, rows] `first_known`; what is found out is filled in.
+    """
+    rows, m = np.uint32(nearest.shape[1]), 0
+    nearest_at, known_at = nearest.reshape(nearest.size), known.reshape(known.size)
     for n in range(len(placed)):
         distance, at = distances[n], bins[source[n]]
         size = 0.0
         if at >= 0:
-            near = distance <= (1.0 + ALIKE) * nearest_at[np.uint32(at)]
-            if near and block_at[np.uint32(at)]:
-                size = 2.0 * half_spacing * distance
-            else:
-                column = at // rows
-                row = at - column * rows
-                if near and _is_beside_block(nearest, blocks, known, column, row):
+            bin_ = np.uint32(at)
+            told = known_at[bin_]
+            if told != NARROW and distance <= (1.0 + ALIKE) * nearest_at[bin_]:
+                if told == UNKNOWN:
+                    column, row = int(bin_ // rows), int(bin_ % rows)
+                    told = WIDE if _adjoins(nearest, blocks, column, row) else NARROW
+                    known_at[bin_] = told
+                if told == WIDE:
                     size = 2.0 * half_spacing * distance
-                elif fine > 0.0 and _is_lone(distance, fine, per_bin, nearest, column, row):
+            if size == 0.0 and fine > 0.0:
+                column, row = int(bin_ // rows), int(bin_ % rows)
+                if _is_lone(distance, fine, per_bin, nearest, column, row):
                     continue
         placed[m, 0], placed[m, 1], placed[m, 2] = placed[n, 0], placed[n, 1], placed[n, 2]
         radii[m], sizes[m] = half_spacing * distance, size

@@ -39,7 +39,20 @@ MOST_TESTED = 400
 
 
 SURELY = 1e-6
-"""Share of the gap by which a cell lies too far off at least to be passed over."""
+"""Share of its size by which a cell lies too far off at least to be passed over."""
+
+
+class Cells(NamedTuple):
+    """Thin boxes sorted by cubes."""
+
+    size_m: float
+    order: IntArray
+    """Their numbers, cube by cube."""
+    start: IntArray
+    """[slots + 1] where those of a slot begin."""
+    keys: IntArray
+    """[slots] which cube is whose."""
+    shift: int
 
 
 class WireLine(NamedTuple):
@@ -69,7 +82,7 @@ def join_lines(
         return boxes
     gap = GAP * voxel
     middles = 0.5 * (boxes.low_m + boxes.high_m)
-    order, start, keys, shift = _by_cell(middles, thin, gap)
+    cells = close = _by_cell(middles, thin, gap)
     one_in = 1 + untold // MOST_TESTED
     near, about = np.empty(MOST_NEIGHBOURS, dtype=np.int64), np.empty((4, MOST_NEIGHBOURS))
     pairs = np.empty((2 * len(thin), 2), dtype=np.int64)
@@ -80,7 +93,12 @@ def join_lines(
             continue
         if one_in > 1 and key_of(boxes, n, voxel) * 0x9E3779B1 % one_in != 0:
             continue
-        line = _line_through(middles, n, order, start, keys, shift, gap, deviation, near, about)
+        around = _neighbours(middles, n, cells, near)
+        if around < 0:
+            if close.size_m == gap:
+                close = _by_cell(middles, thin, CLOSE * gap)
+            around = _neighbours(middles, n, close, near)
+        line = _line_through(middles, n, deviation, near[: max(around, 0)], about)
         if not line.found:
             continue
         lined[n] = IN_LINE
@@ -93,67 +111,68 @@ def join_lines(
 
 
 @compiled
-def _by_cell(
-    middles: FloatArray, thin: BoolArray, gap: float
-) -> tuple[IntArray, IntArray, IntArray, int]:
-    """Thin boxes sorted by cubes of a gap: their numbers, where a slot's begin, the slots' keys."""
+def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> Cells:
     total = 0
     for n in range(len(thin)):
         total += thin[n]
     bits = table_bits(total)
-    shift = 64 - bits
-    keys = np.full(1 << bits, -1, dtype=np.int64)
-    start = np.zeros((1 << bits) + 1, dtype=np.int64)
-    for n in range(len(thin)):
-        if thin[n]:
-            key = box_key(middles[n, 0], middles[n, 1], middles[n, 2], 0, gap)
-            slot = slot_of(key, keys, shift)
-            keys[slot] = key
-            start[slot + 1] += 1
-    for slot in range(1 << bits):
-        start[slot + 1] += start[slot]
-    filled = start[:-1].copy()
-    order = np.empty(total, dtype=np.int64)
-    for n in range(len(thin)):
-        if thin[n]:
-            key = box_key(middles[n, 0], middles[n, 1], middles[n, 2], 0, gap)
-            slot = slot_of(key, keys, shift)
-            order[filled[slot]] = n
-            filled[slot] += 1
-    return order, start, keys, shift
+    cells = Cells(
+        size,
+        np.empty(total, dtype=np.int64),
+        np.zeros((1 << bits) + 1, dtype=np.int64),
+        np.full(1 << bits, -1, dtype=np.int64),
+        64 - bits,
+    )
+    slots, filled = np.empty(len(thin), dtype=np.int64), np.empty(1 << bits, dtype=np.int64)
+    _sort_into(middles, thin, cells, slots, filled)
+    return cells
 
 
 @borrowing
-def _neighbours(
-    middles: FloatArray,
-    n: int,
-    order: IntArray,
-    start: IntArray,
-    keys: IntArray,
-    shift: int,
-    gap: float,
-    within: float,
-    near: IntArray,
-) -> int:
-    """How many thin boxes lie within a distance of box n, written into `near`; -1 if too many."""
+def _sort_into(
+    middles: FloatArray, thin: BoolArray, cells: Cells, slots: IntArray, filled: IntArray
+) -> None:
+    """Fill in cells. slots: [boxes] room for the slot of each; filled: [slots] up to where each
+    is."""
+    start, keys, order = cells.start, cells.keys, cells.order
+    for n in range(len(thin)):
+        if thin[n]:
+            key = box_key(middles[n, 0], middles[n, 1], middles[n, 2], 0, cells.size_m)
+            slot = slot_of(key, keys, cells.shift)
+            keys[slot], slots[n] = key, slot
+            start[slot + 1] += 1
+    for slot in range(len(keys)):
+        filled[slot] = start[slot]
+        start[slot + 1] += start[slot]
+    for n in range(len(thin)):
+        if thin[n]:
+            order[filled[slots[n]]] = n
+            filled[slots[n]] += 1
+
+
+@borrowing
+def _neighbours(middles: FloatArray, n: int, cells: Cells, near: IntArray) -> int:
+    """How many thin boxes lie within the size of a cell of box n, written into `near`; -1 if too
+    many."""
     count, x, y, z = 0, middles[n, 0], middles[n, 1], middles[n, 2]
-    surely2 = (within + SURELY * gap) ** 2
+    size, start, keys = cells.size_m, cells.start, cells.keys
+    surely2 = (size + SURELY * size) ** 2
     for i in range(-1, 2):
-        away_x = _to_cell(x, i, gap)
+        away_x = _to_cell(x, i, size)
         for j in range(-1, 2):
-            away_y = _to_cell(y, j, gap)
+            away_y = _to_cell(y, j, size)
             for k in range(-1, 2):
-                away_z = _to_cell(z, k, gap)
+                away_z = _to_cell(z, k, size)
                 if away_x * away_x + away_y * away_y + away_z * away_z > surely2:
                     continue
-                key = box_key(x + i * gap, y + j * gap, z + k * gap, 0, gap)
-                slot = slot_of(key, keys, shift)
+                key = box_key(x + i * size, y + j * size, z + k * size, 0, size)
+                slot = slot_of(key, keys, cells.shift)
                 if keys[slot] != key:
                     continue
                 for at in range(start[slot], start[slot + 1]):
-                    m = order[at]
+                    m = cells.order[at]
                     dx, dy, dz = middles[m, 0] - x, middles[m, 1] - y, middles[m, 2] - z
-                    if m != n and dx * dx + dy * dy + dz * dz <= within * within:
+                    if m != n and dx * dx + dy * dy + dz * dz <= size * size:
                         if count == len(near):
                             return -1
                         near[count] = m
@@ -162,32 +181,21 @@ def _neighbours(
 
 
 @borrowing
-def _to_cell(at: float, step: int, gap: float) -> float:
+def _to_cell(at: float, step: int, size: float) -> float:
     """Distance along an axis from a place to the cell beside its own, or to its own."""
-    into = at - np.floor(at / gap) * gap
-    return 0.0 if step == 0 else into if step < 0 else gap - into
+    into = at - np.floor(at / size) * size
+    return 0.0 if step == 0 else into if step < 0 else size - into
 
 
 @compiled
 def _line_through(
-    middles: FloatArray,
-    n: int,
-    order: IntArray,
-    start: IntArray,
-    keys: IntArray,
-    shift: int,
-    gap: float,
-    deviation: float,
-    near: IntArray,
-    about: FloatArray,
+    middles: FloatArray, n: int, deviation: float, near: IntArray, about: FloatArray
 ) -> WireLine:
-    """The line through a box on which most of those around it lie.
+    """The line through a box on which most of those near it [count] lie.
 
     about: [4, MOST_NEIGHBOURS] room for where they are from it, and their squared distances.
     """
-    count = _neighbours(middles, n, order, start, keys, shift, gap, gap, near)
-    if count < 0:
-        count = _neighbours(middles, n, order, start, keys, shift, gap, CLOSE * gap, near)
+    count = len(near)
     if count < ON_LINE:
         return WireLine(False, -1, -1)
     x, y, z, off = about[0], about[1], about[2], about[3]
