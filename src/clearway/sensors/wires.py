@@ -47,7 +47,9 @@ class Cells(NamedTuple):
 
     size_m: float
     order: IntArray
-    """Their numbers, cube by cube."""
+    """[thin] their numbers, cube by cube."""
+    middle_m: FloatArray
+    """[3, thin] their middles, likewise: those of a cube are looked at one after the other."""
     start: IntArray
     """[slots + 1] where those of a slot begin."""
     keys: IntArray
@@ -84,7 +86,7 @@ def join_lines(
     middles = 0.5 * (boxes.low_m + boxes.high_m)
     cells = close = _by_cell(middles, thin, gap)
     one_in = 1 + untold // MOST_TESTED
-    near, about = np.empty(MOST_NEIGHBOURS, dtype=np.int64), np.empty((4, MOST_NEIGHBOURS))
+    near, about = np.empty(MOST_NEIGHBOURS + 1, dtype=np.int64), np.empty((4, MOST_NEIGHBOURS))
     pairs = np.empty((2 * len(thin), 2), dtype=np.int64)
     count = 0
     lined = boxes.kind.copy()
@@ -98,7 +100,9 @@ def join_lines(
             if close.size_m == gap:
                 close = _by_cell(middles, thin, CLOSE * gap)
             around = _neighbours(middles, n, close, near)
-        line = _line_through(middles, n, deviation, near[: max(around, 0)], about)
+        if around < ON_LINE:
+            continue
+        line = _line_through(middles, n, deviation, near[:around], about)
         if not line.found:
             continue
         lined[n] = IN_LINE
@@ -119,6 +123,7 @@ def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> Cells:
     cells = Cells(
         size,
         np.empty(total, dtype=np.int64),
+        np.empty((3, total)),
         np.zeros((1 << bits) + 1, dtype=np.int64),
         np.full(1 << bits, -1, dtype=np.int64),
         64 - bits,
@@ -146,16 +151,20 @@ def _sort_into(
         start[slot + 1] += start[slot]
     for n in range(len(thin)):
         if thin[n]:
-            order[filled[slots[n]]] = n
-            filled[slots[n]] += 1
+            at = filled[slots[n]]
+            filled[slots[n]] = at + 1
+            order[at] = n
+            for axis in range(3):
+                cells.middle_m[axis, at] = middles[n, axis]
 
 
 @borrowing
 def _neighbours(middles: FloatArray, n: int, cells: Cells, near: IntArray) -> int:
-    """How many thin boxes lie within the size of a cell of box n, written into `near`; -1 if too
-    many."""
+    """How many thin boxes lie within the size of a cell of box n, written into `near`; -1 if as
+    many as there is room for."""
     count, x, y, z = 0, middles[n, 0], middles[n, 1], middles[n, 2]
-    size, start, keys = cells.size_m, cells.start, cells.keys
+    size, order, start, keys = cells.size_m, cells.order, cells.start, cells.keys
+    xs, ys, zs = cells.middle_m[0], cells.middle_m[1], cells.middle_m[2]
     surely2 = (size + SURELY * size) ** 2
     for i in range(-1, 2):
         away_x = _to_cell(x, i, size)
@@ -170,13 +179,11 @@ def _neighbours(middles: FloatArray, n: int, cells: Cells, near: IntArray) -> in
                 if keys[slot] != key:
                     continue
                 for at in range(start[slot], start[slot + 1]):
-                    m = cells.order[at]
-                    dx, dy, dz = middles[m, 0] - x, middles[m, 1] - y, middles[m, 2] - z
-                    if m != n and dx * dx + dy * dy + dz * dz <= size * size:
-                        if count == len(near):
-                            return -1
-                        near[count] = m
-                        count += 1
+                    dx, dy, dz, m = xs[at] - x, ys[at] - y, zs[at] - z, order[at]
+                    near[count] = m  # Written always and passed over if far: no branch.
+                    count += (dx * dx + dy * dy + dz * dz <= size * size) & (m != n)
+                    if count == len(near):
+                        return -1
     return count
 
 
@@ -196,8 +203,6 @@ def _line_through(
     about: [4, MOST_NEIGHBOURS] room for where they are from it, and their squared distances.
     """
     count = len(near)
-    if count < ON_LINE:
-        return WireLine(False, -1, -1)
     x, y, z, off = about[0], about[1], about[2], about[3]
     for m in range(count):
         for axis in range(3):
