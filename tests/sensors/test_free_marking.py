@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clearway.base.frames import world_from_body
+from clearway.sensors.beam_raster import beam_raster, nearest_returns
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.free_marking import (
     COLUMNS,
@@ -16,7 +17,7 @@ from clearway.sensors.free_marking import (
     field_of,
     mark,
 )
-from clearway.sensors.passing import Sensor, beam_raster, nearest_returns
+from clearway.sensors.passing import Sensor
 from clearway.sensors.seen_space import WORD, packed
 
 VOXEL_M, SHORT_M = 0.3, 0.4

@@ -5,21 +5,18 @@ import pytest
 
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar
+from clearway.sensors.beam_raster import beam_raster, bin_of, directions_of, nearest_returns
 from clearway.sensors.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
 from clearway.sensors.passing import (
     REACH_OF_BEAM,
-    beam_raster,
-    bin_of,
-    directions_of,
     goes_on,
     in_sensor,
-    nearest_in,
     place_returns,
     sensor_at,
 )
 from clearway.sensors.remembered import Pitch, together
 from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
-from clearway.sensors.width import ALIKE, _note_sizes, returns_with_size
+from clearway.sensors.width import ALIKE, Widths, _note_sizes, returns_with_size
 
 PATTERN = BeamPattern.rotating(np.linspace(-30.0, 30.0, 21), 3.0, max_range_m=30.0)
 LIDAR = Lidar("all round", PATTERN, sigma_m=0.02)
@@ -62,10 +59,10 @@ def test_bins_of_all_returns_are_those_of_each():
     directions = directions_of(points, RASTER)
     assert np.array_equal(directions.bin, bins_one_by_one(points))
     nearest = np.full(RASTER.low.size, np.inf)
-    for at, distance in zip(directions.bin, directions.distance_m, strict=True):
+    for at, distance in zip(directions.bin, np.sqrt((points**2).sum(axis=1)), strict=True):
         if at >= 0:
             nearest[at] = min(nearest[at], distance)
-    assert np.array_equal(nearest_in(directions, RASTER).ravel(), nearest)
+    assert np.array_equal(directions.nearest_m.ravel(), nearest)
 
 
 def sizes_one_by_one(points, nearest):
@@ -103,8 +100,8 @@ def sizes_one_by_one(points, nearest):
 def test_widths_of_all_returns_are_those_of_each():
     points = sweep(1)
     directions = directions_of(points, RASTER)
-    nearest = nearest_in(directions, RASTER)
-    seen = returns_with_size(points, SENSOR, 15.0, -np.inf, directions, nearest, 0.0)
+    nearest = directions.nearest_m
+    seen = returns_with_size(points, SENSOR, 15.0, -np.inf, directions, 0.0)
     placed = place_returns(points, SENSOR, 15.0, -np.inf)
     assert np.array_equal(seen.points_m, placed.points_m)
     expected = sizes_one_by_one(points[placed.source], nearest)
@@ -120,10 +117,8 @@ def test_a_return_at_the_sensor_itself_is_kept_where_no_size_is_declared():
     nothing = np.zeros((8, 4), dtype=np.uint8)
     ones = np.ones((8, 4), dtype=np.int32)
     radii, sizes, source = np.empty(1), np.empty(1), np.zeros(1, dtype=np.int64)
-    kept = _note_sizes(
-        placed, here, source, bins, nearest, nothing, nothing, ones[:0, :0], 0.01, 0.0, radii, sizes
-    )
-    assert kept == 1
+    widths = Widths(nearest, nothing, nothing, ones[:0, :0], 0.01, 0.0)
+    assert _note_sizes(placed, here, source, bins, widths, radii, sizes) == 1
 
 
 def boxes(seed, count, low, high):
@@ -206,7 +201,7 @@ def test_many_boxes_are_doubted_as_each_of_them_is(rains):
     old.size_m[:] = rng.choice([0.0, 0.05, 0.8], len(old.doubt))
     old.sweeps[:] = rng.integers(1, 3, len(old.doubt))
     points = sweep(1)
-    nearest = nearest_in(directions_of(points[np.isfinite(points).all(axis=1)], RASTER), RASTER)
+    nearest = nearest_returns(points[np.isfinite(points).all(axis=1)], RASTER)
     sensor = sensor_at(LIDAR, State([0.3, -0.2, 0.1], [0.2, -0.4, 1.0]), 0.06)
     rule = DoubtRule(0.12, 6.0, 2.0, 0.05, rains)
     fresh = np.full(len(old.doubt), -1)

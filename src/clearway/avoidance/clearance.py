@@ -24,6 +24,8 @@ from clearway.obstacles.obstacle import Shapes, shape_distance
 
 CIRCLE_SAMPLES = 96
 """Points on a circle that shapes are held against; half their spacing is taken off."""
+NEARLY_M = 1e-6
+"""More than what rounding does to a distance."""
 ROUNDING = 1e-12
 """More than sums of a few lengths lose, as a share of them."""
 
@@ -65,13 +67,17 @@ def reach_about(corners: FloatArray, middle: FloatArray) -> float:
 @borrowing
 def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) -> Found:
     """Clearance of a movement from points."""
-    best, index = enough, -1
+    best, index, corners = enough, -1, span.corners_m
     cx, cy, cz = span.middle_m[0], span.middle_m[1], span.middle_m[2]
-    window = enough + span.reach_m + bins.largest_m
+    # Where there are many, those about one corner tell how few of the others matter.
+    halfway = len(corners) // 2
+    no_more = _most_clear(
+        corners[halfway, 0], corners[halfway, 1], corners[halfway, 2], bins, enough
+    )
+    window = no_more + span.reach_m + bins.largest_m
     a0, a1 = bin_range(bins, 0, cx, window)
     b0, b1 = bin_range(bins, 1, cy, window)
     c0, c1 = bin_range(bins, 2, cz, window)
-    corners = span.corners_m
     for a in range(a0, a1):
         for b in range(b0, b1):
             row = (a * bins.counts[1] + b) * bins.counts[2]
@@ -79,7 +85,7 @@ def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) ->
                 m = np.uint64(at)
                 px, py, pz = bins.position_m[m, 0], bins.position_m[m, 1], bins.position_m[m, 2]
                 dx, dy, dz = px - cx, py - cy, pz - cz
-                far = best + span.reach_m + bins.radius_m[m]
+                far = min(best, no_more) + span.reach_m + bins.radius_m[m]
                 if dx * dx + dy * dy + dz * dz >= far * far:
                     continue
                 for q in range(len(corners) - 1):
@@ -99,6 +105,31 @@ def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) ->
                         if best < stop:
                             return best, 1, index
     return best, 1 if index >= 0 else 0, index
+
+
+@borrowing
+def _most_clear(x: float, y: float, z: float, bins: PointBins, enough: float) -> float:
+    """What the clearance of a place is at most, by points of its bin; `enough` where that is less.
+
+    A little more than they tell, so that what is as near as that is looked at.
+    """
+    a = (x - bins.origin_m[0]) / bins.width_m
+    b = (y - bins.origin_m[1]) / bins.width_m
+    c = (z - bins.origin_m[2]) / bins.width_m
+    counts = bins.counts
+    if not (0.0 <= a < counts[0] and 0.0 <= b < counts[1] and 0.0 <= c < counts[2]):
+        return enough
+    most, row = enough, (int(a) * counts[1] + int(b)) * counts[2] + int(c)
+    for at in range(bins.start[row], bins.start[row + 1]):
+        m = np.uint64(at)
+        dx, dy, dz = (
+            bins.position_m[m, 0] - x,
+            bins.position_m[m, 1] - y,
+            bins.position_m[m, 2] - z,
+        )
+        gap = np.sqrt(dx * dx + dy * dy + dz * dz)
+        most = min(most, gap - bins.radius_m[m] + NEARLY_M)
+    return most
 
 
 @borrowing

@@ -11,7 +11,8 @@ import numpy as np
 
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.sensors.passing import BeamRaster, Sensor
+from clearway.sensors.beam_raster import BeamRaster
+from clearway.sensors.passing import Sensor
 from clearway.sensors.seen_space import Voxels, is_place_free
 
 STEPS = 2.0

@@ -13,7 +13,7 @@ from clearway.base.compiled import borrowing, compiled, inlined, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.rounding import SURELY
-from clearway.base.state import BoolArray, IntArray
+from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
 
@@ -57,9 +57,7 @@ def coated_by(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolAr
     cosines = np.cos(edges.azimuth_rad), np.cos(edges.elevation_rad)
     sines = np.sin(edges.azimuth_rad), np.sin(edges.elevation_rad)
     seen_along = np.empty(columns + 1), np.empty(columns + 1)
-    bare = np.full((columns + 1, len(edges.range_m) - 1), len(edges.elevation_rad) - 1)
-    bare[columns] *= columns
-    _coat(points, radii, edges, cosines, sines, seen_along, bare, coated)
+    _coat(points, radii, edges, cosines, sines, seen_along, coated)
     return coated
 
 
@@ -71,12 +69,10 @@ def _coat(
     cosines: tuple[FloatArray, FloatArray],
     sines: tuple[FloatArray, FloatArray],
     seen_along: tuple[FloatArray, FloatArray],
-    bare: IntArray,
     coated: BoolArray,
 ) -> None:
     """Mark the cells. cosines, sines: of azimuth and elevation edges. seen_along: [edges] to be
-    filled in, how far a point lies along and to the left of each vertical half-plane. bare:
-    [columns + 1, layers] how many cells of a column, and of all, are not marked, counted down."""
+    filled in, how far a point lies along and to the left of each vertical half-plane."""
     azimuth, elevation, ranges = edges.azimuth_rad, edges.elevation_rad, edges.range_m
     columns, rows, layers = len(azimuth) - 1, len(elevation) - 1, len(ranges) - 1
     (cos_azimuth, cos_elevation), (sin_azimuth, sin_elevation) = cosines, sines
@@ -88,20 +84,15 @@ def _coat(
     narrow = True
     for j in range(columns):
         narrow &= azimuth[j + 1] - azimuth[j] < np.pi
-    left = len(coated)
+    bare = len(coated)
     for n in range(len(points)):
-        if left == 0:
+        if bare == 0:  # Where there are very many, all is marked long before the last.
             return
         x, y, z, radius = points[n, 0], points[n, 1], points[n, 2], radii[n] + tolerance
         horizontal = np.sqrt(x * x + y * y)
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared)
         if distance - radius > farthest or distance + radius < nearest:
-            continue
-        first, last = _layers_met(
-            distance - radius - tolerance, distance + radius + tolerance, ranges
-        )
-        if not _any_bare(bare[columns], first, last):
             continue
         for j in range(columns + 1):
             along_edge[j] = x * cos_azimuth[j] + y * sin_azimuth[j]
@@ -113,15 +104,19 @@ def _coat(
         if narrow and beyond > 0.0:
             least_along = np.sqrt(beyond) / SURELY
         unsure = (SURELY - 1.0) * horizontal
+        first, last = _layers_met(
+            distance - radius - tolerance, distance + radius + tolerance, ranges
+        )
         for j in range(columns):
-            if not _any_bare(bare[j], first, last):
-                continue
-            along = max(along_edge[j], along_edge[j + 1])
-            to_left, to_right = left_of_edge[j], -left_of_edge[j + 1]
-            off = to_left < -unsure or to_right < -unsure
+            along, left, right = (
+                max(along_edge[j], along_edge[j + 1]),
+                left_of_edge[j],
+                -left_of_edge[j + 1],
+            )
+            off = left < -unsure or right < -unsure
             if off and along < least_along:
                 continue
-            if not narrow or (not off and (to_left <= unsure or to_right <= unsure)):
+            if not narrow or (not off and (left <= unsure or right <= unsure)):
                 own_azimuth = np.arctan2(y, x)
                 off = own_azimuth < azimuth[j] or own_azimuth > azimuth[j + 1]
             if off:
@@ -157,9 +152,7 @@ def _coat(
                     cell = (i * columns + j) * rows + k
                     if ranges[i + 1] >= low and not coated[cell]:
                         coated[cell] = True
-                        left -= 1
-                        bare[j, i] -= 1
-                        bare[columns, i] -= 1
+                        bare -= 1
 
 
 @inlined
@@ -173,15 +166,6 @@ def _layers_met(nearest: float, farthest: float, ranges: FloatArray) -> tuple[in
     while last > first and ranges[last - 1] > farthest:
         last -= 1
     return first, last
-
-
-@inlined
-def _any_bare(bare: IntArray, first: int, last: int) -> bool:
-    """Whether any layer has a cell that is not marked: where there are very many points, few do."""
-    for i in range(first, last):
-        if bare[i] > 0:
-            return True
-    return False
 
 
 @inlined

@@ -21,15 +21,8 @@ import numpy.typing as npt
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.sensors.passing import (
-    BLOCK,
-    REACH_OF_BEAM,
-    BeamRaster,
-    Sensor,
-    goes_on,
-    in_sensor,
-    sort_into_bins,
-)
+from clearway.sensors.beam_raster import BLOCK, BeamRaster, sort_into_bins
+from clearway.sensors.passing import REACH_OF_BEAM, Sensor, goes_on, in_sensor
 from clearway.sensors.remembered import ALONE, Boxes, level_at
 
 SAME = 1.05

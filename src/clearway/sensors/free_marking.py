@@ -10,8 +10,9 @@ import numpy.typing as npt
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
+from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
-from clearway.sensors.passing import BeamRaster, Sensor
+from clearway.sensors.passing import Sensor
 from clearway.sensors.seen_space import ONE, WORD, Voxels, bits_from
 
 COLUMNS, ROWS = 256, 128

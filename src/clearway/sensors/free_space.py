@@ -23,6 +23,7 @@ from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
+from clearway.sensors.beam_raster import BeamRaster, beam_raster, nearest_returns
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.blind_range import heard_of
 from clearway.sensors.free_marking import (
@@ -35,7 +36,7 @@ from clearway.sensors.free_marking import (
     mark,
 )
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import BeamRaster, Sensor, beam_raster, nearest_returns, sensor_at
+from clearway.sensors.passing import Sensor, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor
 from clearway.sensors.seen_space import NO_BOX, ONE, WORD, SeenSpace, Voxels
 

@@ -18,15 +18,10 @@ from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.sensors.beam_raster import beam_raster, directions_of
 from clearway.sensors.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.passing import (
-    Sensor,
-    beam_raster,
-    directions_of,
-    nearest_in,
-    sensor_at,
-)
+from clearway.sensors.passing import Sensor, sensor_at
 from clearway.sensors.remembered import (
     ALONE,
     Balls,
@@ -196,8 +191,8 @@ def update_memory(
         )
         return _after(memory, swept, sensor, too_small)
     directions = directions_of(scan.points_m, raster)
-    nearest, smallest = nearest_in(directions, raster), float(memory.smallest_m)
-    seen = returns_with_size(scan.points_m, sensor, reach, ground, directions, nearest, smallest)
+    smallest = float(memory.smallest_m)
+    seen = returns_with_size(scan.points_m, sensor, reach, ground, directions, smallest)
     radii = radii_unsure(seen.points_m, seen.radius_m, state, angle_rad)
     pitch = Pitch(memory.voxel_m, memory.fine_m)
     boxes = boxes_of_returns(seen.points_m, radii, seen.size_m, sensor.origin, pitch, scan.time_s)
@@ -206,7 +201,7 @@ def update_memory(
         doubts(
             memory.boxes,
             again,
-            nearest,
+            directions.nearest_m,
             sensor_at(lidar, turned, noise),
             before,
             raster,

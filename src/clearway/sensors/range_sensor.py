@@ -19,16 +19,11 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, State
+from clearway.sensors.beam_raster import beam_raster, nearest_returns
 from clearway.sensors.detection import Detection, Rule, detect
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.memory import PointMemory, remember, update_memory
-from clearway.sensors.passing import (
-    beam_raster,
-    nearest_returns,
-    passed_through,
-    returns_in_world,
-    sensor_at,
-)
+from clearway.sensors.passing import passed_through, returns_in_world, sensor_at
 from clearway.sensors.placing import Ground
 from clearway.sensors.remembered import Pitch
 from clearway.sensors.standing import Standing

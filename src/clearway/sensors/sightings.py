@@ -8,14 +8,12 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.sensors.beam_raster import BeamRaster, beam_raster, nearest_returns
 from clearway.sensors.clusters import cluster_returns
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import (
     REACH_OF_BEAM,
-    BeamRaster,
     Sensor,
-    beam_raster,
-    nearest_returns,
     passed_through,
     returns_in_world,
     sensor_at,

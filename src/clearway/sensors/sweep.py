@@ -7,8 +7,9 @@ from typing import NamedTuple
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
+from clearway.sensors.beam_raster import BeamRaster, directions_of
 from clearway.sensors.doubt import DoubtRule, doubts
-from clearway.sensors.passing import BeamRaster, Sensor, directions_of, nearest_in
+from clearway.sensors.passing import Sensor
 from clearway.sensors.remembered import (
     ALONE,
     Balls,
@@ -63,16 +64,13 @@ def swept_by(
 ) -> tuple[int, Swept]:
     """Returns left out as too small, and what a sweep whose attitude is known leaves."""
     directions = directions_of(points, raster)
-    nearest = nearest_in(directions, raster)
-    seen = returns_with_size(
-        points, sensor, limits.reach_m, ground, directions, nearest, limits.smallest_m
-    )
+    seen = returns_with_size(points, sensor, limits.reach_m, ground, directions, limits.smallest_m)
     pitch = Pitch(limits.voxel_m, limits.fine_m)
     new, table = numbered_boxes(
         seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
     )
     again = found_again(boxes, table, limits.voxel_m)
-    doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
+    doubt = doubts(boxes, again, directions.nearest_m, sensor, before, raster, rule)
     return seen.too_small, remembered_after(boxes, balls, doubt, new, again, sensor.origin, limits)
 
 

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.sensors.passing import Directions, Sensor, place_returns
+from clearway.sensors.beam_raster import BinArray, Directions
+from clearway.sensors.passing import Sensor, place_returns
 
 BEAMS_ACROSS = 3.0
 """Beams across a thing from which on no lone return can come from it."""
@@ -102,6 +103,41 @@ def _is_lone(
     return True
 
 
+class Widths(NamedTuple):
+    """What tells how thick things are that a sweep hits."""
+
+    nearest_m: FloatArray
+    """[columns, rows] of its `Directions`."""
+    blocks: Known
+    """[columns, rows] `blocks_of` it."""
+    known: Known
+    """[columns, rows] `first_known`; what is found out is filled in."""
+    per_bin: Counts
+    """[columns, rows] returns per bin; empty where no lone ones are looked for."""
+    half_spacing: float
+    fine_m: float
+    """Out to here a thing of the smallest size stops several beams, some of which may get lost."""
+
+
+@compiled
+def widths_of(directions: Directions, half_spacing: float, smallest: float) -> Widths:
+    """smallest: thickness of the smallest thing sought, 0 where unknown."""
+    nearest = directions.nearest_m
+    fine = smallest / (2.0 * BEAMS_ACROSS * half_spacing) if half_spacing > 0.0 else 0.0
+    per_bin = np.zeros(nearest.shape if fine > 0.0 else (0, 0), dtype=np.int32)
+    if fine > 0.0:
+        _count(directions.bin, per_bin.reshape(per_bin.size))
+    blocks = blocks_of(nearest)
+    return Widths(nearest, blocks, first_known(blocks), per_bin, half_spacing, fine)
+
+
+@borrowing
+def _count(bins: BinArray, counts: Counts) -> None:
+    for n in range(len(bins)):
+        if bins[n] >= 0:
+            counts[np.uint32(bins[n])] += 1
+
+
 class Seen(NamedTuple):
     """The returns of one sweep that are remembered, world frame."""
 
@@ -122,36 +158,17 @@ def returns_with_size(
     reach: float,
     ground: float,
     directions: Directions,
-    nearest: FloatArray,
     smallest: float,
 ) -> Seen:
     """`passing.place_returns`, and how thick what they hit is at least.
 
-    directions, nearest: of the same returns. smallest: thickness of the smallest thing sought, 0
-    where unknown. Where it spans several beams, a return with no other about it is none of such a
-    thing.
+    directions: of the same returns. smallest: thickness of the smallest thing sought, 0 where
+    unknown. Where it spans several beams, a return with no other about it is none of such a thing.
     """
-    half_spacing = sensor.half_spacing
-    # Out to here a thing of the smallest size stops several beams, some of which may get lost.
-    fine = smallest / (2.0 * BEAMS_ACROSS * half_spacing) if half_spacing > 0.0 else 0.0
-    per_bin = count_returns(directions, nearest) if fine > 0.0 else np.zeros((0, 0), dtype=np.int32)
     placed, distances, source = place_returns(points, sensor, reach, ground)
     radii, sizes = np.empty(len(placed)), np.empty(len(placed))
-    blocks = blocks_of(nearest)
-    m = _note_sizes(
-        placed,
-        distances,
-        source,
-        directions.bin,
-        nearest,
-        blocks,
-        first_known(blocks),
-        per_bin,
-        half_spacing,
-        fine,
-        radii,
-        sizes,
-    )
+    widths = widths_of(directions, sensor.half_spacing, smallest)
+    m = _note_sizes(placed, distances, source, directions.bin, widths, radii, sizes)
     return Seen(placed[:m], radii[:m], sizes[:m], len(placed) - m)
 
 
@@ -160,55 +177,37 @@ def _note_sizes(
     placed: FloatArray,
     distances: FloatArray,
     source: IntArray,
-    bins: npt.NDArray[np.int32],
-    nearest: FloatArray,
-    blocks: Known,
-    known: Known,
-    per_bin: Counts,
-    half_spacing: float,
-    fine: float,
+    bins: BinArray,
+    widths: Widths,
     radii: FloatArray,
     sizes: FloatArray,
 ) -> int:
     """Fill in radii and sizes, and move the placed that are kept to the front; how many.
 
-    known: [columns, rows] `first_known`; what is found out is filled in.
+    distances, source: [placed] as of `passing.Placed`. bins: of the returns that these are of.
     """
+    nearest, blocks, known = widths.nearest_m, widths.blocks, widths.known
+    half_spacing, fine, per_bin = widths.half_spacing, widths.fine_m, widths.per_bin
     rows, m = np.uint32(nearest.shape[1]), 0
     nearest_at, known_at = nearest.reshape(nearest.size), known.reshape(known.size)
-    for n in range(len(placed)):
+    for n in range(len(distances)):
         distance, at = distances[n], bins[source[n]]
         size = 0.0
         if at >= 0:
-            bin_ = np.uint32(at)
-            told = known_at[bin_]
-            if told != NARROW and distance <= (1.0 + ALIKE) * nearest_at[bin_]:
+            own = np.uint32(at)
+            told = known_at[own]
+            if told != NARROW and distance <= (1.0 + ALIKE) * nearest_at[own]:
                 if told == UNKNOWN:
-                    column, row = int(bin_ // rows), int(bin_ % rows)
-                    told = WIDE if _adjoins(nearest, blocks, column, row) else NARROW
-                    known_at[bin_] = told
+                    beside = _adjoins(nearest, blocks, int(own // rows), int(own % rows))
+                    told = WIDE if beside else NARROW
+                    known_at[own] = told
                 if told == WIDE:
                     size = 2.0 * half_spacing * distance
             if size == 0.0 and fine > 0.0:
-                column, row = int(bin_ // rows), int(bin_ % rows)
+                column, row = int(own // rows), int(own % rows)
                 if _is_lone(distance, fine, per_bin, nearest, column, row):
                     continue
         placed[m, 0], placed[m, 1], placed[m, 2] = placed[n, 0], placed[n, 1], placed[n, 2]
         radii[m], sizes[m] = half_spacing * distance, size
         m += 1
     return m
-
-
-@compiled
-def count_returns(directions: Directions, nearest: FloatArray) -> Counts:
-    """[columns, rows] returns per bin."""
-    counts = np.zeros(nearest.shape, dtype=np.int32)
-    _count(directions.bin, counts.reshape(counts.size))
-    return counts
-
-
-@borrowing
-def _count(bins: npt.NDArray[np.int32], counts: Counts) -> None:
-    for n in range(len(bins)):
-        if bins[n] >= 0:
-            counts[np.uint32(bins[n])] += 1
