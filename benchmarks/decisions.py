@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.scenes import SHAPES, chamber, mixed_shapes, scattered, street
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
 from benchmarks.turn_rows import AS_FLOWN
@@ -21,14 +22,12 @@ from clearway.base.state import State
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
-from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
-from clearway.sensors import Lidar, simulate_scan
+from clearway.sensors import Lidar, Scan, simulate_scan
 from clearway.traffic import Intruder
 
 MISSION = "static-obstacles"
-SHAPES = 1_000
 MANY_BEAMS = (80, 36)
 """Azimuths and elevations through every column of cells: 100,800 beams in all."""
 
@@ -91,7 +90,12 @@ def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row
             for x, y, z, pitch_deg, yaw_deg in AS_FLOWN
         ]
         each = [
-            timed(standing(setup, lidar, setup.world, place), quick, 0.5, warm_up=20).each_s
+            timed(
+                standing(setup, lidar, seen_from(lidar, setup.world, place), place),
+                quick,
+                0.5,
+                warm_up=20,
+            ).each_s
             for place in places
         ]
         return Times(np.concatenate(each)).row(
@@ -103,16 +107,19 @@ def repeated(escape: str, target_s: float | None = None) -> Callable[[bool], Row
     return measure
 
 
+def seen_from(lidar: Lidar, world: World, state: State) -> Scan:
+    return simulate_scan(lidar, world, state, np.random.default_rng(0))
+
+
 def standing(
     setup: FlightSetup,
     lidar: Lidar,
-    world: World,
+    scan: Scan,
     state: State,
     obstacle_map: ObstacleMap | None = None,
     intruders: Sequence[Intruder] = (),
 ) -> Callable[[], None]:
     """A decision of who stands somewhere, a second after the one before, by the same readings."""
-    scan = simulate_scan(lidar, world, state, np.random.default_rng(0))
     # It stands still for the benchmark's sake: no detour for want of progress.
     patient = DataLimits(patience_turns=1e9)
     system = AvoidanceSystem(
@@ -132,42 +139,15 @@ def standing(
     return run
 
 
-def street() -> ObstacleMap:
-    """Closed all round but for the sky: nearly every beam of a scanner returns."""
-    return ObstacleMap(
-        [
-            Obstacle.plane([0.0, 0.0, -4.0], (200.0, 200.0), 0.1),
-            Obstacle.cuboid([0.0, 14.0, 0.0], (200.0, 4.0, 80.0)),
-            Obstacle.cuboid([0.0, -14.0, 0.0], (200.0, 4.0, 80.0)),
-            Obstacle.cuboid([40.0, 0.0, 0.0], (4.0, 40.0, 80.0)),
-            Obstacle.ball([7.0, 0.5, 0.0], 1.5),
-        ]
-    )
-
-
-def chamber() -> ObstacleMap:
-    """Walls on all sides but behind, none farther than 10 m: every return is in reach."""
-    return ObstacleMap(
-        [
-            Obstacle.cuboid([8.0, 0.0, 0.0], (0.5, 12.0, 12.0)),
-            Obstacle.cuboid([2.0, 5.5, 0.0], (12.0, 0.5, 12.0)),
-            Obstacle.cuboid([2.0, -5.5, 0.0], (12.0, 0.5, 12.0)),
-            Obstacle.cuboid([2.0, 0.0, 4.0], (12.0, 12.0, 0.5)),
-            Obstacle.cuboid([2.0, 0.0, -4.0], (12.0, 12.0, 0.5)),
-        ]
-    )
-
-
 def many_returns(
     make: Callable[[], ObstacleMap], where: str, escape: str, target_s: float
 ) -> Callable[[bool], Row]:
     """Standing somewhere while scans with a return of every beam come in."""
 
     def measure(quick: bool) -> Row:
-        setup = static_mission(beams_per_cell=MANY_BEAMS, escape=escape)
-        (lidar,) = setup.lidars
-        far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
-        run = standing(setup, far, make(), setup.mission.start)
+        setup, far = seeing_far(escape)
+        start = setup.mission.start
+        run = standing(setup, far, seen_from(far, make(), start), start)
         return timed(run, quick).row(
             f"a decision {where}, {far.pattern.beams:,} returns, escape {escape}",
             target_s=target_s,
@@ -176,21 +156,21 @@ def many_returns(
     return measure
 
 
-def mixed_shapes(count: int) -> list[Obstacle]:
-    """Balls, rods and boxes in any pose beside the way, all in view."""
-    rng = np.random.default_rng(0)
-    shapes: list[Obstacle] = []
-    while len(shapes) < count:
-        place = rng.uniform([2.0, -7.0, -4.0], [11.0, 7.0, 4.0])
-        if abs(place[1]) > 1.5:
-            turn, size = rng.uniform(-np.pi, np.pi, 3), rng.uniform(0.1, 0.5, 3)
-            kinds = (
-                Obstacle.ball(place, 0.2),
-                Obstacle.line(place, size[0], 0.1, orientation_rad=turn),
-                Obstacle.cuboid(place, (size[0], size[1], size[2]), orientation_rad=turn),
-            )
-            shapes.append(kinds[len(shapes) % 3])
-    return shapes
+def seeing_far(escape: str) -> tuple[FlightSetup, Lidar]:
+    """The static mission with a scanner of many beams, none of which are lost."""
+    setup = static_mission(beams_per_cell=MANY_BEAMS, escape=escape)
+    (lidar,) = setup.lidars
+    return setup, replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
+
+
+def leaves(quick: bool) -> Row:
+    """Returns in no order of nothing whole: remembered each apart, as far as there is room."""
+    setup, far = seeing_far("off")
+    scan = Scan(scattered(100_000), sensor=far.name)
+    return timed(standing(setup, far, scan, setup.mission.start), quick).row(
+        f"a decision among leaves within 10 m, {len(scan.points_m):,} returns, escape off",
+        target_s=8e-3,
+    )
 
 
 def many_shapes(quick: bool) -> Row:
@@ -309,6 +289,7 @@ BENCHMARKS = (
         "decision, 100,000 returns in reach, escape off",
         many_returns(chamber, "between walls within 10 m", "off", 8e-3),
     ),
+    Benchmark("decision, 100,000 returns of leaves, escape off", leaves),
     Benchmark("decision, 1,000 shapes", many_shapes, first_page=True),
     Benchmark("mission, simulated", mission_flown, headline=True),
     Benchmark("mission, command", fly_command, headline=True, first_page=True),

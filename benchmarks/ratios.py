@@ -15,10 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.decisions import standing, static_mission
+from benchmarks.decisions import seen_from, standing, static_mission
 from benchmarks.intruders import paper_intruders
 from benchmarks.references import bincount_detection, minimal_hits, node_ratings, plain_python
-from benchmarks.sensors import GRID, LIDAR, scattered
+from benchmarks.scenes import scattered
+from benchmarks.sensors import GRID, LIDAR
 from benchmarks.turn_rows import AS_FLOWN
 from clearway.avoidance.decide import decide
 from clearway.avoidance.fusion import rate_reach_set
@@ -79,7 +80,7 @@ def _decision(escape: str) -> Run:
     (lidar,) = setup.lidars
     x, y, z, pitch_deg, yaw_deg = AS_FLOWN[1]
     place = State(np.array([x, y, z]), np.radians([0.0, pitch_deg, yaw_deg]))
-    return standing(setup, lidar, setup.world, place)
+    return standing(setup, lidar, seen_from(lidar, setup.world, place), place)
 
 
 def ratio_of(measured: Run, reference: Run) -> float:

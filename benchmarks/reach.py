@@ -8,7 +8,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.references import node_ratings, tree_clearance
-from benchmarks.sensors import GRID, scattered
+from benchmarks.scenes import scattered
+from benchmarks.sensors import GRID
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
 from clearway.avoidance.fusion import rate_reach_set

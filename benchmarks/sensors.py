@@ -8,11 +8,12 @@ from itertools import count
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.decisions import MANY_BEAMS, street
+from benchmarks.decisions import MANY_BEAMS
 from benchmarks.references import bincount_detection, unique_voxels
+from benchmarks.scenes import scattered, street
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
+from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.obstacles.point_world import PointWorld
@@ -33,13 +34,6 @@ GRID = AvoidanceGrid.uniform()
 LIDAR = Lidar("front", BeamPattern.per_cell(GRID, max_range_m=10.0))
 HERE = State(np.zeros(3))
 SCANNER = "10 x 7 x 5 cells"
-
-
-def scattered(number: int) -> FloatArray:
-    """Returns spread evenly over the field of view and the range: the worst case for branches."""
-    rng = np.random.default_rng(0)
-    low, high = [0.5, -0.8, -0.53], [10.0, 0.8, 0.53]
-    return cartesian_from_spherical(rng.uniform(low, high, (number, 3)))
 
 
 def hits_and_visibility(

@@ -11,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.decisions import mixed_shapes, standing, static_mission, street
+from benchmarks.decisions import seen_from, standing, static_mission
 from benchmarks.intruders import at_random
+from benchmarks.scenes import mixed_shapes, street
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
 from clearway.avoidance.decide import decide
@@ -64,7 +65,7 @@ def by_returns(size: int) -> tuple[int, Decide]:
     setup = static_mission(beams_per_cell=BEAMS[size], escape="off")
     (lidar,) = setup.lidars
     far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
-    return far.pattern.beams, standing(setup, far, street(), HERE)
+    return far.pattern.beams, standing(setup, far, seen_from(far, street(), HERE), HERE)
 
 
 def by_balls(size: int) -> tuple[int, Decide]:

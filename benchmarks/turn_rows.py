@@ -119,7 +119,8 @@ def _repeated(escape: str) -> Callable[[], list[float]]:
     for x, y, z, pitch_deg, yaw_deg in AS_FLOWN:
         turned = np.radians([0.0, pitch_deg, yaw_deg])
         state = replace(start, position_m=np.array([x, y, z]), attitude_rad=turned)
-        moments.append(_standing(setup, lidar, setup.world, state, escape))
+        scan = _seen_from(lidar, setup.world, state)
+        moments.append(_standing(setup, lidar, scan, state, escape))
     return lambda: [each for run in moments for each in run()]
 
 
@@ -133,9 +134,22 @@ def _returns(
         (lidar,) = setup.lidars
         far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
         told = (_map_of([*_mixed_shapes(20), *_far_off(980)]), _passing_by(10)) if crowded else ()
-        return _standing(setup, far, _between(walls), setup.mission.start, escape, *told)
+        start = setup.mission.start
+        return _standing(setup, far, _seen_from(far, _between(walls), start), start, escape, *told)
 
     return make
+
+
+def _leaves(escape: str) -> Callable[[], list[float]]:
+    """Decisions of who stands among returns in no order, all within 10 m."""
+    setup, rng = _setup(escape, (80, 36)), np.random.default_rng(0)
+    (lidar,) = setup.lidars
+    low, high = [0.5, -0.8, -0.53], [10.0, 0.8, 0.53]
+    away, azimuth, elevation = rng.uniform(low, high, (100_000, 3)).T
+    level = away * np.cos(elevation)
+    points = [level * np.cos(azimuth), level * np.sin(azimuth), away * np.sin(elevation)]
+    scan = _named("clearway.sensors.Scan")(np.stack(points, axis=1), sensor=lidar.name)
+    return _standing(setup, lidar, scan, setup.mission.start, escape)
 
 
 def _between(walls: Walls) -> Any:
@@ -163,27 +177,30 @@ def _binned(walls: Walls) -> Callable[[str], Any]:
         grid = AvoidanceGrid.uniform()
         pattern = sensors.BeamPattern.per_cell(grid, 80, 36, max_range_m=100.0)
         lidar, here = sensors.Lidar("far", pattern), State(np.zeros(3))
-        scan = sensors.simulate_scan(lidar, _between(walls), here, np.random.default_rng(0))
+        scan = _seen_from(lidar, _between(walls), here)
         return lambda: _timed(lambda: sensors.detect(grid, lidar, scan).visibility)
 
     return make
 
 
+def _seen_from(lidar: Any, world: Any, state: Any) -> Any:
+    simulate_scan = _named("clearway.sensors.simulate_scan")
+    return simulate_scan(lidar, world, state, np.random.default_rng(0))
+
+
 def _standing(
     setup: Any,
     lidar: Any,
-    world: Any,
+    scan: Any,
     state: Any,
     escape: str,
     obstacle_map: Any = None,
     intruders: Sequence[Any] = (),
 ) -> Callable[[], list[float]]:
     """Decisions of who stands somewhere, each a second after the one before."""
-    simulate_scan = _named("clearway.sensors.simulate_scan")
     AvoidanceSystem = _named("clearway.system.AvoidanceSystem")
     DataLimits = _named("clearway.system.DataLimits")
 
-    scan = simulate_scan(lidar, world, state, np.random.default_rng(0))
     system = AvoidanceSystem(
         setup.planner,
         setup.mission,
@@ -327,6 +344,7 @@ ROWS: dict[str, Callable[[str], Callable[[], list[float]]]] = {
     "the static mission flown": _flown,
     "100,800 beams in a street": _returns(STREET),
     "100,800 returns within 10 m": _returns(CHAMBER),
+    "100,000 returns of leaves within 10 m": _leaves,
     "100,800 returns of a street into cells": _binned(STREET),
     "100,800 returns within 10 m into cells": _binned(CHAMBER),
     "50,400 returns of a tube": _returns(TUBE, (40, 36)),

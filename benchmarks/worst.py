@@ -8,7 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.decisions import SHAPES, mixed_shapes, standing, static_mission, street
+from benchmarks.decisions import seen_from, standing, static_mission
+from benchmarks.scenes import SHAPES, mixed_shapes, street
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
 from clearway.base.state import State
@@ -95,11 +96,12 @@ def decided(
         setup = static_mission(beams_per_cell=beams_per_cell, escape=escape)
         (lidar,) = setup.lidars
         far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=FAR_M))
+        here = State(np.zeros(3))
         run = standing(
             setup,
             far,
-            make(),
-            State(np.zeros(3)),
+            seen_from(far, make(), here),
+            here,
             obstacle_map() if obstacle_map else None,
             intruders(),
         )

@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.decisions import MANY_BEAMS, static_mission, street
+from benchmarks.decisions import MANY_BEAMS, static_mission
 from benchmarks.intruders import random_intruders
+from benchmarks.scenes import street
 from benchmarks.table import machine
 from benchmarks.timing import in_words
 from clearway.avoidance.decide import decide
