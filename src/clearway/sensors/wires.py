@@ -42,7 +42,7 @@ SURELY = 1e-6
 """Share of its size by which a cell lies too far off at least to be passed over."""
 
 
-class Cells(NamedTuple):
+class ThinBoxes(NamedTuple):
     """Thin boxes sorted by cubes."""
 
     size_m: float
@@ -115,12 +115,12 @@ def join_lines(
 
 
 @compiled
-def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> Cells:
+def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> ThinBoxes:
     total = 0
     for n in range(len(thin)):
         total += thin[n]
     bits = table_bits(total)
-    cells = Cells(
+    cells = ThinBoxes(
         size,
         np.empty(total, dtype=np.int64),
         np.empty((3, total)),
@@ -135,7 +135,7 @@ def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> Cells:
 
 @borrowing
 def _sort_into(
-    middles: FloatArray, thin: BoolArray, cells: Cells, slots: IntArray, filled: IntArray
+    middles: FloatArray, thin: BoolArray, cells: ThinBoxes, slots: IntArray, filled: IntArray
 ) -> None:
     """Fill in cells. slots: [boxes] room for the slot of each; filled: [slots] up to where each
     is."""
@@ -159,7 +159,7 @@ def _sort_into(
 
 
 @borrowing
-def _neighbours(middles: FloatArray, n: int, cells: Cells, near: IntArray) -> int:
+def _neighbours(middles: FloatArray, n: int, cells: ThinBoxes, near: IntArray) -> int:
     """How many thin boxes lie within the size of a cell of box n, written into `near`; -1 if as
     many as there is room for."""
     count, x, y, z = 0, middles[n, 0], middles[n, 1], middles[n, 2]
