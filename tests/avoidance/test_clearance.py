@@ -11,6 +11,7 @@ from clearway.avoidance.chord_distance import TERNARY_STEPS, shape_chord_distanc
 from clearway.avoidance.clearance import (
     CIRCLE_SAMPLES,
     circle_clearance,
+    points_clearance,
     shapes_clearance,
     span_of,
 )
@@ -141,6 +142,51 @@ def test_a_circle_is_as_far_from_shapes_as_all_places_on_it_say(seed):
             assert (found, cause, index) == (nearest, 2, each.argmin())
         else:
             assert (found, cause, index) == (enough, 0, -1)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.sampled_from([1, 40, 4000]),
+    enough=st.sampled_from([0.1, 0.6, 5.0]),
+)
+@settings(max_examples=120, deadline=None)
+def test_a_way_is_as_far_from_returns_as_the_nearest_of_them_says(seed, count, enough):
+    """Among few, and in crowds that it leads through, or beside; stopped at what is nearer than
+    asked, or told to the end."""
+    rng = np.random.default_rng(seed)
+    corners = np.cumsum(rng.normal(0.0, 0.4, (int(rng.integers(2, 7)), 3)), axis=0)
+    places = rng.normal(0.0, rng.choice([0.5, 3.0, 8.0]), (count, 3)) + rng.choice([0.0, 4.0])
+    radii = rng.uniform(0.0, rng.choice([0.05, 0.5]), count)
+    starts, along = corners[:-1, None], np.diff(corners, axis=0)[:, None]
+    shares = np.sum((places - starts) * along, axis=2) / np.sum(along**2, axis=2)
+    off = places - starts - np.clip(shares, 0.0, 1.0)[..., None] * along
+    each = np.sqrt(np.square(off).sum(axis=2)).min(axis=0) - radii
+    span, bins = span_of(corners, 0.0, 1.0), bin_points(places, radii)
+    found, cause, index = points_clearance(span, bins, enough, -np.inf)
+    if each.min() < enough:
+        assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-9), 1, each.argmin())
+    else:
+        assert (found, cause, index) == (enough, 0, -1)
+    stop = rng.uniform(-0.5, enough)
+    stopped = points_clearance(span, bins, enough, stop)
+    if each.min() < stop:
+        assert stopped[0] < stop
+        assert each[stopped[2]] <= stopped[0] + 1e-9
+    else:
+        assert stopped == (found, cause, index)
+
+
+@pytest.mark.parametrize("beside_m", [0.5, 30.0])
+@pytest.mark.parametrize("nearer_m", [1e-9, 0.005])
+def test_what_lies_off_the_end_of_a_way_is_not_passed_over(beside_m, nearer_m):
+    """Hardly nearer than another beside its middle, or than is asked, where nothing is about."""
+    corners = np.linspace([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 5)
+    enough = 0.6
+    end_m = min(beside_m, enough + 0.1) - nearer_m
+    places = np.array([[0.0, -beside_m, 0.0], [1.0 + end_m, 0.0, 0.0], [-20.0, -20.0, -20.0]])
+    bins = bin_points(places, np.full(3, 0.1))
+    found = points_clearance(span_of(corners, 0.0, 1.0), bins, enough, -np.inf)
+    assert found == (pytest.approx(end_m - 0.1, abs=1e-12), 1, 1)
 
 
 @given(

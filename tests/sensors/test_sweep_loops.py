@@ -14,7 +14,7 @@ from clearway.sensors.passing import (
     place_returns,
     sensor_at,
 )
-from clearway.sensors.remembered import Pitch, together
+from clearway.sensors.remembered import MOST_LEVELS, Pitch, level_at, together
 from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.width import ALIKE, Widths, _note_sizes, returns_with_size
 
@@ -97,8 +97,13 @@ def sizes_one_by_one(points, nearest):
     return np.array(sizes)
 
 
-def test_widths_of_all_returns_are_those_of_each():
-    points = sweep(1)
+def leaves(seed):
+    """Returns anywhere, several in a direction: hardly any is in a block, or beside one."""
+    return np.random.default_rng(seed).uniform(-8.0, 8.0, (3000, 3))
+
+
+@pytest.mark.parametrize("points", [sweep(1), leaves(2), np.concatenate([sweep(3), leaves(4)])])
+def test_widths_of_all_returns_are_those_of_each(points):
     directions = directions_of(points, RASTER)
     nearest = directions.nearest_m
     seen = returns_with_size(points, SENSOR, 15.0, -np.inf, directions, 0.0)
@@ -138,6 +143,13 @@ def test_a_sweep_of_many_voxels_has_one_box_for_each():
     ours = np.lexsort(np.floor(found.low_m / 0.12).T[::-1])
     assert np.array_equal(found.low_m[ours], low)
     assert np.array_equal(found.high_m[ours], high)
+
+
+@pytest.mark.parametrize("fine_m", [0.3, 2.6, np.inf])
+def test_pitches_double_with_the_distance(fine_m):
+    for distance_m in (0.0, 0.3, 0.3000001, 2.6, 5.2, 5.3, 41.0, 500.0, 1e9):
+        doubled = np.ceil(np.log2(distance_m / fine_m)) if distance_m > fine_m else 0
+        assert level_at(distance_m, fine_m) == min(doubled, MOST_LEVELS)
 
 
 def test_what_is_hit_again_holds_the_old_box_whatever_was_doubted():

@@ -9,7 +9,7 @@ from clearway.sensors.remembered import BETWEEN, Boxes
 from clearway.sensors.remembered import Pitch as VoxelPitch
 from clearway.sensors.swept_boxes import boxes_of_returns
 from clearway.sensors.wire_gaps import filled_between
-from clearway.sensors.wires import join_lines
+from clearway.sensors.wires import MOST_NEIGHBOURS, _by_cell, _neighbours, join_lines
 
 VOXEL_M, NOW_S = 0.12, 7.0
 
@@ -73,3 +73,24 @@ def test_a_wire_is_joined_and_rain_is_not(seed: int) -> None:
     assert np.abs(off).max() < 1e-9
     rain = boxes_at(start + rng.uniform(-3.0, 3.0, (40, 3)))
     assert not (join_lines(rain, 0, VOXEL_M, 0.06, NOW_S).kind == BETWEEN).any()
+
+
+@pytest.mark.parametrize("spread_m", [0.5, 1.5, 6.0])
+@pytest.mark.parametrize("size_m", [0.8, 2.4])
+def test_neighbours_are_all_within_a_distance_or_too_many(spread_m: float, size_m: float) -> None:
+    """Some of the boxes are thick and are none."""
+    rng = np.random.default_rng(0)
+    middles = rng.normal(0.0, spread_m, (800, 3)) - 20.0
+    thin = rng.random(len(middles)) < 0.7
+    cells = _by_cell(middles, thin, size_m)
+    near, crowded = np.empty(MOST_NEIGHBOURS + 1, dtype=np.int64), 0
+    for n in range(0, len(middles), 7):
+        within = np.linalg.norm(middles - middles[n], axis=1) <= size_m
+        expected = np.flatnonzero(within & thin & (np.arange(len(middles)) != n))
+        found = _neighbours(middles, n, cells, near)
+        if len(expected) > MOST_NEIGHBOURS:
+            crowded += 1
+            assert found == -1
+        else:
+            assert np.array_equal(np.sort(near[:found]), expected)
+    assert (crowded > 0) == (spread_m * 1.7 < size_m * 2.0)
