@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks import turn_rows
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -46,16 +47,4 @@ def scattered(number: int) -> FloatArray:
 
 def mixed_shapes(count: int) -> list[Obstacle]:
     """Balls, rods and boxes in any pose beside the way, all in view."""
-    rng = np.random.default_rng(0)
-    shapes: list[Obstacle] = []
-    while len(shapes) < count:
-        place = rng.uniform([2.0, -7.0, -4.0], [11.0, 7.0, 4.0])
-        if abs(place[1]) > 1.5:
-            turn, size = rng.uniform(-np.pi, np.pi, 3), rng.uniform(0.1, 0.5, 3)
-            kinds = (
-                Obstacle.ball(place, 0.2),
-                Obstacle.line(place, size[0], 0.1, orientation_rad=turn),
-                Obstacle.cuboid(place, (size[0], size[1], size[2]), orientation_rad=turn),
-            )
-            shapes.append(kinds[len(shapes) % 3])
-    return shapes
+    return turn_rows.mixed_shapes(count, Obstacle)

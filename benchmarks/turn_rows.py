@@ -58,11 +58,17 @@ def _setup(escape: str, beams_per_cell: tuple[int, int] | None = None) -> Any:
     prepare, file = _named("clearway.flight.prepare"), read("static-obstacles")
     if escape:
         file = file.changed("safety", escape=escape)
-    if beams_per_cell is not None:
-        (lidar,) = file.lidar
-        other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})
-        file = file.model_copy(update={"lidar": (other,)})
+    file = with_beams(file, beams_per_cell)
     return prepare(file)
+
+
+def with_beams(file: Any, beams_per_cell: tuple[int, int] | None) -> Any:
+    """A mission file with other beams of its scanner, unless there are none."""
+    if beams_per_cell is None:
+        return file
+    (lidar,) = file.lidar
+    other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})
+    return file.model_copy(update={"lidar": (other,)})
 
 
 def _flown(escape: str) -> Callable[[], list[float]]:
@@ -133,7 +139,9 @@ def _returns(
         setup = _setup(escape, beams_per_cell)
         (lidar,) = setup.lidars
         far = replace(lidar, dropout=0.0, pattern=replace(lidar.pattern, max_range_m=100.0))
-        told = (_map_of([*_mixed_shapes(20), *_far_off(980)]), _passing_by(10)) if crowded else ()
+        kind = _named("clearway.obstacles.Obstacle")
+        shapes = [*mixed_shapes(20, kind), *_far_off(980, kind)] if crowded else []
+        told = (_map_of(shapes), _passing_by(10)) if crowded else ()
         start = setup.mission.start
         return _standing(setup, far, _seen_from(far, _between(walls), start), start, escape, *told)
 
@@ -227,10 +235,8 @@ def _standing(
     return run
 
 
-def _mixed_shapes(number: int) -> list[Any]:
-    """Balls, rods and boxes in any pose beside the way, all in view."""
-    Obstacle = _named("clearway.obstacles.Obstacle")
-
+def mixed_shapes(number: int, Obstacle: Any) -> list[Any]:
+    """Balls, rods and boxes in any pose beside the way, all in view; Obstacle: of a version."""
     rng = np.random.default_rng(0)
     shapes: list[Any] = []
     while len(shapes) < number:
@@ -246,8 +252,7 @@ def _mixed_shapes(number: int) -> list[Any]:
     return shapes
 
 
-def _far_off(number: int) -> list[Any]:
-    Obstacle = _named("clearway.obstacles.Obstacle")
+def _far_off(number: int, Obstacle: Any) -> list[Any]:
     away = np.random.default_rng(2).uniform([30, -400, -20], [400, 400, 20], (number, 3))
     return [Obstacle.ball(place, 0.5) for place in away]
 
@@ -255,7 +260,7 @@ def _far_off(number: int) -> list[Any]:
 def _shapes(escape: str) -> Callable[[], list[float]]:
     AvoidanceSystem = _named("clearway.system.AvoidanceSystem")
 
-    setup, told = _setup(escape), _map_of(_mixed_shapes(1000))
+    setup, told = _setup(escape), _map_of(mixed_shapes(1000, _named("clearway.obstacles.Obstacle")))
     system = AvoidanceSystem(setup.planner, setup.mission, obstacle_map=told)
     system.update(setup.mission.start)
     return lambda: _timed(lambda: system.decide(0.0))
