@@ -21,10 +21,12 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.tiers import NodeRatings, Picked, in_order, picked
 from clearway.avoidance.verify import KnownClearances
+from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import positive
 
 VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
 """What a candidate that verification looks at can stand on, by the tiers of `tiers`."""
+_picked = by_leaf(picked)
 
 
 def choose_by_rules(
@@ -69,7 +71,7 @@ def pick(
     ratings = ratings_of(prepared, assessment, threshold)
     looked = looked or KnownClearances(prepared.paths)
     if verify and not none_passes:
-        found = picked(
+        found = _picked(
             prepared.paths,
             candidates,
             ratings,

@@ -32,6 +32,7 @@ from clearway.avoidance.hazards import MovingHazards, PointBins, PointHazards, b
 from clearway.avoidance.prepared import Ends, WayArrays
 from clearway.avoidance.tiers import NodeRatings, Picked, picked
 from clearway.base.brief import brief
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
@@ -114,6 +115,7 @@ class Decided(NamedTuple):
         return brief(self)
 
 
+@by_leaf
 @compiled
 def decided(
     sensed: bool,

@@ -19,6 +19,7 @@ from clearway.avoidance.verify import (
     movement_clearance,
     movement_room,
 )
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
@@ -77,6 +78,7 @@ class _Looks(NamedTuple):
     room: MovementRoom
 
 
+@by_leaf
 @compiled
 def _best_clearances(
     paths: Paths,

@@ -17,6 +17,7 @@ from clearway.avoidance.escape_legs import (
     pose_after,
     turn_to_grid,
 )
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -44,6 +45,7 @@ def chain_for(movements: int, legs: Legs, shapes: Shapes) -> Chain:
     return Chain(np.empty((movements + 1, 4)), times, at, leg)
 
 
+@by_leaf
 @compiled
 def chain_keeps(
     movements: IntArray,

@@ -36,6 +36,7 @@ from clearway.avoidance.wide_space import (
     look_at,
     steps_within,
 )
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -73,6 +74,7 @@ def movements_of(ways: Ways, escape: int) -> IntArray:
     return movements
 
 
+@by_leaf
 @compiled
 def first_escape(
     ways: Ways,

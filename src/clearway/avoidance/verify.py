@@ -18,6 +18,7 @@ from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
 from clearway.base.brief import brief
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IndexArray, IntArray
@@ -283,6 +284,7 @@ def first_clear_of(
     )
 
 
+@by_leaf
 @compiled
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float

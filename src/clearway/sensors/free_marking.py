@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -130,6 +131,7 @@ def _take_nearest(
                 around[j, k] = min(around[j, k], near)
 
 
+@by_leaf
 @compiled
 def mark(
     free: Voxels,

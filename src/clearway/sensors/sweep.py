@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -50,6 +51,7 @@ class Swept(NamedTuple):
     borne_out: int
 
 
+@by_leaf
 @compiled
 def swept_by(
     points: FloatArray,
