@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,6 +15,7 @@ GRIDS = {
     "all round": AvoidanceGrid.uniform(12.0, 5, 180.0, 8, 90.0, 6),
     "narrow": AvoidanceGrid.uniform((2.0, 9.0), 4, (10.0, 40.0), 3, (-50.0, -5.0), 4),
     "wide cells": AvoidanceGrid.uniform((2.0, 9.0), 4, (-150.0, 150.0), 1, (-50.0, 5.0), 4),
+    "many layers": AvoidanceGrid.uniform(12.0, 130, 60.0, 3, 30.0, 2),
 }
 
 
@@ -75,6 +77,22 @@ def test_several_points_coat_the_union(name, seed, count, largest_m):
     order = rng.permutation(count)
     together = coated_cells(grid, points[order], radii[order])
     np.testing.assert_array_equal(together, np.any(each, axis=0))
+
+
+@pytest.mark.parametrize("layers", [10, 62, 63, 130])
+def test_a_small_ball_coats_the_cell_that_it_lies_in(layers):
+    grid = AvoidanceGrid.uniform(12.0, layers, 60.0, 3, 30.0, 2)
+    middles = [
+        edges[:-1] + 0.5 * np.diff(edges)
+        for edges in (grid.range_edges_m, grid.azimuth_edges_rad, grid.elevation_edges_rad)
+    ]
+    for cell in range(grid.cells):
+        r, az, el = (
+            middle[n] for middle, n in zip(middles, np.unravel_index(cell, grid.shape), strict=True)
+        )
+        point = r * np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
+        coated = coated_cells(grid, point[None], 1e-3 * grid.range_m / layers)
+        assert np.flatnonzero(coated).tolist() == [cell]
 
 
 def test_nothing_coats_nothing():

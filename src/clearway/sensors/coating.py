@@ -13,8 +13,11 @@ from clearway.base.compiled import borrowing, compiled, inlined, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.rounding import SURELY
-from clearway.base.state import BoolArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.voxels import merge_balls, number_voxels
+
+AT_ONCE = 62
+"""Layers of which each has a bit of a number."""
 
 
 def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayLike) -> BoolArray:
@@ -51,14 +54,18 @@ def _radii(radius_m: npt.ArrayLike, count: int) -> FloatArray:
 @compiled
 def coated_by(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArray:
     """[cells] cells that meet any ball of a radius [m] around a point [m, 3]."""
-    columns = len(edges.azimuth_rad) - 1
-    cells = (len(edges.range_m) - 1) * columns * (len(edges.elevation_rad) - 1)
-    coated = np.zeros(cells, dtype=np.bool_)
+    columns, rows = len(edges.azimuth_rad) - 1, len(edges.elevation_rad) - 1
+    layers = len(edges.range_m) - 1
+    coated = np.zeros((layers, columns * rows), dtype=np.bool_)
     cosines = np.cos(edges.azimuth_rad), np.cos(edges.elevation_rad)
     sines = np.sin(edges.azimuth_rad), np.sin(edges.elevation_rad)
     seen_along = np.empty(columns + 1), np.empty(columns + 1)
-    _coat(points, radii, edges, cosines, sines, seen_along, coated)
-    return coated
+    marks = np.empty(columns * rows, dtype=np.int64), np.empty(columns, dtype=np.int64)
+    for first in range(0, layers, AT_ONCE):
+        last = min(first + AT_ONCE, layers)
+        _coat(points, radii, edges, first, last, cosines, sines, seen_along, marks)
+        _note_marked(marks[0], coated[first:last])
+    return coated.ravel()
 
 
 @borrowing
@@ -66,33 +73,45 @@ def _coat(
     points: FloatArray,
     radii: FloatArray,
     edges: GridEdges,
+    first_layer: int,
+    last_layer: int,
     cosines: tuple[FloatArray, FloatArray],
     sines: tuple[FloatArray, FloatArray],
     seen_along: tuple[FloatArray, FloatArray],
-    coated: BoolArray,
+    marks: tuple[IntArray, IntArray],
 ) -> None:
-    """Mark the cells. cosines, sines: of azimuth and elevation edges. seen_along: [edges] to be
-    filled in, how far a point lies along and to the left of each vertical half-plane."""
-    azimuth, elevation, ranges = edges.azimuth_rad, edges.elevation_rad, edges.range_m
+    """Mark the cells of some layers, each by a bit. cosines, sines: of azimuth and elevation edges.
+    seen_along: [edges] to be filled in, how far a point lies along and to the left of each vertical
+    half-plane. marks: [columns * rows], and [columns] what is marked in all rows, filled in too."""
+    azimuth, elevation = edges.azimuth_rad, edges.elevation_rad
+    ranges = edges.range_m[first_layer : last_layer + 1]
     columns, rows, layers = len(azimuth) - 1, len(elevation) - 1, len(ranges) - 1
     (cos_azimuth, cos_elevation), (sin_azimuth, sin_elevation) = cosines, sines
     along_edge, left_of_edge = seen_along
+    marked, marked_in_column = marks
     nearest, farthest = ranges[0], ranges[layers]
-    tolerance = RANGE_TOLERANCE * farthest
+    tolerance = RANGE_TOLERANCE * edges.range_m[-1]
     # Of a grid no wider than half a circle, most balls lie beyond the planes at its sides.
     sided = azimuth[columns] - azimuth[0] <= np.pi
     narrow = True
     for j in range(columns):
         narrow &= azimuth[j + 1] - azimuth[j] < np.pi
-    bare = len(coated)
+    marked[:], marked_in_column[:], marked_everywhere = 0, 0, 0
     for n in range(len(points)):
-        if bare == 0:  # Where there are very many, all is marked long before the last.
+        if marked_everywhere == (1 << layers) - 1:  # Of very many, long before the last.
             return
         x, y, z, radius = points[n, 0], points[n, 1], points[n, 2], radii[n] + tolerance
         horizontal = np.sqrt(x * x + y * y)
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared)
         if distance - radius > farthest or distance + radius < nearest:
+            continue
+        first, last = _layers_met(
+            distance - radius - tolerance, distance + radius + tolerance, ranges
+        )
+        # Where there are many points, most have nothing to add.
+        met = ((1 << (last - first)) - 1) << first
+        if met & ~marked_everywhere == 0:
             continue
         for j in range(columns + 1):
             along_edge[j] = x * cos_azimuth[j] + y * sin_azimuth[j]
@@ -104,10 +123,9 @@ def _coat(
         if narrow and beyond > 0.0:
             least_along = np.sqrt(beyond) / SURELY
         unsure = (SURELY - 1.0) * horizontal
-        first, last = _layers_met(
-            distance - radius - tolerance, distance + radius + tolerance, ranges
-        )
         for j in range(columns):
+            if met & ~marked_in_column[j] == 0:
+                continue
             along, left, right = (
                 max(along_edge[j], along_edge[j + 1]),
                 left_of_edge[j],
@@ -126,33 +144,29 @@ def _coat(
                     continue
             else:
                 along = horizontal
-            best = np.sqrt(along * along + z * z)
+            best, in_all_rows = np.sqrt(along * along + z * z), -1
             for k in range(rows):
-                if _are_coated(
-                    coated, (first * columns + j) * rows + k, last - first, columns * rows
-                ):
-                    continue
-                projected = _projection(
-                    along,
-                    z,
-                    best,
-                    cos_elevation[k],
-                    sin_elevation[k],
-                    cos_elevation[k + 1],
-                    sin_elevation[k + 1],
-                )
-                inside = projected * projected - squared + radius * radius
-                if inside < 0.0:
-                    continue
-                half_chord = np.sqrt(inside)
-                low, high = projected - half_chord, projected + half_chord
-                for i in range(first, last):
-                    if ranges[i] > high:
-                        break
-                    cell = (i * columns + j) * rows + k
-                    if ranges[i + 1] >= low and not coated[cell]:
-                        coated[cell] = True
-                        bare -= 1
+                at = j * rows + k
+                if met & ~marked[at] != 0:
+                    projected = _projection(
+                        along,
+                        z,
+                        best,
+                        cos_elevation[k],
+                        sin_elevation[k],
+                        cos_elevation[k + 1],
+                        sin_elevation[k + 1],
+                    )
+                    inside = projected * projected - squared + radius * radius
+                    if inside >= 0.0:
+                        half_chord = np.sqrt(inside)
+                        marked[at] |= _layers_between(
+                            projected - half_chord, projected + half_chord, first, last, ranges
+                        )
+                in_all_rows &= marked[at]
+            if in_all_rows != marked_in_column[j]:
+                marked_in_column[j] = in_all_rows
+                marked_everywhere = _in_all(marked_in_column)
 
 
 @inlined
@@ -169,14 +183,32 @@ def _layers_met(nearest: float, farthest: float, ranges: FloatArray) -> tuple[in
 
 
 @inlined
-def _are_coated(coated: BoolArray, cell: int, count: int, stride: int) -> bool:
-    """Whether a cell, and so many behind it, are marked already: where there are many points, most
-    have nothing to add."""
-    for _ in range(count):
-        if not coated[cell]:
-            return False
-        cell += stride
-    return True
+def _layers_between(low: float, high: float, first: int, last: int, ranges: FloatArray) -> int:
+    """Those among some layers that a stretch of distances reaches into, each by a bit."""
+    found = 0
+    for i in range(first, last):
+        if ranges[i] > high:
+            break
+        if ranges[i + 1] >= low:
+            found |= 1 << i
+    return found
+
+
+@inlined
+def _in_all(marks: IntArray) -> int:
+    """What is marked in all."""
+    found = -1
+    for each in marks:
+        found &= each
+    return found
+
+
+@borrowing
+def _note_marked(marked: IntArray, coated: BoolArray) -> None:
+    """Fill in [layers, columns * rows] what is marked."""
+    for at in range(len(marked)):
+        for layer in range(len(coated)):
+            coated[layer, at] = marked[at] & (1 << layer) != 0
 
 
 @borrowing
