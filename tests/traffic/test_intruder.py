@@ -57,8 +57,11 @@ def test_time_running_backwards_is_predicted_backwards_with_growth() -> None:
 def test_deviation_covers_the_wider_spread_or_the_acceleration() -> None:
     spread = Intruder([0, 0, 0], [2, 0, 0], spread_rad=[0.2, 0.1])
     turning = Intruder([0, 0, 0], [2, 0, 0], acceleration_bound_mps2=1.0, velocity_std_mps=0.1)
-    found = Intruders.of([spread, turning]).deviations_m(np.array([3.0, -3.0]), sigmas=3.0)
-    assert found == pytest.approx([6.0 * math.tan(0.2), 4.5 + 0.9])
+    both = Intruders.of([spread, turning])
+    for time_s in (3.0, -3.0):
+        radius, growth = both.balls(both.velocity_mps, time_s, sigmas=3.0, horizon_s=10.0)
+        assert radius == pytest.approx([6.0 * math.tan(0.2), 4.5 + 0.9])
+        assert growth == pytest.approx([2.0 * math.tan(0.2), 0.3 + 5.0])
 
 
 @given(

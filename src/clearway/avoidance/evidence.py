@@ -34,7 +34,7 @@ from clearway.obstacles.obstacle import Shapes
 from clearway.sensors import coated_cells as coated_by_points
 from clearway.sensors import combine_detections, thin_points
 from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, combine_intruders
-from clearway.traffic.models.many import Intruders
+from clearway.traffic.models.many import MANOEUVRE, Intruders
 
 NO_SHAPES, NOTHING_MOVING = no_shapes(), nothing_moving()
 NOBODY_NEAR = Intruders.of(())
@@ -109,9 +109,8 @@ def in_reach(
     if situation.intruders:
         reports = Intruders.of(situation.intruders)
         intruders = reports.seen_at(situation.state, frame.world_from_grid)
-        ages_s = reports.ages_s(situation.state.time_s)
         within_s = max(range_m / terms.speed_mps, horizon_s)
-        moving = _moving(reports, intruders, ages_s, settings, within_s)
+        moving = _moving(reports, intruders, situation.state.time_s, settings.sigmas, within_s)
     left_out_m = min(points_left_out_m, _left_out_m(situation, shapes, within_m))
     hazards = Hazards(points, shapes, moving, left_out_m)
     return InReach(frame, margin, hazards, intruders)
@@ -269,26 +268,19 @@ def _points(
 
 
 def _moving(
-    reports: Intruders,
-    intruders: Intruders,
-    ages_s: FloatArray,
-    settings: EvidenceSettings,
-    horizon_s: float,
+    reports: Intruders, seen: Intruders, time_s: float, sigmas: float, horizon_s: float
 ) -> MovingHazards:
     """Intruders as balls that grow with time by all that they may deviate.
 
-    reports: as they were told, so long ago; intruders: at the decision time, in the grid frame.
-    What a report's age adds is there from the start; an acceleration bound counts as growth to what
-    it allows at the horizon.
+    reports: as they were told; seen: at the decision time, in the grid frame. What a report's age
+    adds is there from the start.
     """
-    start = np.array([i.radius_m for i in reports.told])
-    start += reports.deviations_m(ages_s, settings.sigmas)
-    turning = 0.5 * horizon_s * np.array([i.acceleration_bound_mps2 or 0.0 for i in reports.told])
+    radius, growth = reports.balls(seen.velocity_mps, time_s, sigmas, horizon_s)
     return MovingHazards(
-        intruders.position_m.copy(),
-        intruders.velocity_mps.copy(),
-        start,
-        intruders.spread_mps + settings.sigmas * reports.velocity_std_mps + turning,
-        np.array([i.manoeuvre_mps2 for i in reports.told]),
-        np.ones(len(intruders)),
+        seen.position_m.copy(),
+        seen.velocity_mps.copy(),
+        radius,
+        growth,
+        reports.numbers[:, MANOEUVRE].copy(),
+        np.ones(len(seen)),
     )

@@ -56,9 +56,12 @@ class OfNear(NamedTuple):
 
     def count_in(self, each: FloatArray, timed: bool) -> None:
         """Raise the probabilities of all [n, cells] to what this says, timed or not (5.36)."""
-        model, rows = self.model, slice(None) if self.near is None else self.near
+        model = self.model
         said = model.timed if timed and model.timed is not None else model.probability
-        each[rows] = np.maximum(each[rows], said)
+        if self.near is None:
+            np.maximum(each, said, out=each)
+        else:
+            each[self.near] = np.maximum(each[self.near], said)
 
     def of_all(self) -> ModelCells:
         """The cells of all intruders, of which those that stay away meet none."""

@@ -10,13 +10,16 @@ from typing import overload
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled, read_only
+from clearway.base.compiled import borrowing, compiled, read_only, sealed
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.traffic.intruder import Intruder
 
 STANDING = 1e-10
 """Ranges of the grid a second; what is slower stands still."""
+
+# Columns of the numbers that are told of each.
+RADIUS, TIME, POSITION_STD, VELOCITY_STD, BOUND, MANOEUVRE = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +37,10 @@ class Intruders(Sequence[Intruder]):
     """[n, 3] read only."""
     spread_rad: FloatArray
     """[n, 2] read only."""
-    moved: tuple[list[float], float] | None = None
-    """Where they are seen elsewhere than they were told: standard deviations of their positions
-    (m), and the time (s)."""
+    numbers: FloatArray
+    """[n, 6] read only: what else is known of each, in m and s; a bound that is not is 0."""
+    moved: bool = False
+    """Whether they are seen elsewhere than they were told, at another time."""
 
     __repr__ = brief
 
@@ -52,6 +56,7 @@ class Intruders(Sequence[Intruder]):
             _rows([i.position_m for i in intruders], 3),
             _rows([i.velocity_mps for i in intruders], 3),
             _rows([i.spread_rad for i in intruders], 2),
+            sealed(np.array([_numbers_of(each) for each in intruders])),
         )
 
     @overload
@@ -63,11 +68,11 @@ class Intruders(Sequence[Intruder]):
     def __getitem__(self, index: int | slice) -> Intruder | list[Intruder]:
         if isinstance(index, slice):
             return [self[n] for n in range(*index.indices(len(self)))]
-        if self.moved is None:
+        if not self.moved:
             return self.told[index]
-        std_m, time_s = self.moved
+        numbers = self.numbers[index].tolist()
         return self.told[index].moved(
-            self.position_m[index], self.velocity_mps[index], std_m[index], time_s
+            self.position_m[index], self.velocity_mps[index], numbers[POSITION_STD], numbers[TIME]
         )
 
     def __len__(self) -> int:
@@ -82,69 +87,61 @@ class Intruders(Sequence[Intruder]):
         return tuple(intruder.name for intruder in self.told)
 
     @cached_property
-    def speed_mps(self) -> FloatArray:
-        """[n]"""
-        speed: FloatArray = np.sqrt(np.square(self.velocity_mps).sum(axis=1))
-        return speed
-
-    @cached_property
-    def position_std_m(self) -> FloatArray:
-        """[n]"""
-        return np.array(self.moved[0] if self.moved else [i.position_std_m for i in self.told])
-
-    @cached_property
-    def velocity_std_mps(self) -> FloatArray:
-        """[n]"""
-        return np.array([i.velocity_std_mps for i in self.told])
-
-    @cached_property
-    def spread_mps(self) -> FloatArray:
-        """[n] growth of the wider spread: by tan, so that all of the stated spread is covered."""
-        growth: FloatArray = np.tan(self.spread_rad.max(axis=1, initial=0.0)) * self.speed_mps
+    def _widens(self) -> FloatArray:
+        """[n] growth of the wider spread by speed: by tan, so that all of it is covered."""
+        growth: FloatArray = np.tan(self.spread_rad.max(axis=1, initial=0.0))
         return growth
 
-    def ages_s(self, time_s: float) -> FloatArray:
-        """[n] how long before a time each was where it is said to be."""
-        times_s = [self.moved[1]] * len(self) if self.moved else [i.time_s for i in self.told]
-        return time_s - np.array(times_s)
-
     def motions(self, range_m: float) -> tuple[FloatArray, FloatArray]:
-        """Positions [n, 3] and velocities [n, 3], as compiled loops take them.
+        """Positions [n, 3] and velocities [n, 3], as compiled loops take them, to be read only.
 
         One that takes ages to pass a grid of such a range stands still.
         """
-        velocity = self.velocity_mps.copy()
-        velocity[self.speed_mps < STANDING * range_m] = 0.0
-        return self.position_m.copy(), velocity
+        known = self._motions
+        if range_m not in known:
+            least_mps = STANDING * range_m
+            known[range_m] = _motions(self.position_m, self.velocity_mps, least_mps)
+        return known[range_m]
+
+    @cached_property
+    def _motions(self) -> dict[float, tuple[FloatArray, FloatArray]]:
+        """By the range of a grid."""
+        return {}
 
     def seen_at(self, state: State, world_from_body: FloatArray) -> Intruders:
         """Each predicted to the time of a state (`Intruder.at`) and seen from it (`seen_from`).
 
         world_from_body: [3, 3] the state's rotation, worked out once.
         """
-        if not self.told:
-            return Intruders(self.told, *NOBODY, ([], state.time_s))
-        elapsed, here = self.ages_s(state.time_s), (state.position_m, world_from_body)
-        position, velocity = _seen(
-            self.position_m, self.velocity_mps, elapsed, *map(read_only, here)
-        )
-        position.flags.writeable = velocity.flags.writeable = False
-        std = np.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
-        moved = std.tolist(), state.time_s
-        return Intruders(self.told, position, velocity, self.spread_rad, moved)
+        here = map(read_only, (state.position_m, world_from_body))
+        told = (self.position_m, self.velocity_mps, self.numbers)
+        position, velocity, numbers = map(sealed, _seen(*told, float(state.time_s), *here))
+        return Intruders(self.told, position, velocity, self.spread_rad, numbers, moved=True)
 
-    def deviations_m(self, elapsed_s: FloatArray, sigmas: float = 0.0) -> FloatArray:
-        """[n] how far from its straight path each may be after a while, [n] seconds of either sign.
+    def balls(
+        self, velocity_mps: FloatArray, time_s: float, sigmas: float, horizon_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """[n] radius of a ball around each at a time that holds it wherever it has deviated to
+        since it was told, and [n] how fast that grows from then on.
 
         The wider of its spreads or what its acceleration bound allows, plus `sigmas` standard
-        deviations of the predicted position.
+        deviations of the predicted position; as growth a bound counts by what it allows at the
+        horizon. velocity_mps: [n, 3] as it is seen at that time.
         """
-        elapsed = np.abs(elapsed_s)
-        bounds = [max(i.acceleration_bound_mps2 or 0.0, i.manoeuvre_mps2) for i in self.told]
-        turned = 0.5 * np.array(bounds) * elapsed**2
-        std = np.hypot(self.position_std_m, self.velocity_std_mps * elapsed)
-        deviations: FloatArray = np.maximum(self.spread_mps * elapsed, turned) + sigmas * std
-        return deviations
+        about = (float(time_s), float(sigmas), float(horizon_s))
+        return _balls(self.velocity_mps, velocity_mps, self._widens, self.numbers, *about)
+
+
+def _numbers_of(told: Intruder) -> tuple[float, ...]:
+    """In the order of the columns."""
+    return (
+        told.radius_m,
+        told.time_s,
+        told.position_std_m,
+        told.velocity_std_mps,
+        told.acceleration_bound_mps2 or 0.0,
+        told.manoeuvre_mps2,
+    )
 
 
 def _rows(vectors: Sequence[FloatArray], length: int) -> FloatArray:
@@ -154,26 +151,74 @@ def _rows(vectors: Sequence[FloatArray], length: int) -> FloatArray:
     return rows
 
 
-NOBODY = _rows([], 3), _rows([], 3), _rows([], 2)
+NOBODY = _rows([], 3), _rows([], 3), _rows([], 2), _rows([], 6)
+
+
+@compiled
+def _motions(
+    position: FloatArray, velocity: FloatArray, least_mps: float
+) -> tuple[FloatArray, FloatArray]:
+    """Positions, and velocities of what is not slower than the least."""
+    moving = velocity.copy()
+    for n in range(len(velocity)):
+        if _speed(velocity, n) < least_mps:
+            moving[n] = 0.0
+    return position.copy(), moving
 
 
 @compiled
 def _seen(
     position: FloatArray,
     velocity: FloatArray,
-    elapsed: FloatArray,
+    numbers: FloatArray,
+    time_s: float,
     origin: FloatArray,
     world_from_body: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Places [n, 3], flown on for some time [n], and velocities [n, 3], seen from a body."""
-    place, turned = np.empty((len(elapsed), 3)), np.empty((len(elapsed), 3))
-    for n in range(len(elapsed)):
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places [n, 3] at a time and velocities [n, 3], seen from a body, and numbers [n, 6] then."""
+    place, turned = np.empty((len(numbers), 3)), np.empty((len(numbers), 3))
+    then = numbers.copy()
+    then[:, TIME] = time_s
+    for n in range(len(numbers)):
+        elapsed_s = time_s - numbers[n, TIME]
         vx, vy, vz = velocity[n, 0], velocity[n, 1], velocity[n, 2]
-        x = position[n, 0] + vx * elapsed[n] - origin[0]
-        y = position[n, 1] + vy * elapsed[n] - origin[1]
-        z = position[n, 2] + vz * elapsed[n] - origin[2]
+        x = position[n, 0] + vx * elapsed_s - origin[0]
+        y = position[n, 1] + vy * elapsed_s - origin[1]
+        z = position[n, 2] + vz * elapsed_s - origin[2]
         for axis in range(3):
             i, j, k = world_from_body[0, axis], world_from_body[1, axis], world_from_body[2, axis]
             place[n, axis] = x * i + y * j + z * k
             turned[n, axis] = vx * i + vy * j + vz * k
-    return place, turned
+        std_m = np.hypot(numbers[n, POSITION_STD], numbers[n, VELOCITY_STD] * elapsed_s)
+        then[n, POSITION_STD] = std_m
+    return place, turned, then
+
+
+@compiled
+def _balls(
+    told_mps: FloatArray,
+    seen_mps: FloatArray,
+    widens: FloatArray,
+    numbers: FloatArray,
+    time_s: float,
+    sigmas: float,
+    horizon_s: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Radii and growths [n], as of `Intruders.balls`."""
+    radius, growth = np.empty(len(numbers)), np.empty(len(numbers))
+    for n in range(len(numbers)):
+        elapsed_s = abs(time_s - numbers[n, TIME])
+        bound, velocity_std = numbers[n, BOUND], numbers[n, VELOCITY_STD]
+        turned = 0.5 * max(bound, numbers[n, MANOEUVRE]) * elapsed_s**2
+        std_m = np.hypot(numbers[n, POSITION_STD], velocity_std * elapsed_s)
+        spread = widens[n] * _speed(told_mps, n) * elapsed_s
+        radius[n] = numbers[n, RADIUS] + (max(spread, turned) + sigmas * std_m)
+        turning = 0.5 * horizon_s * bound
+        growth[n] = widens[n] * _speed(seen_mps, n) + sigmas * velocity_std + turning
+    return radius, growth
+
+
+@borrowing
+def _speed(velocity: FloatArray, n: int) -> float:
+    vx, vy, vz = velocity[n, 0], velocity[n, 1], velocity[n, 2]
+    return float(np.sqrt(vx * vx + vy * vy + vz * vz))
