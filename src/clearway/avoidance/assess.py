@@ -32,10 +32,13 @@ from clearway.avoidance.fusion import (
 )
 from clearway.avoidance.situation import Situation
 from clearway.base.brief import brief
+from clearway.base.by_leaf import by_leaf
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 from clearway.traffic import IntruderCells
+
+_assessed = by_leaf(assessed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +126,7 @@ def _in_one(
 ) -> Assessment:
     """In one compiled call."""
     near, settings = known.near, known.terms.settings
-    found = assessed(
+    found = _assessed(
         known.sources,
         near.hazards.points,
         near.margin_m,

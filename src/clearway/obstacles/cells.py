@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -57,6 +58,7 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
     return _coated(shapes, cell_nodes(grid), float(margin_m))
 
 
+@by_leaf
 @compiled
 def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> FloatArray:
     shares = np.zeros(len(nodes.radius_m))
@@ -74,6 +76,7 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> FloatArray:
     return shares
 
 
+@by_leaf
 @compiled
 def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)

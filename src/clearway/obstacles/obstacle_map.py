@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
+from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import are_points, kind_of, points_of
 from clearway.base.compiled import compiled, plain
 from clearway.base.errors import ClearwayError
@@ -137,6 +138,7 @@ def _box(corners_m: npt.ArrayLike) -> FloatArray:
     return box
 
 
+@by_leaf
 @compiled
 def _in_frame(
     position: FloatArray, world_from_grid: FloatArray, reach: float, shapes: Shapes, tree: BoxTree

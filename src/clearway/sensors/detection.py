@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from clearway.base.brief import brief
+from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import array_problem, found, number_problem, points_of
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
@@ -24,6 +25,7 @@ from clearway.sensors.returns import kept_returns
 from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into, share_of
 from clearway.sensors.visibility import surface_probability, visible_behind
 
+_detected_in = by_leaf(detected_in)
 Rule = str
 """How hits become P_OD: a name of RULES."""
 
@@ -84,7 +86,7 @@ class Detection:
         return {"points_m": points_m, "radius_m": radius_m}
 
     def _of_cells(self, placed: PlacedScan) -> dict[str, Any]:
-        found, probability = detected_in(placed), self.to_probability
+        found, probability = _detected_in(placed), self.to_probability
         return {
             "hits": found.hits,
             "probability": found.share

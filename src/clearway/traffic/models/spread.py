@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
@@ -147,6 +148,7 @@ def cone_axes(velocity: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatAr
     return along, level, np.cross(along, level)
 
 
+@by_leaf
 @compiled
 def _spreads(
     position: FloatArray,
