@@ -14,7 +14,6 @@ from clearway.avoidance.clearance import Span, reach_about
 from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.brief import brief
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
@@ -194,7 +193,6 @@ def _way_was_seen(
     return True
 
 
-@by_leaf
 @compiled
 def leg_keeps(
     pose: FloatArray,
