@@ -22,7 +22,7 @@ from benchmarks.scenes import scattered
 from benchmarks.sensors import GRID, LIDAR
 from benchmarks.turn_rows import AS_FLOWN
 from clearway.avoidance.decide import decide
-from clearway.avoidance.fusion import rate_reach_set
+from clearway.avoidance.reach_rating import rate_reach_set
 from clearway.avoidance.situation import Situation
 from clearway.base.state import State
 from clearway.sensors import PointMemory, Scan, detect, update_memory

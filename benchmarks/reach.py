@@ -12,8 +12,8 @@ from benchmarks.scenes import scattered
 from benchmarks.sensors import GRID
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.avoidance.fusion import rate_reach_set
 from clearway.avoidance.hazards import Hazards, PointHazards
+from clearway.avoidance.reach_rating import rate_reach_set
 from clearway.avoidance.verify import clearances, paths_of
 from clearway.reach import ReachLibrary, build_reach_set
 from clearway.reach.escape_store import load_or_search, search

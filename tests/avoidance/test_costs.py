@@ -6,14 +6,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from clearway.avoidance.closing import closing_m
-from clearway.avoidance.costs import (
-    Goal,
-    Prices,
-    _turn_then_straight,
-    arrival,
-    curved_distance_to_go,
-)
+from clearway.avoidance.costs import Prices, _turn_then_straight, curved_distance_to_go
 from clearway.avoidance.decide import decide
+from clearway.avoidance.goal import Goal, arrival
 from clearway.avoidance.hazards import nothing_moving
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.situation import Situation

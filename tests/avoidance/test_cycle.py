@@ -13,17 +13,11 @@ from clearway.avoidance.costs import curved_distance_to_go
 from clearway.avoidance.cycle import assessed
 from clearway.avoidance.decide import decide
 from clearway.avoidance.evidence import Sources
-from clearway.avoidance.fusion import (
-    Evidence,
-    PassedCells,
-    assess_cells,
-    rate_reach_set,
-    total,
-    untouched,
-)
+from clearway.avoidance.fusion import Evidence, assess_cells, total
 from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
 from clearway.avoidance.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import PassedCells, rate_reach_set, untouched
 from clearway.avoidance.tiers import NO_LOITER as LAST
 from clearway.avoidance.tiers import NodeRatings, in_order, picked
 from clearway.base.errors import ClearwayError

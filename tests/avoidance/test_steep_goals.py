@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.costs import Goal, Prices, _climbed, arrival, curved_distance_to_go
+from clearway.avoidance.costs import Prices, _climbed, curved_distance_to_go
+from clearway.avoidance.goal import Goal, arrival
 from clearway.avoidance.planner import Planner
 from clearway.base.grid import AvoidanceGrid
 from clearway.io.toml import parse_model

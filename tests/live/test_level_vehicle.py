@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.avoidance.costs import arrival
 from clearway.avoidance.decide import decide
+from clearway.avoidance.goal import arrival
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation, goal_of
 from clearway.base.grid import AvoidanceGrid

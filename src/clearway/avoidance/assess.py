@@ -21,15 +21,8 @@ from clearway.avoidance.evidence import (
     intruder_cells,
     sources_of,
 )
-from clearway.avoidance.fusion import (
-    CellAssessment,
-    PassedCells,
-    ReachAssessment,
-    assess_cells,
-    rate_reach_set,
-    total,
-    untouched,
-)
+from clearway.avoidance.fusion import CellAssessment, assess_cells, total
+from clearway.avoidance.reach_rating import PassedCells, ReachAssessment, rate_reach_set, untouched
 from clearway.avoidance.situation import Situation
 from clearway.base.brief import brief
 from clearway.base.by_leaf import by_leaf

@@ -22,12 +22,14 @@ from clearway.avoidance.candidates import (
 )
 from clearway.avoidance.choice import choice_of
 from clearway.avoidance.chosen import Choice, Grounds
-from clearway.avoidance.costs import Arrival, Goal, TurnsAndClimbs, arrival
+from clearway.avoidance.costs import TurnsAndClimbs
 from clearway.avoidance.cycle import Decided, decided
 from clearway.avoidance.evidence import InReach, Sources, sources_but_sensors, sources_of
-from clearway.avoidance.fusion import ReachAssessment, total
+from clearway.avoidance.fusion import total
+from clearway.avoidance.goal import Arrival, Goal, arrival
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.verify import KnownClearances

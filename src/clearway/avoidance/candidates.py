@@ -10,13 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.closing import closing_m
-from clearway.avoidance.costs import Arrival, Goal, Prices, price_of
+from clearway.avoidance.costs import Prices, price_of
 from clearway.avoidance.crossing import crossings_ahead
-from clearway.avoidance.fusion import ReachAssessment
+from clearway.avoidance.goal import Arrival, Goal
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.brief import brief

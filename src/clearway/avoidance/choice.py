@@ -15,9 +15,9 @@ import numpy as np
 from clearway.avoidance.candidates import Candidates, ruled
 from clearway.avoidance.chosen import Basis, Choice, Grounds, Tried
 from clearway.avoidance.emergency import emergency
-from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.tiers import NodeRatings, Picked, in_order, picked
 from clearway.avoidance.verify import KnownClearances

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.candidates import SIDES, Candidates, Side
-from clearway.avoidance.fusion import ReachAssessment
 from clearway.avoidance.hazards import CAUSES, Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.rules.rule import RuleNote
 from clearway.avoidance.tiers import Picked
 from clearway.avoidance.verify import KEPT, Clearance, path_clearance

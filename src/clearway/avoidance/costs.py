@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.avoidance.goal import Arrival, Goal
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem
 from clearway.base.compiled import borrowing, compiled
@@ -28,23 +29,6 @@ SAME_PACE = 0.95
 """Share of the pace of straight flight above which a movement costs its length, not its time."""
 SLIGHTEST_PITCH_RAD = 1e-6
 """Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
-
-
-class Goal(NamedTuple):
-    """Where to go, in the level frame: origin at the vehicle, x along its heading, z up."""
-
-    target_m: FloatArray
-    """[3] the waypoint."""
-    next_m: FloatArray
-    """[3] the one after it; the target again if there is none."""
-    reach_radius_m: float
-    final: bool
-    """No waypoint follows."""
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-
 OPEN = ("coated", "no_room")
 """Prices that may be left open."""
 
@@ -120,20 +104,6 @@ StageCost = Callable[[ReachSet, Prices], FloatArray]
 """Cost [nodes] of each movement of a reach set, in metres; evaluated once per reach set."""
 
 
-class Arrival(NamedTuple):
-    """Which paths pass the goal, by node."""
-
-    reached: BoolArray
-    """[nodes] the path to the node's end comes within the reach radius of the target."""
-    first: BoolArray
-    """[nodes] it does so in this movement."""
-    miss_m: FloatArray
-    """[nodes] closest approach to the target on the path so far."""
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-
 TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], FloatArray]
 """Cost to go [n] in metres from the ends of some nodes [n] of a reach set."""
 
@@ -165,19 +135,6 @@ def _level_heights(reach_set: ReachSet) -> FloatArray:
     pitch = reach_set.start_pitch_rad
     x, z = reach_set.states[:, 0], reach_set.states[:, 2]
     return np.asarray(-np.sin(pitch) * x + np.cos(pitch) * z, dtype=np.float64)
-
-
-def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
-    """Which paths come within the reach radius of the goal, checked along chords."""
-    return Arrival(
-        *_arrival(
-            reach_set.parent,
-            reach_set.samples_m,
-            reach_set.start_pitch_rad,
-            goal.target_m,
-            goal.reach_radius_m,
-        )
-    )
 
 
 def curved_distance_to_go(
@@ -249,54 +206,6 @@ def _climbing(automaton: MovementAutomaton, prices: Prices) -> Climbing:
     radian_m = min(automaton.turning_radius_m, automaton.spot_turn_m_per_rad)
     turns_m = radian_m if np.isfinite(radian_m) else 0.0
     return prices.vertical + prices.turn / float(np.sin(steepest)), turns_m
-
-
-@compiled
-def _arrival(
-    parent: IndexArray,
-    samples: FloatArray,
-    start_pitch: float,
-    target: FloatArray,
-    reach_radius: float,
-) -> tuple[BoolArray, BoolArray, FloatArray]:
-    nodes, count = samples.shape[0], samples.shape[1]
-    reached = np.zeros(nodes, dtype=np.bool_)
-    first = np.zeros(nodes, dtype=np.bool_)
-    miss = np.empty(nodes)
-    # The target in the grid frame: the level frame pitched by the start pitch.
-    cos, sin = np.cos(start_pitch), np.sin(start_pitch)
-    tx = cos * target[0] - sin * target[2]
-    ty = target[1]
-    tz = sin * target[0] + cos * target[2]
-    for n in range(nodes):
-        p = parent[n]
-        ax, ay, az = 0.0, 0.0, 0.0
-        nearest2 = tx * tx + ty * ty + tz * tz
-        if p >= 0:
-            ax, ay, az = (
-                samples[p, count - 1, 0],
-                samples[p, count - 1, 1],
-                samples[p, count - 1, 2],
-            )
-            nearest2 = miss[p] * miss[p]
-            reached[n] = reached[p]
-        for q in range(count):
-            bx, by, bz = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
-            ux, uy, uz = bx - ax, by - ay, bz - az
-            length2 = ux * ux + uy * uy + uz * uz
-            ahead = (tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz
-            share = 0.0
-            if ahead >= length2 and length2 > 0.0:
-                share = 1.0
-            elif ahead > 0.0:
-                share = ahead / length2
-            dx, dy, dz = tx - ax - share * ux, ty - ay - share * uy, tz - az - share * uz
-            nearest2 = min(nearest2, dx * dx + dy * dy + dz * dz)
-            ax, ay, az = bx, by, bz
-        miss[n] = np.sqrt(nearest2)
-        if not reached[n] and miss[n] <= reach_radius:
-            reached[n], first[n] = True, True
-    return reached, first, miss
 
 
 @borrowing

@@ -19,17 +19,13 @@ from clearway.avoidance.candidates import (
     priced_ends,
     view_of,
 )
-from clearway.avoidance.costs import Goal, TurnsAndClimbs, cost_to_go
+from clearway.avoidance.costs import TurnsAndClimbs, cost_to_go
 from clearway.avoidance.evidence import Sources
-from clearway.avoidance.fusion import (
-    PassedCells,
-    rate_nodes,
-    total_of,
-    unknown_of,
-    untouched_nodes,
-)
+from clearway.avoidance.fusion import total_of, unknown_of
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import MovingHazards, PointBins, PointHazards, bin_points
 from clearway.avoidance.prepared import Ends, WayArrays
+from clearway.avoidance.reach_rating import PassedCells, rate_nodes, untouched_nodes
 from clearway.avoidance.tiers import NodeRatings, Picked, picked
 from clearway.base.brief import brief
 from clearway.base.by_leaf import by_leaf

@@ -9,12 +9,13 @@ import numpy as np
 
 from clearway.avoidance.assess import KnownCells
 from clearway.avoidance.chosen import Basis, Choice
-from clearway.avoidance.costs import Goal
-from clearway.avoidance.fusion import CellAssessment, ReachAssessment
+from clearway.avoidance.fusion import CellAssessment
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.situation import CALM
 from clearway.avoidance.way_out import WayOut
 from clearway.base.brief import one_line, runs

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.costs import Goal
 from clearway.avoidance.evidence import InReach
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import Meetings, passing_rules
 from clearway.avoidance.planner import Planner

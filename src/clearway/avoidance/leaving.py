@@ -14,10 +14,10 @@ import numpy as np
 
 from clearway.avoidance.candidates import Candidates, among
 from clearway.avoidance.chosen import Basis, Choice, Grounds
-from clearway.avoidance.costs import Goal
-from clearway.avoidance.fusion import ReachAssessment
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.costs import Arrival, Prices, StageCost, length_and_prices
-from clearway.avoidance.fusion import PassedCells
+from clearway.avoidance.costs import Prices, StageCost, length_and_prices
+from clearway.avoidance.goal import Arrival
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
+from clearway.avoidance.reach_rating import PassedCells
 from clearway.avoidance.verify import Paths, paths_of
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError

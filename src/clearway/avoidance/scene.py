@@ -14,10 +14,11 @@ import numpy as np
 
 from clearway.avoidance.assess import assess_situation
 from clearway.avoidance.evidence import CountedAs
-from clearway.avoidance.fusion import CellAssessment, Rating, ReachAssessment, rating_named
+from clearway.avoidance.fusion import CellAssessment, Rating, rating_named
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.prepared import reach_of
+from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.verify import paths_of
 from clearway.base.brief import brief, in_brief, one_line

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.costs import Goal
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings, Planner
 from clearway.base.brief import brief

@@ -14,7 +14,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from clearway.avoidance.costs import Goal
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
 from clearway.avoidance.long_range.rating import Other, Rated, rated
 from clearway.avoidance.long_range.resolve import (

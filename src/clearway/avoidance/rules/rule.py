@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.costs import Goal
+from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import MovingHazards, nothing_moving
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearway.avoidance.costs import Arrival, Goal, Prices
+from clearway.avoidance.costs import Prices
+from clearway.avoidance.goal import Arrival, Goal
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.situation import Situation

@@ -12,9 +12,9 @@ from itertools import product
 
 import numpy as np
 
-from clearway.avoidance.fusion import untouched
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import untouched
 from clearway.avoidance.situation import Situation
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.avoidance.candidates import Commitment, price_candidates
-from clearway.avoidance.costs import Goal, arrival
-from clearway.avoidance.fusion import rate_reach_set
+from clearway.avoidance.goal import Goal, arrival
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.reach_rating import rate_reach_set
 from clearway.avoidance.situation import Situation, goal_of
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray

@@ -11,13 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from clearway.avoidance.fusion import (
-    CellAssessment,
-    Evidence,
-    ReachAssessment,
-    assess_cells,
-    rate_reach_set,
-)
+from clearway.avoidance.fusion import CellAssessment, Evidence, assess_cells
+from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray

@@ -1,0 +1,103 @@
+"""Where to go, and which trajectories get there."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.brief import brief
+from clearway.base.compiled import compiled
+from clearway.base.frames import FloatArray
+from clearway.base.state import BoolArray, IndexArray
+from clearway.reach.tree import ReachSet
+
+
+class Goal(NamedTuple):
+    """Where to go, in the level frame: origin at the vehicle, x along its heading, z up."""
+
+    target_m: FloatArray
+    """[3] the waypoint."""
+    next_m: FloatArray
+    """[3] the one after it; the target again if there is none."""
+    reach_radius_m: float
+    final: bool
+    """No waypoint follows."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+class Arrival(NamedTuple):
+    """Which paths pass the goal, by node."""
+
+    reached: BoolArray
+    """[nodes] the path to the node's end comes within the reach radius of the target."""
+    first: BoolArray
+    """[nodes] it does so in this movement."""
+    miss_m: FloatArray
+    """[nodes] closest approach to the target on the path so far."""
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
+def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
+    """Which paths come within the reach radius of the goal, checked along chords."""
+    return Arrival(
+        *_arrival(
+            reach_set.parent,
+            reach_set.samples_m,
+            reach_set.start_pitch_rad,
+            goal.target_m,
+            goal.reach_radius_m,
+        )
+    )
+
+
+@compiled
+def _arrival(
+    parent: IndexArray,
+    samples: FloatArray,
+    start_pitch: float,
+    target: FloatArray,
+    reach_radius: float,
+) -> tuple[BoolArray, BoolArray, FloatArray]:
+    nodes, count = samples.shape[0], samples.shape[1]
+    reached = np.zeros(nodes, dtype=np.bool_)
+    first = np.zeros(nodes, dtype=np.bool_)
+    miss = np.empty(nodes)
+    # The target in the grid frame: the level frame pitched by the start pitch.
+    cos, sin = np.cos(start_pitch), np.sin(start_pitch)
+    tx = cos * target[0] - sin * target[2]
+    ty = target[1]
+    tz = sin * target[0] + cos * target[2]
+    for n in range(nodes):
+        p = parent[n]
+        ax, ay, az = 0.0, 0.0, 0.0
+        nearest2 = tx * tx + ty * ty + tz * tz
+        if p >= 0:
+            ax, ay, az = (
+                samples[p, count - 1, 0],
+                samples[p, count - 1, 1],
+                samples[p, count - 1, 2],
+            )
+            nearest2 = miss[p] * miss[p]
+            reached[n] = reached[p]
+        for q in range(count):
+            bx, by, bz = samples[n, q, 0], samples[n, q, 1], samples[n, q, 2]
+            ux, uy, uz = bx - ax, by - ay, bz - az
+            length2 = ux * ux + uy * uy + uz * uz
+            ahead = (tx - ax) * ux + (ty - ay) * uy + (tz - az) * uz
+            share = 0.0
+            if ahead >= length2 and length2 > 0.0:
+                share = 1.0
+            elif ahead > 0.0:
+                share = ahead / length2
+            dx, dy, dz = tx - ax - share * ux, ty - ay - share * uy, tz - az - share * uz
+            nearest2 = min(nearest2, dx * dx + dy * dy + dz * dz)
+            ax, ay, az = bx, by, bz
+        miss[n] = np.sqrt(nearest2)
+        if not reached[n] and miss[n] <= reach_radius:
+            reached[n], first[n] = True, True
+    return reached, first, miss
