@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.base.grid import AvoidanceGrid
+from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid
 from clearway.sensors import coated_cells, thin_points
 
 GRIDS = {
@@ -93,6 +93,16 @@ def test_a_small_ball_coats_the_cell_that_it_lies_in(layers):
         point = r * np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
         coated = coated_cells(grid, point[None], 1e-3 * grid.range_m / layers)
         assert np.flatnonzero(coated).tolist() == [cell]
+
+
+def test_the_border_of_what_fits_a_number_is_one_like_any_other():
+    """Layers are marked 62 at a time; a ball that touches their end by rounding alone does so."""
+    grid = AvoidanceGrid.uniform(63.0, 63, 20.0, 1, 20.0, 1)
+    radius, az, el = 0.52, -0.23, 0.07
+    along = np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
+    away = 62.0 + radius + RANGE_TOLERANCE * grid.range_m
+    coated = coated_cells(grid, away * along[None], radius)
+    assert np.flatnonzero(coated).tolist() == [61, 62]
 
 
 def test_nothing_coats_nothing():

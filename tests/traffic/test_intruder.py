@@ -102,6 +102,15 @@ def test_many_are_predicted_and_then_seen_from():
         assert getattr(once, key) == getattr(twice, key)
 
 
+def test_whole_numbers_are_as_good_as_any():
+    """Told without a point, they do not make time and deviation whole numbers too."""
+    told = {"radius_m": 1, "time_s": 0, "position_std_m": 1, "velocity_std_mps": 1}
+    report = Intruder([40, 5, 0], [-3, 0, 0], **told, acceleration_bound_mps2=2)
+    (seen,) = Intruders.of([report]).seen_at(State(np.zeros(3), time_s=2.5), np.eye(3))
+    assert seen.time_s == 2.5
+    assert seen.position_std_m == pytest.approx(math.hypot(1.0, 2.5))
+
+
 def test_many_are_a_sequence_of_each_whether_they_were_moved_or_not():
     one = Intruder([9.0, 4.0, 2.0], [-1.0, 0.5, 0.2], name="A", position_std_m=0.3)
     other = Intruder([1.0, 0.0, -7.0], [0.0, 2.0, 0.0], name="B", time_s=1.0)

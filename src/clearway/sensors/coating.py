@@ -89,8 +89,8 @@ def _coat(
     (cos_azimuth, cos_elevation), (sin_azimuth, sin_elevation) = cosines, sines
     along_edge, left_of_edge = seen_along
     marked, marked_in_column = marks
-    nearest, farthest = ranges[0], ranges[layers]
-    tolerance = RANGE_TOLERANCE * edges.range_m[-1]
+    nearest, farthest = edges.range_m[0], edges.range_m[-1]
+    tolerance = RANGE_TOLERANCE * farthest
     # Of a grid no wider than half a circle, most balls lie beyond the planes at its sides.
     sided = azimuth[columns] - azimuth[0] <= np.pi
     narrow = True

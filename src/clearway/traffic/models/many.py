@@ -56,7 +56,7 @@ class Intruders(Sequence[Intruder]):
             _rows([i.position_m for i in intruders], 3),
             _rows([i.velocity_mps for i in intruders], 3),
             _rows([i.spread_rad for i in intruders], 2),
-            sealed(np.array([_numbers_of(each) for each in intruders])),
+            sealed(np.array([_numbers_of(each) for each in intruders], dtype=np.float64)),
         )
 
     @overload
