@@ -12,6 +12,7 @@ from clearway.base.errors import InputError
 from clearway.cli.app import app
 from clearway.io.maps.map_features import Disc, Height, MapFeature
 from clearway.io.maps.maps import NOTHING_LEFT, read_maps
+from clearway.io.maps.obstacle_table import read_obstacle_table
 from clearway.io.maps.plausible import feature_problem
 
 FAA_TABLE = "OAS,VERIFIED STATUS,COUNTRY,STATE,CITY,LATDEC,LONDEC,TYPE,QUANTITY,AGL,LIGHTING,"
@@ -67,6 +68,49 @@ def test_the_limits(outline: Disc, low_m: float, high_m: float, said: str | None
     feature = MapFeature("mast", outline, Height(low_m, "sea level"), Height(high_m, "sea level"))
     problem = feature_problem(feature)
     assert problem is None if said is None else problem is not None and problem.startswith(said)
+
+
+def test_what_would_hang_above_all_ground_is_refused(tmp_path: Path) -> None:
+    """One wrong digit must not lift an obstacle out of the way of who flies into it."""
+    faa = tmp_path / "DOF.CSV"
+    faa.write_text(FAA_TABLE + GOOD + ROW.format(n=2, agl="00240", amsl="99999"))
+    with pytest.raises(InputError, match=r"line 3: foot .* higher than any ground"):
+        read_maps([faa])
+    outline = tmp_path / "obstacles.geojson"
+    outline.write_text(
+        '{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": '
+        '{"name": "mast", "top_m": 90000, "ground_m": 89950}, "geometry": '
+        '{"type": "Point", "coordinates": [7, 50]}}]}'
+    )
+    with pytest.raises(InputError, match=r"mast: foot 89950 m .* higher than any ground"):
+        read_maps([outline])
+
+
+def test_zones_of_the_air_may_begin_above_all_ground() -> None:
+    high = (Height(15_000.0, "sea level"), Height(20_000.0, "sea level"))
+    zone = MapFeature("upper space", Disc(50.0, 7.0, 20.0), *high)
+    assert feature_problem(zone) is not None
+    assert feature_problem(zone, stands=False) is None
+
+
+@pytest.mark.parametrize(
+    ("top", "ground", "low_m", "high_m", "told"),
+    [
+        ("161.6", "45.6", 45.6, 161.6, False),
+        ("8161.6", "45.6", 45.6, 8161.6, True),
+        ("161.6", "845.6", 45.6, 961.6, True),
+    ],
+)
+def test_heights_that_contradict_each_other_are_all_taken(
+    tmp_path: Path, top: str, ground: str, low_m: float, high_m: float, told: bool
+) -> None:
+    path = tmp_path / "obstacles.csv"
+    path.write_text(f"name,lat,lon,h,z,gnd_elev\nmast,50,7,116.0,{top},{ground}\n")
+    parsed = read_obstacle_table(path, 10.0)
+    (mast,) = parsed.features
+    assert mast.low.value_m == pytest.approx(low_m)
+    assert mast.high.value_m == pytest.approx(high_m)
+    assert any("lines 2: top, height and ground" in note for note in parsed.notes) is told
 
 
 def test_a_map_of_which_nothing_is_left_is_a_loud_warning(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from clearway.base.units import FOOT_M
 from clearway.io.foreign import read_text, unended
 from clearway.io.maps.faa_table import is_faa_table, read_faa_table
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap
-from clearway.io.maps.plausible import feature_problem
+from clearway.io.maps.plausible import TOLD, feature_problem
 
 COLUMNS: Mapping[str, tuple[str, ...]] = {
     "latitude": ("lat", "latitude"),
@@ -32,6 +32,8 @@ UNITS: Mapping[str, float] = {
     "m": 1.0, "metres": 1.0, "meters": 1.0, "deg": 1.0, "degrees": 1.0,
     "ft": FOOT_M, "feet": FOOT_M,
 }  # fmt: skip
+CONTRADICTS_M = 5.0
+"""By which ground and height may come to another top than is told."""
 LONGEST_NAME = 80
 """Of a column."""
 UNIT = re.compile(rf"[\s_]*(?:[(\[]\s*|[\s_])({'|'.join(UNITS)})\s*[)\]]?$")
@@ -71,7 +73,7 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
     if is_faa_table(names):
         return read_faa_table(path, rows, radius_m)
     columns = _columns(path, first, names)
-    parsed, problems, no_height = [], [], 0
+    parsed, problems, contradict, no_height = [], [], [], 0
     for line, row in enumerate(rows[1:], start=first + 1):
         if not any(cell.strip() for cell in row):
             continue
@@ -87,6 +89,8 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
         problem = feature_problem(feature)
         if problem is None:
             parsed.append(feature)
+            if _contradict(one.values):
+                contradict.append(line)
         else:
             problems.append(f"line {line}: {problem}")
     if problems:
@@ -98,7 +102,7 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
         crs="WGS 84 latitude and longitude",
         features=tuple(parsed),
         counts={"no height": no_height} if no_height else {},
-        notes=(*_notes(columns, radius_m), *unended(text)),
+        notes=(*_notes(columns, radius_m), *_contradictions(contradict), *unended(text)),
     )
 
 
@@ -183,10 +187,35 @@ def _feature(row: ObstacleRow, radius_m: float) -> MapFeature:
         return MapFeature(row.name, outline, low, high)
     top = Height(values["top"], "sea level")
     if "height" in values:
-        return MapFeature(row.name, outline, Height(top.value_m - values["height"], top.above), top)
+        foot_m, top_m = _stretch(values)
+        return MapFeature(row.name, outline, Height(foot_m, top.above), Height(top_m, top.above))
     if "ground" in values:
         return MapFeature(row.name, outline, Height(values["ground"], "sea level"), top)
     return MapFeature(row.name, outline, Height(0.0, "ground"), top)
+
+
+def _stretch(values: Mapping[str, float]) -> tuple[float, float]:
+    """Foot and top; where ground, height and top contradict each other, all that any of them says
+    is taken: a wrong digit must not lift an obstacle off its place."""
+    foot_m, top_m = values["top"] - values["height"], values["top"]
+    if _contradict(values):
+        return min(foot_m, values["ground"]), max(top_m, values["ground"] + values["height"])
+    return foot_m, top_m
+
+
+def _contradict(values: Mapping[str, float]) -> bool:
+    if not values.keys() >= {"height", "top", "ground"}:
+        return False
+    return abs(values["top"] - values["height"] - values["ground"]) > CONTRADICTS_M
+
+
+def _contradictions(lines: Sequence[int]) -> Iterator[str]:
+    if lines:
+        more = f" and {len(lines) - TOLD} more" if len(lines) > TOLD else ""
+        yield (
+            f"lines {', '.join(map(str, lines[:TOLD]))}{more}: top, height and ground contradict "
+            "each other; all that any of them says is taken"
+        )
 
 
 def _notes(columns: Mapping[str, Column], radius_m: float) -> tuple[str, ...]:

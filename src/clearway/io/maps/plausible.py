@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -23,14 +22,23 @@ TOLD = 10
 """Features that an error names one by one."""
 
 
-def feature_problem(feature: MapFeature) -> str | None:
-    """Why a feature cannot be of this Earth; comparisons hold for NaN and infinities too."""
+def feature_problem(feature: MapFeature, *, stands: bool = True) -> str | None:
+    """Why a feature cannot be of this Earth; comparisons hold for NaN and infinities too.
+
+    stands: on the ground, unlike a zone of the air. One that begins above all ground would hang in
+    the air, out of the way of whoever flies into it.
+    """
     for end, height in (("foot", feature.low), ("top", feature.high)):
         if not DEEPEST_M <= height.value_m <= TOP_M:
             return (
                 f"{end} {height.value_m:g} m above {height.above} is not within "
                 f"{DEEPEST_M:g} to {TOP_M:g} m"
             )
+    if stands and feature.low.above != "ground" and feature.low.value_m > HIGHEST_M:
+        return (
+            f"foot {feature.low.value_m:g} m above {feature.low.above} is higher than any ground, "
+            f"{HIGHEST_M:g} m"
+        )
     outline = feature.outline
     if isinstance(outline, Disc):
         if not 0.0 < outline.radius_m <= LARGEST_RADIUS_M:
@@ -50,20 +58,14 @@ def feature_problem(feature: MapFeature) -> str | None:
 
 def refuse_impossible(path: Path, parsed: ParsedMap) -> None:
     """Raise InputError naming the features of a file that cannot be of this Earth."""
-    features = (*parsed.features, *(one for zone in parsed.zones for one in zone.features))
-    problems = [_named(feature, problem) for feature, problem in _problems(features)]
+    zones = (one for zone in parsed.zones for one in zone.features)
+    problems = [
+        f"{feature.name[:60] or 'a feature without a name'}: {problem}"
+        for features, stands in ((parsed.features, True), (zones, False))
+        for feature in features
+        if (problem := feature_problem(feature, stands=stands)) is not None
+    ]
     if problems:
         more = len(problems) - TOLD
         rest = [f"and {more} more"] if more > 0 else []
         raise InputError(str(path), [*problems[:TOLD], *rest])
-
-
-def _problems(features: Iterable[MapFeature]) -> Iterable[tuple[MapFeature, str]]:
-    for feature in features:
-        problem = feature_problem(feature)
-        if problem is not None:
-            yield feature, problem
-
-
-def _named(feature: MapFeature, problem: str) -> str:
-    return f"{feature.name[:60] or 'a feature without a name'}: {problem}"
