@@ -40,6 +40,33 @@ def test_what_adds_keeps_what_is_there_and_knows_it_afterwards(tmp_path: Path) -
     assert set(found.before) == names(tmp_path / "out") == {"one.png", "two.png"}
 
 
+@pytest.mark.parametrize("of", ["a", "b"])
+@pytest.mark.parametrize("before", [False, True])
+def test_of_two_runs_at_once_the_first_to_end_stays(tmp_path: Path, of: str, before: bool) -> None:
+    """Whether both are of the same thing or not, and whether something was there before."""
+    out = tmp_path / "out"
+    if before:
+        write(ResultsFolder.checked(out, "fly", "a"), "summary.json")
+    slow = ResultsFolder.checked(out, "fly", "a")
+    if before and of != "a":
+        return  # Refused when it began.
+    quick = ResultsFolder.checked(out, "fly", of)
+    write(quick, "summary.json", "intruders.csv")
+    with pytest.raises(InputError, match="another run has written into it since this one began"):
+        write(slow, "summary.json", "flight.png")
+    assert names(out) == {"summary.json", "intruders.csv"}
+    assert (out / "summary.json").read_text() == f"{of} summary.json"
+
+
+def test_what_two_runs_at_once_add_is_known_afterwards(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    one, two = (ResultsFolder.checked(out, "reach-set", "", adds=True) for _ in range(2))
+    write(one, "one.png")
+    write(two, "two.png")
+    found = ResultsFolder.checked(out, "reach-set", "", adds=True)
+    assert set(found.before) == names(out) == {"one.png", "two.png"}
+
+
 @pytest.mark.parametrize(("command", "of"), [("fly", "b"), ("compare", "a")])
 def test_results_of_something_else_are_refused(tmp_path: Path, command: str, of: str) -> None:
     write(ResultsFolder.checked(tmp_path / "out", "fly", "a"), "summary.json")

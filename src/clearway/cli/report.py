@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import json
 import logging
@@ -21,7 +22,7 @@ from clearway.base.errors import (
     SeveralErrors,
     refuse_special,
 )
-from clearway.base.plain_text import LONGEST, in_full, plain, some_lines
+from clearway.base.plain_text import LONGEST, cut, in_full, plain, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
 from clearway.cli.output import READER_GONE, taken_over
@@ -40,6 +41,10 @@ NOT_SHOWN = 3
 INTERRUPTED = 130
 WIDE = 160
 """Columns that every table fits into."""
+LONGEST_NAME = 250
+"""Of a file, in a message."""
+REFUSED = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.EIO, errno.ESTALE)
+"""What the system may answer who only asks whether a file is there."""
 WRITTEN = ("out", "video", "html", "layout", "docs", "download", "fetch", "folder")
 """Options of files and folders that commands leave."""
 COMMANDS = {"show_map": "map", "mavlink": "fly", "compare": "fly", "alerts": "traffic"}
@@ -79,16 +84,18 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             files = files or "what was asked for"
             say(some_lines(f"{files}: takes more {what} than there is", LONGEST))
             leave(BAD_INPUT)
-        except PermissionError as error:  # Asking whether a file is there may be refused already.
-            what = "what was asked for" if error.filename is None else str(error.filename)
-            say(some_lines(f"{what}: cannot be read: {error.strerror}", LONGEST))
-            leave(BAD_INPUT)
         except KeyboardInterrupt:
             _leave_interrupted()
         except BrokenPipeError:
             # Python would else complain once more when it flushes on its way out.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             leave(READER_GONE)
+        except OSError as error:  # Asking whether a file is there may be refused already.
+            if error.errno not in REFUSED:
+                raise
+            what = "what was asked for" if error.filename is None else str(error.filename)
+            say(some_lines(f"{cut(what, LONGEST_NAME)}: cannot be read: {error.strerror}", LONGEST))
+            leave(BAD_INPUT)
 
     return guarded
 

@@ -56,6 +56,8 @@ class ResultsFolder:
     careful: bool = False
     """Whether nothing takes the place of files that another hand wrote or changed: its files are
     there to be edited."""
+    list_then: str | None = None
+    """What the list said when the folder was looked at; None where there was none."""
 
     @classmethod
     def checked(
@@ -77,7 +79,7 @@ class ResultsFolder:
         Raises InputError that names the folder and what to do. Nothing is left behind.
         """
         refuse_unwritable(path, option)
-        listed = _listed(path)
+        listed, list_then = _listed(path), _list_text(path)
         if listed is None:
             strange = [name for name in TELLING if name not in own and (path / name).exists()]
             if strange:
@@ -86,7 +88,7 @@ class ResultsFolder:
                     f"{option}: {strange[0]} is there already, and no list ({LIST}) says that a "
                     "run wrote it; give another folder, or move that away",
                 )
-            return cls(path, command, of, adds=adds, careful=careful)
+            return cls(path, command, of, (), adds, careful, list_then)
         told = f"{listed['command']} {listed['of']}".strip()
         if (listed["command"], listed["of"]) != (command, of):
             raise InputError(
@@ -94,7 +96,7 @@ class ResultsFolder:
                 f"{option}: it holds the results of `clearway {told}`; give another folder for "
                 f"those of `clearway {f'{command} {of}'.strip()}`, or remove it",
             )
-        return cls(path, command, of, tuple(listed["files"]), adds, careful)
+        return cls(path, command, of, tuple(listed["files"]), adds, careful, list_then)
 
     def taking_more(self) -> ResultsFolder:
         """The same folder once this run has written into it, for what it adds later: pictures take
@@ -106,7 +108,8 @@ class ResultsFolder:
         """A scratch folder, whose files take the place of the run before when the block ends.
 
         Errors as of `staged`; what the run before left stays then. InputError where it is careful
-        and a file that is there is not as it was written.
+        and a file that is there is not as it was written, and where another run has written into
+        the folder since it was looked at: results of two must not lie side by side.
         """
         files: list[str] = []
         with staged(self.path) as scratch:
@@ -116,7 +119,8 @@ class ResultsFolder:
                 for path in scratch.rglob("*")
                 if path.is_file()
             )
-            kept = sorted({*self.before, *files}) if self.adds else files
+            before = self._left_by_then()
+            kept = sorted({*before, *files}) if self.adds else files
             told: dict[str, Any] = {"command": self.command, "of": self.of, "files": kept}
             if self.careful:
                 told["sha256"] = {name: sha256_of(scratch / name) for name in files}
@@ -124,8 +128,23 @@ class ResultsFolder:
             text = json.dumps({"schema_version": SCHEMA_VERSION, **told}, indent=2)
             (scratch / LIST).write_text(text + "\n")
         if not self.adds:
-            for name in set(self.before) - set(files):
+            for name in set(before) - set(files):
                 (self.path / name).unlink(missing_ok=True)
+
+    def _left_by_then(self) -> Sequence[str]:
+        """The files of the run before, as they are listed now."""
+        list_now = _list_text(self.path)
+        if list_now is None or list_now == self.list_then:
+            return self.before
+        listed = _listed(self.path)
+        same = listed is not None and (listed["command"], listed["of"]) == (self.command, self.of)
+        if listed is None or not (self.adds and same):
+            raise InputError(
+                str(self.path),
+                "another run has written into it since this one began; give each its own folder",
+            )
+        files: Sequence[str] = listed["files"]
+        return files
 
     def _refuse_foreign(self, fresh: Mapping[str, str | None]) -> None:
         told = (_listed(self.path) or {}).get("sha256")
@@ -164,6 +183,13 @@ def refuse_unwritable_file(path: Path, option: str) -> None:
     if kind is not None:
         raise InputError(str(path), f"cannot be written: {option} is {kind}; a file is needed")
     refuse_unwritable(path.absolute().parent, option)
+
+
+def _list_text(folder: Path) -> str | None:
+    try:
+        return (folder / LIST).read_text()
+    except (OSError, ValueError):
+        return None
 
 
 def _listed(folder: Path) -> dict[str, Any] | None:
