@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -119,6 +120,8 @@ def test_a_mission_that_is_not_reached_ends_with_1(tmp_path):
     done = run_here("fly", mission(tmp_path, late), "--no-plots", "--json", cwd=tmp_path)
     assert done.returncode == 1
     assert json.loads(done.stdout)["reached"] is False
+    told = run_here("fly", mission(tmp_path, late), "--no-plots", cwd=tmp_path)
+    assert re.search(r"^reached +NO.*\nwhy not +its time was up$", told.stdout, re.MULTILINE)
 
 
 BAD = {

@@ -222,6 +222,8 @@ def _in_words(run: Run[Steering]) -> str:
         lines.append(f"straight flight    {_straight_in_words(metrics.straight)}")
     if run.crashed_s is not None:
         lines.insert(2, f"CRASHED            at {run.crashed_s:.2f} s")
+    elif not run.reached:
+        lines.insert(2, f"why not            {run.summary()['reason'] or 'its time was up'}")
     if run.counts:
         lines.append(
             "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())

@@ -45,6 +45,8 @@ name = "survey-mission"
 waypoints_m = [[24, 0, 3]]
 
 [vehicle]
+# A plane would find no room to circle in the lane, and by default leads nowhere without.
+kind = "multirotor"
 position_m = [-3, 0, 3]
 
 [point_cloud]
