@@ -377,3 +377,18 @@ def test_a_raster_larger_than_memory_is_refused_unread(tmp_path):
         pass
     with pytest.raises(InputError, match=r"100000 x 100000 samples; at most 20,000,000"):
         read_map(tmp_path / "a.tif")
+
+
+def test_a_reference_system_that_no_file_needs_is_said_not_to_be_used(tmp_path):
+    path = tmp_path / "mast.geojson"
+    feature = {
+        "type": "Feature",
+        "properties": {"height": 20},
+        "geometry": {"type": "Point", "coordinates": [8, 50]},
+    }
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
+    (plain,) = read_maps([path])
+    (given,) = read_maps([path], crs="EPSG:25832")
+    assert [note for note in given.notes if note not in plain.notes] == [
+        "EPSG:25832 is not used: the file, or its format, states a reference system itself"
+    ]

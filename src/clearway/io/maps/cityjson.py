@@ -19,7 +19,7 @@ from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.io.foreign import Foreign
 from clearway.io.maps.coordinates import Projection, projection
-from clearway.io.maps.map_features import Height, MapFeature, ParsedMap, Polygon
+from clearway.io.maps.map_features import Height, MapFeature, ParsedMap, Polygon, as_stated
 from clearway.io.maps.rectangles import polygons_in, shapely_or_refuse, union_of
 from clearway.io.toml import each_parsed, parse_model
 
@@ -128,7 +128,7 @@ def read_cityjson(path: Path, data: Mapping[str, Any], crs: str | None = None) -
         crs=place.name,
         features=tuple(features),
         counts=counts,
-        notes=(*_notes(place), *([] if city.metadata.referenceSystem else [f"{crs} as stated"])),
+        notes=(*_notes(place), *([] if city.metadata.referenceSystem else [as_stated(str(crs))])),
     )
 
 

@@ -101,3 +101,8 @@ class ParsedMap:
     counts: Mapping[str, int] = field(default_factory=dict)
     """What was left out, by reason."""
     notes: tuple[str, ...] = ()
+
+
+def as_stated(crs: str) -> str:
+    """The note that a file's reference system is the one that was given beside it."""
+    return f"{crs} as stated"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from clearway.io.maps.map_features import (
     ParsedMap,
     Period,
     ZoneFeature,
+    as_stated,
 )
 from clearway.io.maps.placing import Bounds, Place, PlacingTally, place_features, place_floor
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M, refuse_impossible
@@ -157,7 +158,10 @@ def _parse(path: Path, radius_m: float, crs: str | None) -> ParsedMap:
     with damage_told(path, "map"):
         parsed = reader(path, Assumed(radius_m, crs))
     refuse_impossible(path, parsed)
-    return parsed
+    if crs is None or as_stated(crs) in parsed.notes:
+        return parsed
+    unused = f"{crs} is not used: the file, or its format, states a reference system itself"
+    return replace(parsed, notes=(*parsed.notes, unused))
 
 
 def _middle(paths: Sequence[str | Path], maps: Sequence[ParsedMap]) -> Geodetic:

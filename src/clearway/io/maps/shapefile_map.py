@@ -14,7 +14,7 @@ from typing import Any
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.io.foreign_errors import damage_told
 from clearway.io.maps.coordinates import Projection, projection
-from clearway.io.maps.map_features import ParsedMap
+from clearway.io.maps.map_features import ParsedMap, as_stated
 from clearway.io.maps.rectangles import shapely_or_refuse
 from clearway.io.maps.vector_features import VectorRow, vector_map
 
@@ -41,7 +41,9 @@ def read_shapefile(path: Path, radius_m: float, crs: str | None) -> ParsedMap:
             kind = f"Shapefile of {reader.shapeTypeName.lower()}s"
             rows = _rows(path, reader, place, counts)
             parsed = vector_map(path, kind, place.name, rows, radius_m, counts)
-    told = (" ".join(str(one.message).split())[:LONGEST_NOTE] for one in odd)
+    told = [" ".join(str(one.message).split())[:LONGEST_NOTE] for one in odd]
+    if crs is not None and _beside(path, ".prj") is None:
+        told.insert(0, as_stated(crs))
     return replace(parsed, notes=(*parsed.notes, *dict.fromkeys(told)))
 
 
