@@ -1,6 +1,7 @@
 """Maps as other programs write them, and what cannot be meant, which is refused."""
 
 import copy
+import json
 
 import numpy as np
 import pytest
