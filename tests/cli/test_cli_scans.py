@@ -228,6 +228,14 @@ def test_a_bench_about_the_sensor_is_told_and_what_is_near_beyond_it(
     assert "as near as 1.20 m" in run.stdout.splitlines()[-1]
 
 
+def test_a_scan_of_which_nothing_is_kept_is_said_to_be_one(tmp_path: Path) -> None:
+    np.save(tmp_path / "sweep.npy", np.random.default_rng(0).normal(5.0, 1.0, (500, 3)))
+    options = ("--scan", "sweep.npy", "--no-plots", "--pattern", "vlp16")
+    said = "sweep: not one return of a scan is kept, nothing seen counts: 500 airframe"
+    assert said in assessed(*options, "--airframe-radius", "1000", cwd=tmp_path).stderr
+    assert "not one return" not in assessed(*options, cwd=tmp_path).stderr
+
+
 def test_scans_of_no_use_are_counted(tmp_path: Path) -> None:
     folder = tmp_path / "scans"
     folder.mkdir()

@@ -172,6 +172,7 @@ def test_a_scan_by_number_or_time(at: int | str, index: int) -> None:
         ((), 0, "no scan number 0; it has 0$"),
         ((), "1s", "no scan in it"),
         ((1.0, 2.0), "1.6s", "no scan at 1.6 s; it has 2 in 1 s"),
+        ((1.0, 2.0, 3.0), "1e99s", "no scan at 1e\\+99 s; it has 3 in 2 s"),
         ((1.0, 2.0), "noon", "at 'noon': valid: the number of a scan from 0, or seconds"),
         ((1.0, 2.0), "-1", "valid: the number"),
         ((1.0, 2.0), "nans", "valid: the number"),

@@ -193,6 +193,11 @@ def _assessed(read: SceneInput) -> Outcome:
     from clearway.missions.scene_result import scene_result
 
     assessment = assess_scene(read.scene, notice=say)
+    for detection in assessment.detections:
+        left_out = {why: n for why, n in detection.counts.items() if n}
+        if left_out and not left_out.keys() & {"kept", "outside"}:
+            told = ", ".join(f"{n} {why}" for why, n in left_out.items())
+            say(f"{read.scene.name}: not one return of a scan is kept, nothing seen counts: {told}")
     return scene_result(assessment), in_words(assessment), lambda: _figures(assessment)
 
 

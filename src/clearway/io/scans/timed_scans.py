@@ -64,9 +64,11 @@ def scan_at(sequence: ScanSequence, at: At = 0) -> TimedScan:
     for scan in sequence:
         if first is None or best is None:
             first = best = scan
-        elif abs(scan.time_s - first.time_s - after_s) < abs(best.time_s - first.time_s - after_s):
+            continue
+        since_s, before_s = scan.time_s - first.time_s, best.time_s - first.time_s
+        if since_s <= after_s or since_s - after_s < after_s - before_s:
             best = scan
-        else:
+        if since_s > after_s:
             return best
     if first is None or best is None:
         raise InputError(sequence.source, "no scan in it")
