@@ -17,8 +17,16 @@ PRINTED = {
     "clearway.avoidance.decide": ("decide",),
     "clearway.baselines": ("BaselinePilot", "Manoeuvre"),
     "clearway.campaigns.families": (),
+    "clearway.costs": ("Arrival", "Goal", "Prices", "arrival"),
     "clearway.detour": ("known_way",),
-    "clearway.fusion": ("Evidence", "Rating", "assess_cells"),
+    "clearway.fusion": (
+        "Evidence",
+        "Rating",
+        "ReachAssessment",
+        "assess_cells",
+        "rate_reach_set",
+        "untouched",
+    ),
     "clearway.grid": ("AvoidanceGrid",),
     "clearway.intruders": ("Intruder", "Report", "track_reports"),
     "clearway.io.sequences": ("open_scans",),
@@ -46,7 +54,8 @@ PRINTED = {
     "clearway.traffic": ("AirTraffic", "ScriptedIntruder", "Intruder"),
     "clearway.vehicle": ("PlaneModel", "Vehicle"),
 }
-"""Paths that README, docs and examples of version 0.1.0 printed, and names of theirs."""
+"""Paths that README, docs and examples of version 0.1.0 printed, and names of theirs; of those that
+were divided since, what has moved on."""
 STAYED = ("clearway.avoidance.decide", "clearway.sensors", "clearway.sensors.trust")
 NOW_A_PACKAGE = {
     "clearway.avoidance": "Situation",

@@ -13,6 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.goal import Arrival, Goal
+
+# Where version 0.1.0 had it.
+from clearway.avoidance.goal import arrival as arrival
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem
 from clearway.base.compiled import borrowing, compiled
