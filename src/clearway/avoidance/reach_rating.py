@@ -53,28 +53,13 @@ class ReachAssessment:
     @cached_property
     def continuations(self) -> FloatArray:
         """[nodes] share of continuations rated at or above the threshold."""
-        ways = self.reach_set
-        return _continuations(
-            ways.parent,
-            ways.cell_start,
-            ways.cell_index,
-            ways.exit_kind,
-            self.rated_by(),
-            self.threshold,
-        )
+        passed = PassedCells.of(self.reach_set)
+        return _continuations(*passed, self.rated_by(), self.threshold)
 
     @cached_property
     def _cells(self) -> tuple[FloatArray, BoolArray, IntArray]:
-        ways = self.reach_set
-        return _reach_cells(
-            ways.parent,
-            ways.cell_start,
-            ways.cell_index,
-            ways.exit_kind,
-            self.node_rating,
-            self.rated_by(),
-            self.threshold,
-        )
+        passed = PassedCells.of(self.reach_set)
+        return _reach_cells(*passed, self.node_rating, self.rated_by(), self.threshold)
 
 
 class PassedCells(NamedTuple):
@@ -102,13 +87,7 @@ def rate_reach_set(
 
     cell_rating: [cells] of the reach set's grid.
     """
-    node_rating, feasibility = rate_nodes(
-        reach_set.parent,
-        reach_set.cell_start,
-        reach_set.cell_index,
-        reach_set.exit_kind,
-        cell_rating,
-    )
+    node_rating, feasibility = rate_nodes(*PassedCells.of(reach_set), cell_rating)
     rated_by = partial(np.asarray, cell_rating)
     return ReachAssessment(node_rating, feasibility, reach_set, rated_by, float(threshold))
 
