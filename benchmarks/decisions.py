@@ -194,10 +194,9 @@ def command(*arguments: str) -> Callable[[], None]:
     environment = {key: at for key, at in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
 
     def run() -> None:
-        code = "from clearway.cli.app import main; main()"
         with TemporaryDirectory() as folder:
             subprocess.run(
-                [sys.executable, "-c", code, *arguments],
+                [sys.executable, "-m", "clearway", *arguments],
                 cwd=Path(folder),
                 env=environment,
                 check=True,

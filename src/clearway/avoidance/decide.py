@@ -103,7 +103,7 @@ def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> Befo
 
 def _check_grids(planner: Planner, situation: Situation) -> None:
     for detection in situation.detections:
-        if detection.grid.shape != planner.grid.shape:
+        if detection.grid is not planner.grid and detection.grid.shape != planner.grid.shape:
             raise ClearwayError(
                 f"detection {detection.sensor}: has cells {list(detection.grid.shape)}, "
                 f"the planner's grid {list(planner.grid.shape)}"

@@ -79,6 +79,10 @@ def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     Compiled code tells writable from read-only arrays; entry points that pass everything through
     here never compile a second version in flight. Copies only what is not contiguous float64.
     """
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        flags = values.flags
+        if flags.c_contiguous and not flags.writeable and flags.aligned:
+            return values
     view = np.ascontiguousarray(values, dtype=np.float64).view()
     view.setflags(write=False)
     return view

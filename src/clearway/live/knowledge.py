@@ -151,7 +151,7 @@ class Knowledge:
     def _take_state(self, state: State) -> None:
         before = self.own_states.latest if self.own_states.reach_back_to(state.time_s) else None
         flown_m = None
-        if before is not None:
+        if before is not None and self.followed:  # Else nothing is held against it.
             flown_m = self.flown.place_in_calm_m(before, state.time_s)
         jumped = self._has_jumped(before, state, flown_m)
         flaw = self.own_states.take(state)
@@ -176,8 +176,7 @@ class Knowledge:
     ) -> None:
         """Compare an own state with where what was flown since the one before would have led."""
         if (
-            not self.followed
-            or before is None
+            before is None
             or flown_m is None
             or self.flown.unknown_s(before.time_s, state.time_s) > 0.0
         ):
@@ -189,10 +188,10 @@ class Knowledge:
     def _has_jumped(self, latest: State | None, state: State, flown_m: FloatArray | None) -> bool:
         """Whether an own state lies farther off what was flown, which leads to `flown_m`, than
         margin and deviations cover; where others fly, than the vehicle gets in that time."""
-        if latest is None or flown_m is None:
+        if latest is None:
             return False
         settings = self.planner.settings
-        if self.followed:
+        if flown_m is not None:
             off_m = self.wind.unexplained_m(latest, state, flown_m)
         else:
             moved_m = length_of(state.position_m - latest.position_m)

@@ -87,6 +87,8 @@ class RangeSensing:
         complete_m: FloatArray | None = None,
     ) -> None:
         self.sensors = sensors
+        self.sigma_m = min((sensor.sigma_m for sensor in sensors.values()), default=0.0)
+        """Standard deviation of the range of the best sensor; 0 without any."""
         self._planner = planner
         self._fresh_s = limits.scan_s
         self._detection_rule = detection_rule
@@ -186,11 +188,6 @@ class RangeSensing:
         }
 
     # --- what is known now ----------------------------------------------------------------
-
-    @property
-    def sigma_m(self) -> float:
-        """Standard deviation of the range of the best sensor; 0 without any."""
-        return min((sensor.sigma_m for sensor in self.sensors.values()), default=0.0)
 
     @property
     def sees_m(self) -> float:

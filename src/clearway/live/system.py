@@ -254,6 +254,9 @@ class AvoidanceSystem:
             for scan in (reading for reading in readings if isinstance(reading, Scan)):
                 state = trial._known.own_states.at(time_s)
                 trial._known.sensing.warm_up_following(scan, state)
+        blind = self._on_trial()
+        blind.update(start)
+        blind.decide(start.time_s)  # No sensor tells anything, as where all fall silent.
         warm_up_ways(trial._known, start)
         warm_up_more(planner, trial.situation(time_s)[0])
         planner.prepared_at(start).in_wind(WIND_MPS)

@@ -13,6 +13,7 @@ import numpy as np
 from clearway.base.brief import brief
 from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import array_problem, found, number_problem, points_of
+from clearway.base.compiled import sealed
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -138,7 +139,8 @@ class Detection:
     @property
     def seen(self) -> BoolArray:
         """[cells] true where some beam looks into the cell's column."""
-        return looked_into(self.beams, self.grid.layers)
+        beams = np.ascontiguousarray(self.beams, dtype=np.int64).view()  # Of one kind, whosever.
+        return looked_into(sealed(beams), self.grid.layers)
 
 
 OF_RETURNS = ("points_m", "radius_m")

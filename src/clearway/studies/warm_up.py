@@ -37,6 +37,7 @@ from clearway.studies.warm_up_pieces import (
     measure_a_quadrotor,
     read_samples,
     study_risk,
+    tell_of_a_flight,
 )
 from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton
@@ -69,6 +70,7 @@ def pieces() -> dict[str, Callable[[], object]]:
         "another rating": _fly_by_another_rating,
         "rules": fly_by_rules,
         "longer flights": fly_round_the_first,
+        "a recording": tell_of_a_flight,
         "a plant": measure_a_quadrotor,
         "reach sets compared": compare_reach_sets,
         "encounters": fly_encounters_of_each_kind,

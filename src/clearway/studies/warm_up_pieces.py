@@ -1,4 +1,5 @@
-"""What `warm_up` does beside flying missions: studies, plants, reach sets compared, files."""
+"""What `warm_up` does beside flying missions: studies, plants, reach sets compared, files read and
+written."""
 
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ from clearway.studies.risk.settings import RiskSettings
 from clearway.studies.risk.study import study
 from clearway.studies.samples import write_samples
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.view.replay.messages import cells_message, decision_message
 
 FLOWN_S = 4.0
 """Of missions that are long before all is met in them."""
@@ -102,6 +104,15 @@ def fly_round_the_first() -> None:
     """Long enough to hold the way out in hand again, and to follow what moves unreported."""
     fly_for(read_mission("mixed"), MET_S)
     fly_for(read_mission("static-obstacles"), MET_S)
+
+
+def tell_of_a_flight() -> None:
+    """What recordings and pictures ask of decisions, and nobody works out in flight."""
+    file = read_mission("mixed").changed("simulation", time_limit_s=FLOWN_S)
+    setup = prepare(file)
+    for entry in setup.fly().decisions:
+        decision_message(entry)
+        cells_message(entry.flight.decision, setup.planner.settings)
 
 
 def measure_a_quadrotor() -> None:

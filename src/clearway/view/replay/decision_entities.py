@@ -6,7 +6,7 @@ import numpy as np
 from foxglove import messages as fox
 
 from clearway.avoidance.decision import Decision
-from clearway.base.frames import FloatArray, attitude_from_rotation, cartesian_from_spherical
+from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
@@ -18,7 +18,7 @@ from clearway.view.replay.entities import (
     entity,
     line,
     line_pieces,
-    point,
+    points_of,
     pose_of,
 )
 
@@ -44,7 +44,7 @@ FACES = (
 
 def plan(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The path that the decision means to fly, and the tube within which it is expected."""
-    points = [point(place) for place in decision.path_m]
+    points = points_of(decision.path_m)
     tube = _balls(decision.path_m, decision.tube_m)
     lines = [line(points, PLANNED, 3.0)]
     planned = entity("plan", at_ns, lines=lines, spheres=tube)
@@ -53,7 +53,7 @@ def plan(decision: Decision, at_ns: int) -> fox.SceneUpdate:
 
 def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitive]:
     """A tube as a chain of balls, those that have a size."""
-    upright = attitude_from_rotation(np.eye(3))
+    upright = np.zeros(3)
     return [
         fox.SpherePrimitive(
             pose=pose_of(place, upright),
@@ -67,7 +67,7 @@ def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitiv
 
 def way_out(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The way out in hand, up to the end of its first round; nothing where there is none."""
-    points = [point(place) for place in decision.way_out_path_m]
+    points = points_of(decision.way_out_path_m)
     lines = [line(points, WAY_OUT, 2.0)] if points else []
     return fox.SceneUpdate(entities=[entity("way out", at_ns, lines=lines)])
 
@@ -78,7 +78,7 @@ class CellScene:
     def __init__(self, grid: AvoidanceGrid) -> None:
         edges = np.meshgrid(*grid.edges, indexing="ij")
         corners = cartesian_from_spherical(np.stack(edges, axis=-1))
-        self._corners = [point(corner) for corner in corners.reshape(-1, 3)]
+        self._corners = points_of(corners.reshape(-1, 3))
         index = np.arange(len(self._corners)).reshape(corners.shape[:3])
         self._of_cell = np.stack(
             [
@@ -134,10 +134,10 @@ class ReachScene:
         pitch = reach_set.start_pitch_rad
         if pitch not in self._ends:
             places = np.concatenate([reach_set.samples_m[:, -1], np.zeros((1, 3))])
-            self._ends[pitch] = [point(place) for place in places]
+            self._ends[pitch] = points_of(places)
         return self._ends[pitch]
 
 
 def grid_pose(decision: Decision) -> fox.Pose:
     frame = decision.frame
-    return pose_of(frame.origin_m, attitude_from_rotation(frame.world_from_grid))
+    return pose_of(frame.origin_m, frame.attitude_rad)

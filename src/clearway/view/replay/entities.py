@@ -47,25 +47,32 @@ def pose_of(position_m: FloatArray, attitude_rad: FloatArray) -> fox.Pose:
 
 def quaternion(attitude_rad: FloatArray) -> fox.Quaternion:
     """Of the rotation Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * attitude_rad), np.sin(0.5 * attitude_rad)
-    return fox.Quaternion(
-        w=float(cr * cp * cy + sr * sp * sy),
-        x=float(sr * cp * cy - cr * sp * sy),
-        y=float(cr * sp * cy + sr * cp * sy),
-        z=float(cr * cp * sy - sr * sp * cy),
+    return quaternions(attitude_rad[None])[0]
+
+
+def quaternions(attitudes_rad: FloatArray) -> list[fox.Quaternion]:
+    """The same of many attitudes [n, 3]."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * attitudes_rad).T, np.sin(0.5 * attitudes_rad).T
+    each = zip(
+        (cr * cp * cy + sr * sp * sy).tolist(),
+        (sr * cp * cy - cr * sp * sy).tolist(),
+        (cr * sp * cy + sr * cp * sy).tolist(),
+        (cr * cp * sy - sr * sp * cy).tolist(),
+        strict=True,
     )
+    return [fox.Quaternion(w=w, x=x, y=y, z=z) for w, x, y, z in each]
 
 
-def transform(at_ns: int, state: FloatArray) -> fox.FrameTransforms:
-    """The vehicle's frame in the world; state: [6]."""
+def transform(at_ns: int, place_m: FloatArray, turned: fox.Quaternion) -> fox.FrameTransforms:
+    """The vehicle's frame in the world, from its place [3] there and how it is turned."""
     return fox.FrameTransforms(
         transforms=[
             fox.FrameTransform(
                 timestamp=moment(at_ns),
                 parent_frame_id=WORLD,
                 child_frame_id=VEHICLE,
-                translation=vector(state[:3]),
-                rotation=quaternion(state[3:]),
+                translation=vector(place_m),
+                rotation=turned,
             )
         ]
     )
@@ -152,7 +159,7 @@ def scene(mission: dict[str, Any], path_m: FloatArray, at_ns: int) -> fox.SceneU
         ],
         texts=[text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
     )
-    flown = entity("flown", at_ns, lines=[line([point(p) for p in path_m], EXECUTED, 2.0)])
+    flown = entity("flown", at_ns, lines=[line(points_of(path_m), EXECUTED, 2.0)])
     return fox.SceneUpdate(
         entities=[
             waypoints,
@@ -297,5 +304,6 @@ def vector(values: Sequence[float] | FloatArray) -> fox.Vector3:
     return fox.Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
 
 
-def point(values: FloatArray) -> fox.Point3:
-    return fox.Point3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
+def points_of(places_m: FloatArray) -> list[fox.Point3]:
+    """Of places [n, 3]; numbers of lists are taken several times as fast as those of arrays."""
+    return [fox.Point3(x=x, y=y, z=z) for x, y, z in places_m.tolist()]

@@ -13,7 +13,7 @@ from clearway.view.replay.messages import (
     decision_message,
     intruders_message,
     seen_points,
-    state_message,
+    state_messages,
 )
 from clearway.view.replay.reading import Recording
 from clearway.view.replay.writing import INTRUDER_STEP_S
@@ -28,7 +28,7 @@ def recording_of(run: Run[Steering], setup: FlightSetup) -> Recording:
     return Recording(
         source=run.mission.name,
         mission=mission,
-        states=tuple(state_message(run, at) for at in range(len(run.time_s))),
+        states=tuple(state_messages(run)),
         decisions=tuple(decision_message(entry) for entry in run.decisions),
         cells=(),
         reach=(),

@@ -150,17 +150,27 @@ def one_a_voxel(points_m: FloatArray, voxel_m: float) -> IntArray:
     return np.unique(flat, return_index=True)[1]
 
 
-def state_message(run: Run[Steering], at: int) -> dict[str, Any]:
-    """The true state at one step, and how far the nearest obstacle and intruder are."""
+def state_messages(run: Run[Steering]) -> list[dict[str, Any]]:
+    """The true states step by step, and how far the nearest obstacle and intruder are."""
     traffic = run.metrics.intruders
-    nearest = np.inf if traffic is None else float(traffic.distance_m[:, at].min())
-    return {
-        "time_s": round(float(run.time_s[at]), 6),
-        "position_m": np.round(run.states[at, :3], 4).tolist(),
-        "attitude_rad": np.round(run.states[at, 3:], 5).tolist(),
-        "obstacle_distance_m": rounded(float(run.metrics.obstacle_distance_m[at])),
-        "intruder_distance_m": rounded(nearest),
-    }
+    nearest = np.full(len(run.time_s), np.inf) if traffic is None else traffic.nearest_m
+    return [
+        {
+            "time_s": round(time_s, 6),
+            "position_m": place,
+            "attitude_rad": attitude,
+            "obstacle_distance_m": rounded(obstacle_m),
+            "intruder_distance_m": rounded(intruder_m),
+        }
+        for time_s, place, attitude, obstacle_m, intruder_m in zip(
+            run.time_s.tolist(),
+            np.round(run.states[:, :3], 4).tolist(),
+            np.round(run.states[:, 3:], 5).tolist(),
+            run.metrics.obstacle_distance_m.tolist(),
+            nearest.tolist(),
+            strict=True,
+        )
+    ]
 
 
 def intruders_message(run: Run[Steering], time_s: float) -> dict[str, Any]:

@@ -30,7 +30,7 @@ from clearway.view.replay.messages import (
     reach_set_message,
     scalars_message,
     seen_points,
-    state_message,
+    state_messages,
 )
 
 INTRUDER_STEP_S = 0.2
@@ -144,12 +144,16 @@ class _Writer:
         self._write_scans(scans)
         waiting = list(run.decisions)[::-1]
         intruders_s = float(run.time_s[0])
-        for at, time_s in enumerate(run.time_s.tolist()):
+        turned = self.fox.quaternions(run.states[:, 3:])
+        for at, (time_s, state) in enumerate(
+            zip(run.time_s.tolist(), state_messages(run), strict=True)
+        ):
             while waiting and waiting[-1].flight.time_s <= time_s + 1e-9:
                 self._write_decision(waiting.pop())
-            self._write_own(schemas.STATE, time_s, state_message(run, at))
+            self._write_own(schemas.STATE, time_s, state)
             at_ns = self.nanoseconds(time_s)
-            self.transforms.log(self.fox.transform(at_ns, run.states[at]), log_time=at_ns)
+            placed = self.fox.transform(at_ns, run.states[at, :3], turned[at])
+            self.transforms.log(placed, log_time=at_ns)
             if time_s >= intruders_s - 1e-9:
                 intruders_s = time_s + INTRUDER_STEP_S
                 self._write_fix(at, at_ns)
