@@ -13,6 +13,8 @@ from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission
 from clearway.reach.comparison import compare
+from clearway.reach.estimate import estimate_footprints
+from clearway.reach.footprints import FootprintTree
 from clearway.sim.baselines import CLEARWAY
 from clearway.sim.plants import PLANTS
 from clearway.sim.plants.measuring import MeasureSettings, measure
@@ -122,9 +124,12 @@ def measure_a_quadrotor() -> None:
 
 
 def compare_reach_sets() -> None:
-    """Footprints counted and estimated, on a small grid."""
+    """Footprints counted and estimated, on a small grid, those of many states by walks."""
+    automaton = MovementAutomaton.plane(speed_mps=1.0)
     grid = AvoidanceGrid.uniform(range_m=5.0, layers=5)
-    compare(MovementAutomaton.plane(speed_mps=1.0), grid, branches=2, repetitions=1)
+    compare(automaton, grid, branches=2, repetitions=1)
+    tree = FootprintTree(automaton, grid)
+    estimate_footprints(tree, branches=2, repetitions=1, held_states=1, walks=16)
 
 
 def fly_encounters_of_each_kind() -> None:
