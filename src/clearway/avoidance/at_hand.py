@@ -157,7 +157,7 @@ def _decided_in_one(at_hand: BeforeChoice, able: TurnsAndClimbs) -> Priced:
 def _known(at_hand: BeforeChoice, sources: Sources, found: Decided) -> Assessment:
     """What was assessed on the way."""
     planner, near = at_hand.planner, at_hand.near
-    told = sources._replace(detected=found.detected, visibility=found.visibility, seen=found.seen)
+    told = Sources(found.detected, found.visibility, found.seen, *sources[3:])
     cells = KnownCells(planner, near, told)
     reach = ReachAssessment(
         found.node_rating,

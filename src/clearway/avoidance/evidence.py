@@ -173,22 +173,15 @@ def sources_but_sensors(terms: Terms, near: InReach, cells: Sequence[IntruderCel
     map_base = intruder = np.zeros(grid.cells)
     coated_by_shapes = np.zeros(grid.cells, dtype=np.bool_)
     if len(shapes.radius_m):
-        map_base = base_probability(shapes, grid, terms.settings.accuracy)
-        coated_by_shapes = coated_by_map(shapes, grid, near.margin_m)
+        map_base = plain(base_probability(shapes, grid, terms.settings.accuracy))
+        coated_by_shapes = plain(coated_by_map(shapes, grid, near.margin_m), np.bool_)
     if cells:
-        intruder = (
+        intruder = plain(
             cells[0].probability
             if len(cells) == 1
             else combine_intruders(np.concatenate([one.each for one in cells]))
         )  # (5.37)
-    return Sources(
-        NO_SHARES,
-        NO_SHARES,
-        NO_MARKS,
-        plain(map_base),
-        plain(intruder),
-        plain(coated_by_shapes, np.bool_),
-    )
+    return Sources(NO_SHARES, NO_SHARES, NO_MARKS, map_base, intruder, coated_by_shapes)
 
 
 def coated_cells(terms: Terms, near: InReach, sources: Sources) -> BoolArray:

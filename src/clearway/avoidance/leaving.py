@@ -81,7 +81,8 @@ class Leaving:
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
         where none is, the emergency rule's."""
-        allowed, banned = self.candidates, list[str]()
+        allowed = self.candidates
+        banned: list[str] = []
         best: Choice | None = None
         narrow: Choice | None = None
         bold: Taken | None = None
