@@ -84,3 +84,21 @@ def test_places_are_never_laid_out_anew(shape: tuple[int, ...]) -> None:
     else:
         with pytest.raises(ClearwayError, match="there: must have shape"):
             points_of("there", values)
+
+
+@pytest.mark.parametrize("kind", [int, np.float32, np.int64, np.array, bool])
+def test_numbers_of_an_own_state_are_of_one_kind(kind: Callable[..., object]) -> None:
+    """Margins are made of them, and a compiled loop is another for another kind of number."""
+    one = kind(1)
+    state = cw.State(np.zeros(3), time_s=one, position_std_m=one, attitude_std_rad=one)
+    numbers = (state.time_s, state.position_std_m, state.attitude_std_rad)
+    assert numbers == (1.0, 1.0, 1.0)
+    assert {type(number) for number in numbers} == {float}
+
+
+@pytest.mark.parametrize("height_m", [np.nan, 1e10, None, "low"])
+def test_a_floor_that_is_no_height_is_refused(height_m: object) -> None:
+    flown = system()
+    with pytest.raises(ClearwayError, match="floor_m: must be a number up to 1e"):
+        flown.floor_m = height_m
+    assert flown.floor_m == -np.inf

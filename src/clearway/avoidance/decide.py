@@ -23,7 +23,7 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.evidence import in_reach, intruder_cells
 from clearway.avoidance.floor import above_floor
 from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.in_force import InForce, in_force
+from clearway.avoidance.in_force import InForce, in_force, warm_up_rules
 from clearway.avoidance.leaving import ChooseAmong, Leaving, Taken
 from clearway.avoidance.passing import noted, passings_after
 from clearway.avoidance.planner import Planner
@@ -88,6 +88,13 @@ def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool =
         none_passes=none_passes,
         looked=found.looked,
     )
+
+
+def warm_up_rare(planner: Planner, situation: Situation) -> None:
+    """Load what rules ask for only at times, and what is run where none of them is in force."""
+    at_hand = _at_hand(planner, replace(situation, intruders=()), Commitment())
+    warm_up_rules(planner, situation, at_hand.prepared, at_hand.goal, at_hand.near)
+    priced(at_hand, None)
 
 
 def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:

@@ -192,7 +192,7 @@ def margin_m(settings: EvidenceSettings, situation: Situation | Here) -> float:
     )
     if not 0.0 <= margin < math.inf:
         raise ClearwayError(f"safety margin: must be a finite number, got {margin}")
-    return margin
+    return float(margin)  # Whatever kinds of numbers it is the sum of.
 
 
 def margin_slope(settings: EvidenceSettings, situation: Situation | Here) -> float:

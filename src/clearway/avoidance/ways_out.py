@@ -98,6 +98,8 @@ class WaysOut:
         pose_after(STANDING, path)
         corners = carried(STANDING, path, (0.0, 1.0), terms)
         keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
+        unsure_after(1.0, terms)
+        self.saw(np.zeros((1, SAMPLES, 3)), np.zeros(1))
         first = np.zeros(1, dtype=np.int64)
         chain_room(first, at, STANDING, 0.0, legs, terms, 1.0, 0.0)
         chain_keeps(

@@ -88,6 +88,10 @@ class State:
             raise InputError("own state", places + numbers)
         object.__setattr__(self, "position_m", position)
         object.__setattr__(self, "attitude_rad", attitude)
+        for name in ("time_s", "position_std_m", "attitude_std_rad"):
+            number = getattr(self, name)
+            if type(number) is not float:  # Of another kind, every loop would be compiled anew.
+                object.__setattr__(self, name, float(number))
 
     @property
     def vector(self) -> FloatArray:

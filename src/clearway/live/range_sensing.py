@@ -36,6 +36,7 @@ from clearway.sensors import (
 )
 from clearway.sensors.detection import Rule
 from clearway.sensors.free_space import FreeSpace
+from clearway.sensors.range_sensor import passed_by
 from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
@@ -151,9 +152,12 @@ class RangeSensing:
             self._follow(sensor.lidar, scan, state)
         return _left_out(self._memories[scan.sensor])
 
-    def warm_up_following(self, scan: Scan, state: State) -> None:
-        """Compile what only a body in motion asks for, where such are followed."""
+    def warm_up(self, scan: Scan, state: State) -> None:
+        """Compile what only some readings ask for: those that others contradict, and those of a
+        body in motion, where such are followed."""
         sensor = self.sensors[scan.sensor]
+        if self._court is not None:
+            passed_by(sensor, scan, state, state.position_m[None], np.ones(1), 0.0)
         if self._following is not None and isinstance(sensor, LidarSensor):
             warm_up_following(sensor.lidar, scan, state, self._memories[scan.sensor])
 

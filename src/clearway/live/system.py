@@ -6,6 +6,7 @@ are counted by reason in `counts`, never silently lost.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -20,7 +21,7 @@ from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import Escape
 from clearway.base.brief import in_brief, one_line
-from clearway.base.checks import LARGEST, kind_of, points_of
+from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
 from clearway.base.errors import ClearwayError
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
@@ -93,10 +94,7 @@ class AvoidanceSystem:
     ) -> None:
         kind_of("avoidance system: planner", planner, Planner)
         kind_of("avoidance system: mission", mission, Mission)
-        if not ground_m <= LARGEST:
-            raise ClearwayError(
-                f"ground_m: must be a number up to {LARGEST:g}, or -inf for none, got {ground_m}"
-            )
+        ground_m = _height_or_none("ground_m", ground_m)
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which ways out this flight keeps in hand, and why."""
         self._asked_for, self._lidars = planner, tuple(lidars)
@@ -118,6 +116,8 @@ class AvoidanceSystem:
         self.counts = self._known.counts
         self._insistence = Insistence(planner) if self.escape.insists else None
         self._detour = detour
+        self._detection_rule: Rule = detection_rule
+        self._ground_m = ground_m
         self._tracker = tracker
         self._address = address
         self._follow_dynamic_objects = follow_movers
@@ -164,12 +164,13 @@ class AvoidanceSystem:
 
     @property
     def floor_m(self) -> float:
-        """Height of the world that no decision leads below; whoever flies may set it."""
+        """Height of the world that no decision leads below; whoever flies may set it, -inf for
+        none. Raises ClearwayError for what is no height."""
         return self._known.floor_m
 
     @floor_m.setter
     def floor_m(self, height_m: float) -> None:
-        self._known.floor_m = height_m
+        self._known.floor_m = _height_or_none("floor_m", height_m)
 
     # --- readings -------------------------------------------------------------------------
 
@@ -222,6 +223,8 @@ class AvoidanceSystem:
             self._lidars,
             with_something_near(self.obstacle_map, self.planner, self.mission.start),
             self.limits,
+            detection_rule=self._detection_rule,
+            ground_m=self._ground_m,
             follow_movers=self._follow_dynamic_objects,
             tracker=self._tracker,
             address=self._address,
@@ -253,8 +256,9 @@ class AvoidanceSystem:
             trial._watch.endangered_at(trial._plan, time_s)
             for scan in (reading for reading in readings if isinstance(reading, Scan)):
                 state = trial._known.own_states.at(time_s)
-                trial._known.sensing.warm_up_following(scan, state)
+                trial._known.sensing.warm_up(scan, state)
         blind = self._on_trial()
+        blind.floor_m = float(start.position_m[2]) - planner.grid.range_m
         blind.update(start)
         blind.decide(start.time_s)  # No sensor tells anything, as where all fall silent.
         warm_up_ways(trial._known, start)
@@ -419,3 +423,12 @@ class AvoidanceSystem:
             gives_way=afar is not None and afar.gives_way,
         )
         return self._known.with_detections(state, now)
+
+
+def _height_or_none(name: str, height_m: float) -> float:
+    """A height of the world, or -inf for none; raises ClearwayError for anything else."""
+    if number_problem(name, height_m, -math.inf):
+        raise ClearwayError(
+            f"{name}: must be a number up to {LARGEST:g}, or -inf for none, got {height_m}"
+        )
+    return float(height_m)

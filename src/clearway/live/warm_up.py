@@ -8,8 +8,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from clearway.avoidance.decide import warm_up_steps
+from clearway.avoidance.decide import warm_up_rare, warm_up_steps
 from clearway.avoidance.evidence import in_reach
+from clearway.avoidance.fusion import total
 from clearway.avoidance.passing import Meetings
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
@@ -17,9 +18,10 @@ from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.live.readings import Reading
+from clearway.live.wind import WindEstimate
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import Scan
+from clearway.sensors import Scan, coated_cells
 from clearway.traffic import Intruder, combine_intruders
 
 INTRUDERS_AHEAD = (None, 0.5, 0.0)
@@ -27,6 +29,8 @@ INTRUDERS_AHEAD = (None, 0.5, 0.0)
 left."""
 SEEN_AT = (0.4, 0.8, 0.8)
 """By step, in ranges of the grid: what was seen first is looked through afterwards."""
+UNSURE_RAD = (None, 0.01, 0.0)
+"""By step: as at the start, and either way, since what is not sure is remembered otherwise."""
 TILT_RAD = 0.01
 """More by every step: from between start pitches, trajectories are predicted anew."""
 
@@ -61,7 +65,10 @@ def warm_up_moments(
     for step, ahead in enumerate(INTRUDERS_AHEAD):
         time_s = start.time_s + step
         tilted = start.attitude_rad + np.array([0.0, step * TILT_RAD, 0.0])
-        readings: list[Reading] = [replace(start, attitude_rad=tilted, time_s=time_s)]
+        given = UNSURE_RAD[step]
+        unsure = start.attitude_std_rad if given is None else given
+        here = replace(start, attitude_rad=tilted, time_s=time_s, attitude_std_rad=unsure)
+        readings: list[Reading] = [here]
         readings += [
             Scan(SEEN_AT[step] * planner.grid.range_m * _fan(), time_s, name) for name in names
         ]
@@ -92,9 +99,9 @@ def _fan() -> FloatArray:
 def with_something_near(
     obstacle_map: ObstacleMap | None, planner: Planner, start: State
 ) -> ObstacleMap | None:
-    """The map, if there is one, with a ball where the first decision has to look at it."""
+    """The map, if it shows anything, with a ball where the first decision has to look at it."""
     if not obstacle_map:
-        return None
+        return obstacle_map  # An empty one may tell that all is free.
     ahead = np.array([0.5 * planner.grid.range_m, 0.0, 0.0])
     place = start.position_m + world_from_body(start.attitude_rad) @ ahead
     ball = Obstacle.ball(place, planner.settings.safety_margin_m)
@@ -103,9 +110,14 @@ def with_something_near(
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
     """Compile and load what only some decisions ask for: several intruders, rules by which nothing
-    passes, sides of passing, ways out."""
+    passes, and those out of force, sides of passing, a wind that grows, hits in the grid, ways
+    out."""
     combine_intruders(np.zeros((2, planner.grid.cells)))
     warm_up_steps(planner, situation, none_passes=True)
+    warm_up_rare(planner, situation)
+    WindEstimate(planner.speed_mps).warm_up()
+    if planner.cell_rating is not total:  # Which sees them in one call.
+        coated_cells(planner.grid, np.zeros((1, 3)), 1.0)
     near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
     names = near.intruders.names
     reach_set = planner.prepared_at(situation.state).reach_set

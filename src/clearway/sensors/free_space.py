@@ -37,7 +37,7 @@ from clearway.sensors.free_marking import (
 )
 from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.passing import Sensor, sensor_at
-from clearway.sensors.range_sensor import LidarSensor, RangeSensor
+from clearway.sensors.range_sensor import LidarSensor, RangeSensor, passed_by
 from clearway.sensors.seen_space import NO_BOX, ONE, WORD, SeenSpace, Voxels
 
 SHAPE = (COLUMNS, COLUMNS, ROWS)
@@ -170,7 +170,7 @@ class FreeSpace:
         half = np.full(len(unseen), 0.5 * self._voxel_m)
         beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
         places = np.asarray((voxels[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
-        passed = unseen[sensor.passes(scan, state, places, half, beyond)]
+        passed = unseen[passed_by(sensor, scan, state, places, half, beyond)]
         np.bitwise_or.at(self._free, (a[passed], b[passed], word[passed]), bit[passed])
 
     @cached_property

@@ -193,9 +193,9 @@ def update_memory(
     directions = directions_of(scan.points_m, raster)
     smallest = float(memory.smallest_m)
     seen = returns_with_size(scan.points_m, sensor, reach, ground, directions, smallest)
-    radii = radii_unsure(seen.points_m, seen.radius_m, state, angle_rad)
-    pitch = Pitch(memory.voxel_m, memory.fine_m)
-    boxes = boxes_of_returns(seen.points_m, radii, seen.size_m, sensor.origin, pitch, scan.time_s)
+    radii = read_only(radii_unsure(seen.points_m, seen.radius_m, state, angle_rad))
+    pitch, points = Pitch(memory.voxel_m, memory.fine_m), read_only(seen.points_m)
+    boxes = boxes_of_returns(points, radii, seen.size_m, sensor.origin, pitch, float(scan.time_s))
     again = seen_again(memory.boxes, boxes, memory.voxel_m)
     doubt = [
         doubts(

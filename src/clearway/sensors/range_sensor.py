@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
+from clearway.base.checks import points_of
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -143,8 +145,8 @@ class LidarSensor:
     ) -> BoolArray:
         raster = beam_raster(self.lidar.pattern)
         return passed_through(
-            position_m,
-            radius_m,
+            read_only(position_m),
+            read_only(radius_m),
             nearest_returns(scan.points_m, raster),
             sensor_at(self.lidar, state, tolerance_m),
             raster,
@@ -164,6 +166,46 @@ def range_sensors(sensors: Sequence[AnySensor]) -> dict[str, RangeSensor]:
         sensor.name: LidarSensor(sensor) if isinstance(sensor, Lidar) else sensor
         for sensor in sensors
     }
+
+
+def returned_by(
+    sensor: RangeSensor, scan: Scan, state: State, reach_m: float, ground_m: float
+) -> tuple[FloatArray, FloatArray]:
+    """What `RangeSensor.returns` answers, of one kind for compiled loops, whatever it is made of.
+
+    Raises ClearwayError naming the sensor where that is not places [n, 3] and radii [n].
+    """
+    points, radii = sensor.returns(scan, state, reach_m, ground_m)
+    places = points_of(f"sensor {sensor.name}: places that it returns", points)
+    return read_only(places), read_only(_answer(sensor, "radii", radii, len(places), np.float64))
+
+
+def passed_by(
+    sensor: RangeSensor,
+    scan: Scan,
+    state: State,
+    position_m: FloatArray,
+    radius_m: FloatArray,
+    tolerance_m: float,
+) -> BoolArray:
+    """What `RangeSensor.passes` answers; ClearwayError where that is not a yes or no each."""
+    passed = sensor.passes(scan, state, position_m, radius_m, tolerance_m)
+    return _answer(sensor, "what it passes", passed, len(position_m), np.bool_)
+
+
+def _answer(
+    sensor: RangeSensor, what: str, given: npt.ArrayLike, count: int, dtype: npt.DTypeLike
+) -> npt.NDArray[Any]:
+    """[count] what a sensor says of each."""
+    try:
+        each = np.asarray(given).astype(dtype, copy=False)
+    except (TypeError, ValueError) as cause:
+        raise ClearwayError(f"sensor {sensor.name}: {what}: {cause}") from cause
+    if each.shape != (count,):
+        raise ClearwayError(
+            f"sensor {sensor.name}: {what}: must have shape [{count}], got {list(each.shape)}"
+        )
+    return each
 
 
 def remembered_after(
@@ -189,12 +231,10 @@ def remembered_after(
         )
     noise = tolerance_m + 3.0 * sensor.sigma_m
     tolerance = noise + 0.5 * memory.voxel_m
-    points, radii = sensor.returns(scan, state, memory.reach_m, ground_m)
-    points = read_only(np.reshape(points, (-1, 3)))
-    radii = np.asarray(radii, dtype=np.float64)
+    points, radii = returned_by(sensor, scan, state, memory.reach_m, ground_m)
     passed = np.all(
         [
-            sensor.passes(scan, turned, memory.position_m, memory.radius_m, tolerance)
+            passed_by(sensor, scan, turned, memory.position_m, memory.radius_m, tolerance)
             for turned in turned_by(state, angle_rad)
         ],
         axis=0,
@@ -203,7 +243,7 @@ def remembered_after(
         memory,
         boxes_of_returns(
             points,
-            radii_unsure(points, radii, state, angle_rad),
+            read_only(radii_unsure(points, radii, state, angle_rad)),
             # It answers for itself whether it would meet a ball of that size.
             2.0 * radii,
             state.position_m,

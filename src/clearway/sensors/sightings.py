@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.beam_raster import BeamRaster, beam_raster, nearest_returns
@@ -132,8 +133,8 @@ def share_passed(frame: BeamFrame, sighting: Sighting) -> float:
     """Share of a sighting's returns where the beams of another scan went on: where it was not."""
     count = len(sighting.points_m)
     passed = passed_through(
-        sighting.points_m,
-        np.full(count, sighting.half_thickness_m),
+        read_only(sighting.points_m),
+        read_only(np.full(count, sighting.half_thickness_m)),
         frame.nearest_m,
         frame.sensor,
         frame.raster,
@@ -145,8 +146,8 @@ def is_passed(frame: BeamFrame, place_m: FloatArray, radius_m: float) -> bool:
     """Whether the beams of a scan go on beyond a ball there: it is gone."""
     sensor = frame.sensor._replace(tolerance=frame.sensor.tolerance + radius_m)
     passed = passed_through(
-        np.ascontiguousarray(place_m[None, :]),
-        np.full(1, radius_m),
+        read_only(place_m[None, :]),
+        read_only(np.full(1, radius_m)),
         frame.nearest_m,
         sensor,
         frame.raster,

@@ -26,7 +26,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.sensors.lidar import Scan
-from clearway.sensors.range_sensor import RangeSensor
+from clearway.sensors.range_sensor import RangeSensor, passed_by, returned_by
 from clearway.sensors.standing import Standing
 
 LEAST = 8
@@ -172,7 +172,7 @@ def _moved_m(before: State, now: State) -> float:
 
 
 def _statement(sensor: RangeSensor, view: View, reach_m: float, ground_m: float) -> Statement:
-    points, radii = sensor.returns(view.scan, view.state, reach_m, ground_m)
+    points, radii = returned_by(sensor, view.scan, view.state, reach_m, ground_m)
     pick = slice(None, None, 1 + len(points) // MOST)
     return Statement(
         view.state, np.ascontiguousarray(points[pick]), np.ascontiguousarray(radii[pick])
@@ -202,8 +202,9 @@ class Opinion(NamedTuple):
 def _judged(witness: RangeSensor, view: View, accused: Statement, slack_m: float) -> Opinion:
     wide = accused.radius_m + slack_m
     nothing = replace(view.scan, points_m=np.zeros((0, 3)))
-    looks = witness.passes(nothing, view.state, accused.points_m, wide, slack_m)
-    passed = witness.passes(view.scan, view.state, accused.points_m, wide, slack_m)
+    balls = (view.state, accused.points_m, wide, slack_m)
+    looks = passed_by(witness, nothing, *balls)
+    passed = passed_by(witness, view.scan, *balls)
     return Opinion(looks, looks & passed)
 
 
@@ -237,7 +238,8 @@ def _opinions(
         slack_m = SLACK * court.margin_m + sigmas * (said.state.position_std_m + sigma)
         opinion = _judged(sensors[other], view, now, slack_m)
         if np.count_nonzero(opinion.refuted) >= LEAST:
-            seen, _ = sensors[other].returns(view.scan, view.state, 2.0 * court.reach_m, -np.inf)
+            reach_m = 2.0 * court.reach_m
+            seen, _ = returned_by(sensors[other], view.scan, view.state, reach_m, -np.inf)
             near_m = 2.0 * court.speed_mps * elapsed_s + slack_m
             moved = _near_any(now.points_m, seen, near_m)
             opinion = Opinion(opinion.looks, opinion.refuted & ~moved)

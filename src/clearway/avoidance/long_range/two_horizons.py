@@ -162,7 +162,7 @@ def long_range(
     others = [_other(intruder, state.time_s) for intruder in situation.intruders]
     # Movements begin at once, and the next one comes within a second or so.
     able = replace(performance, reaction_s=0.0)
-    lowest_m = max(heights_m[0], situation.floor_m)
+    lowest_m = float(max(heights_m[0], situation.floor_m))
     ways = profiles(motion, wanted, able, lowest_m, heights_m[1])
     found = rated(ways, others, volumes)
     level, climb = _ends(reach_set, ways, course, performance)

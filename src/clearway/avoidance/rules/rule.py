@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import MovingHazards, nothing_moving
-from clearway.base.compiled import compiled
+from clearway.base.compiled import compiled, plain
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import BoolArray, IndexArray, IntArray, State
@@ -73,7 +73,7 @@ class RuleView:
 
     def worst_on_way(self, values: FloatArray) -> FloatArray:
         """[nodes] largest of `values` [nodes] on the way to each node."""
-        return worst_on_way(self.reach_set.parent, values)
+        return worst_on_way(self.reach_set.parent, plain(np.asarray(values)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +99,8 @@ class Rule:
     verdict: RuleFunction
     volumes: tuple[Obstacle, ...] = ()
     """Places that it is about, for pictures."""
+    warm_up: Callable[[RuleView], object] | None = None
+    """Compiles and loads what the verdict runs only where the rule is concerned."""
 
 
 @dataclass(frozen=True)
