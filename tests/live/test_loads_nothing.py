@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from asked_in_flight import asked_apart, asked_in_flight, mission
+import clearway as cw
+from asked_in_flight import asked_apart, asked_in_flight, mission, told_to
 from clearway.live import AvoidanceSystem
+from clearway.live.readings import DataLimits
 from clearway.sensors import Scan
 
 TWO = [{"name": "a"}, {"name": "b", "attitude_deg": [0, 0, 15]}]
@@ -23,7 +25,51 @@ def sets_a_floor(system: AvoidanceSystem) -> None:
     system.floor_m = -2
 
 
+def decides(number: Callable[[float], float], escape: str) -> None:
+    """A system is warmed up and decides, whose numbers are all of a kind."""
+    automaton = cw.MovementAutomaton.plane(speed_mps=number(1))
+    grid = cw.AvoidanceGrid.uniform(range_m=number(10))
+    settings = cw.AvoidanceSettings(
+        safety_margin_m=number(1),
+        sigmas=number(2),
+        point_sigmas=number(2),
+        threshold=number(0),
+        unknown=number(0),
+        smallest_object_m=number(1),
+        start_free_m=number(3),
+        body_radius_m=number(1),
+        escape=escape,
+    )
+    beams = cw.BeamPattern.per_cell(grid, 20, min_range_m=number(1), max_range_m=number(30))
+    world = cw.ObstacleMap([cw.Obstacle.ball([8.0, 1.0, 0.0], number(1))])
+    start = cw.State(np.zeros(3), time_s=number(0), position_std_m=number(0))
+    system = AvoidanceSystem(
+        cw.Planner.of(cw.ReachLibrary.load_or_build(automaton, grid), settings),
+        cw.Mission("m", start, waypoints_m=[[30, 0, 0], [50, 0, 0]], reach_radius_m=number(2)),
+        lidars=(cw.Lidar("one", beams, sigma_m=number(1), airframe_radius_m=number(0)),),
+        obstacle_map=world,
+        limits=DataLimits(state_s=number(2), scan_s=number(3)),
+        ground_m=number(-9),
+    )
+    system.warm_up()
+    system.update(start)
+    system.update(cw.Scan(np.array([[8.0, 1.0, 0.0]]), number(0), "one"))
+    system.update(cw.Intruder([8.0, 2.0, 0.0], [-1.0, 0.0, 0.0], radius_m=number(1), name="a"))
+    system.decide(number(0))
+
+
+def told_in(number: Callable[[float], float]) -> list[str]:
+    asked: list[str] = []
+    for escape in ("off", "strict"):
+        decides(float, escape)
+        with told_to(asked):
+            decides(number, escape)
+    return asked
+
+
 CASES: dict[str, Callable[[], list[str]]] = {
+    "settings of 4 bytes": lambda: told_in(np.float32),
+    "settings of whole numbers": lambda: told_in(int),
     "deviations of 4 bytes": lambda: asked_in_flight(
         mission(),
         told=lambda state: replace(

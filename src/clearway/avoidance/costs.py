@@ -17,7 +17,7 @@ from clearway.avoidance.goal import Arrival, Goal
 # Where version 0.1.0 had it.
 from clearway.avoidance.goal import arrival as arrival
 from clearway.base.brief import brief
-from clearway.base.checks import found, number_problem
+from clearway.base.checks import found, number_problem, take_floats
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
@@ -81,6 +81,7 @@ class Prices:
         problems = found(number_problem(key, getattr(self, key)) for key in keys)
         if problems:
             raise InputError("prices", problems)
+        take_floats(self, Prices)
 
     __repr__ = brief
 

@@ -24,7 +24,13 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.avoidance.way_out import Escape, Narrow
 from clearway.base.brief import brief, one_line
-from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
+from clearway.base.checks import (
+    above_zero_problem,
+    found,
+    number_problem,
+    take_floats,
+    vector_problem,
+)
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -84,6 +90,7 @@ class EvidenceSettings:
             raise InputError("settings", problems)
         if self.accuracy not in get_args(Accuracy):
             raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
+        take_floats(self, EvidenceSettings)
 
 
 @keywords_beyond_two
@@ -144,6 +151,7 @@ class AvoidanceSettings(EvidenceSettings):
             problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
         if found := [problem for problem in problems if problem]:
             raise InputError("settings", found)
+        take_floats(self, AvoidanceSettings)
 
 
 def tube_of(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:

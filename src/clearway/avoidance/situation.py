@@ -225,7 +225,7 @@ def goal_of(situation: Situation, *, stays_level: bool = False) -> Goal:
     target = _ahead(situation.target_m, *at)
     final = situation.next_m is None
     following = target if situation.next_m is None else _ahead(situation.next_m, *at)
-    return Goal(target, following, PLANNED_REACH * situation.reach_radius_m, final)
+    return Goal(target, following, float(PLANNED_REACH * situation.reach_radius_m), final)
 
 
 def _ahead(

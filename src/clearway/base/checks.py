@@ -7,6 +7,8 @@ number would be kept by every trajectory.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import fields
+from functools import cache
 from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
@@ -118,6 +120,22 @@ def points_of(name: str, values: Any) -> FloatArray:
     if points.ndim != 2 or points.shape[1] != 3:
         raise ClearwayError(f"{name}: must have shape [n, 3], got {list(points.shape)}")
     return points
+
+
+def take_floats(made: object, kind: type) -> None:
+    """Make floats of what a frozen dataclass says are such, in what is one and has been checked.
+
+    Whole numbers, and those of numpy, would each ask for compiled loops of their own.
+    """
+    for name in _floats_of(kind):
+        number = getattr(made, name)
+        if type(number) is not float and number is not None:
+            object.__setattr__(made, name, float(number))
+
+
+@cache
+def _floats_of(kind: Any) -> tuple[str, ...]:
+    return tuple(one.name for one in fields(kind) if one.type in ("float", "float | None"))
 
 
 def kind_of(name: str, value: Any, kind: type[Kind]) -> Kind:

@@ -12,7 +12,14 @@ from clearway.base.arrays import FloatArray
 from clearway.base.arrays import IndexArray as IndexArray
 from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
-from clearway.base.checks import LARGEST, found, number_problem, time_problem, vector_problem
+from clearway.base.checks import (
+    LARGEST,
+    found,
+    number_problem,
+    take_floats,
+    time_problem,
+    vector_problem,
+)
 from clearway.base.errors import InputError
 from clearway.base.frames import rotation_of
 from clearway.base.positional import keywords_beyond_two
@@ -88,10 +95,7 @@ class State:
             raise InputError("own state", places + numbers)
         object.__setattr__(self, "position_m", position)
         object.__setattr__(self, "attitude_rad", attitude)
-        for name in ("time_s", "position_std_m", "attitude_std_rad"):
-            number = getattr(self, name)
-            if type(number) is not float:  # Of another kind, every loop would be compiled anew.
-                object.__setattr__(self, name, float(number))
+        take_floats(self, State)
 
     @property
     def vector(self) -> FloatArray:

@@ -11,7 +11,14 @@ from functools import cached_property
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
-from clearway.base.checks import above_zero_problem, array_problem, found, kind_of, points_of
+from clearway.base.checks import (
+    above_zero_problem,
+    array_problem,
+    found,
+    kind_of,
+    points_of,
+    take_floats,
+)
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import IN_SPACE, LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -83,6 +90,7 @@ class Mission:
             problems += self._too_near()
         if problems:
             raise InputError(f"mission {self.name!r}", problems)
+        take_floats(self, Mission)
 
     def _take_points(self, name: str) -> list[str]:
         """Lay a field out as points [n, 3], and what is wrong with these; raises ClearwayError for

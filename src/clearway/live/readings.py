@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from clearway.base.checks import found, number_problem
+from clearway.base.checks import found, number_problem, take_floats
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.state import State
 from clearway.sensors import Scan
@@ -57,3 +57,4 @@ class DataLimits:
         problems = found(number_problem(key, getattr(self, key), 0.0, math.inf) for key in keys)
         if problems:
             raise InputError("data limits", problems)
+        take_floats(self, DataLimits)

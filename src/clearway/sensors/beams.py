@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import in_brief, one_line
+from clearway.base.checks import take_floats
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
@@ -72,6 +73,7 @@ class BeamPattern:
                 f"beam pattern {self.name}: spacing_rad must be a number >= 0, "
                 f"got {self.spacing_rad}"
             )
+        take_floats(self, BeamPattern)
 
     def __repr__(self) -> str:
         ranges = f"{self.min_range_m:g} to {self.max_range_m:g} m"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
-from clearway.base.checks import kind_of, time_problem
+from clearway.base.checks import kind_of, take_floats, time_problem
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -90,6 +90,7 @@ class Lidar:
             raise ClearwayError(
                 f"lidar {self.name}: dark_range_m must be a number > 0, got {self.dark_range_m}"
             )
+        take_floats(self, Lidar)
 
     @property
     def clears_to_m(self) -> float:
