@@ -32,6 +32,8 @@ FLAGS = (
     "--remote-debugging-pipe",
 )
 PATIENCE_S = 60.0
+READ_BACK = "GPU stall due to ReadPixels"
+"""What software drawing says of every screenshot, whatever the page."""
 
 
 def chromium() -> str | None:
@@ -177,15 +179,18 @@ class Browser:
             return np.asarray(picture.convert("RGB"))
 
     def complaints(self) -> list[str]:
-        """Errors of scripts and of the browser about the page, since it was opened."""
+        """What stands in the console since the page was opened: errors, warnings, messages."""
+        self.evaluate("1")  # What the page has done so far arrives before the answer.
         texts = []
         for event in self.events:
             told = event["params"]
             if event["method"] == "Runtime.exceptionThrown":
                 texts.append(str(told["exceptionDetails"]))
-            elif event["method"] == "Log.entryAdded" and told["entry"]["level"] == "error":
+            elif event["method"] == "Runtime.consoleAPICalled":
+                texts.append(" ".join(str(one.get("value")) for one in told["args"]))
+            elif event["method"] == "Log.entryAdded":
                 texts.append(told["entry"]["text"])
-        return texts
+        return [text for text in texts if READ_BACK not in text]
 
     def requests(self) -> list[str]:
         """Addresses that the page asked for since it was opened."""

@@ -187,6 +187,49 @@ def test_arrows_go_from_decision_to_decision(browser, address, recording, key, e
     browser.wait(f"document.documentElement.dataset.decision === '{expected(3)}'")
 
 
+def play_for_a_while(browser):
+    start = browser.evaluate("player.time")
+    browser.press(" ", "Space")
+    browser.wait(f"player.time > {start} + 0.5")
+    browser.press(" ", "Space")
+
+
+@pytest.mark.parametrize("view", ["chase", "top", "side"])
+def test_obstacles_and_ground_stay_after_every_step_scrub_and_pause(browser, address, view):
+    at(browser, address, f"t=2&view={view}&colouring=none")
+    steps = {
+        "opened": lambda: None,
+        "on": lambda: browser.press("ArrowRight"),
+        "on again": lambda: browser.press("ArrowRight"),
+        "back": lambda: browser.press("ArrowLeft"),
+        "scrubbed": lambda: browser.evaluate("player.seek(7.3)"),
+        "coloured": lambda: browser.press("c"),
+        "played and paused": lambda: play_for_a_while(browser),
+        "to the end": lambda: browser.press("End"),
+        "to the start": lambda: browser.press("Home"),
+    }
+    # What draws obstacles, and what draws the ground, leaves its pixels in the picture.
+    parts = {
+        "obstacles": ("player.set('obstacles', false)", "player.set('obstacles', true)"),
+        "ground": (
+            "player.scenery.kept = player.scenery.ground; player.scenery.ground = { count: 0 };"
+            "player.stale = true",
+            "player.scenery.ground = player.scenery.kept; player.stale = true",
+        ),
+    }
+    for done, step in steps.items():
+        step()
+        browser.wait("!player.stale")
+        for part, (hide, show) in parts.items():
+            _, changed = scenes_of(browser)
+            hidden = changed(lambda hide=hide: browser.evaluate(hide), "!player.stale")
+            assert hidden > 0.0005, f"no {part} once {done}"
+            browser.evaluate(show)
+            browser.wait("!player.stale")
+        assert browser.evaluate("player.renderer.gl.getError()") == 0, done
+        assert browser.complaints() == [], done
+
+
 def test_keys_play_colour_and_skip(browser, address, recording):
     at(browser, address, "t=0&colouring=obstacle")
     browser.press(" ", "Space")

@@ -110,7 +110,9 @@ class Renderer {
         const { name } = active.call(gl, program, at);
         return [name, place.call(gl, program, name)];
       }));
-    return { program,
+    // A vertex array of its own: no attribute stays enabled on the buffer of another shader, which
+    // may be deleted by then and would fail every later draw.
+    return { program, attached: gl.createVertexArray(),
       uniforms: named(gl.ACTIVE_UNIFORMS, gl.getActiveUniform, gl.getUniformLocation),
       attributes: named(gl.ACTIVE_ATTRIBUTES, gl.getActiveAttrib, gl.getAttribLocation) };
   }
@@ -158,6 +160,7 @@ class Renderer {
   use(shader, uniforms) {
     const gl = this.gl;
     gl.useProgram(shader.program);
+    gl.bindVertexArray(shader.attached);
     for (const [name, value] of Object.entries(uniforms)) {
       const place = shader.uniforms[name];
       if (typeof value === "number") gl.uniform1f(place, value);
@@ -235,7 +238,6 @@ class Renderer {
     gl.depthMask(solid);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
     gl.depthMask(true);
-    for (const place of Object.values(shader.attributes)) gl.vertexAttribDivisor(place, 0);
   }
 
   // Lines of one pixel, which cost little: the buffers hold both ends of one after the other.
