@@ -207,7 +207,7 @@ def _in_words(run: Run[Steering]) -> str:
         f"margin {run.safety_margin_m:.2f} m, violations {metrics.margin_violations}",
         f"decisions          {len(run.decisions)}, emergencies {run.emergencies}, "
         f"p50 {times['p50']} ms, p99 {times['p99']} ms, max {times['max']} ms",
-        f"tracking           {metrics.tracking_m.mean():.2f} m on average, "
+        f"off straight legs  {metrics.tracking_m.mean():.2f} m on average, "
         f"{metrics.tracking_m.max():.2f} m at most",
     ]
     if run.ways_out is not None:

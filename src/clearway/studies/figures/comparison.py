@@ -34,7 +34,7 @@ def draw_tracks(runs: Mapping[str, Run[Steering]], world: World, title: str) -> 
     figure.suptitle(title)
     above, near = figure.subplots(2, 1, height_ratios=[tall, NEAR_IN])
     draw_ground_plan(above, tracks_m, world, next(iter(runs.values())).safety_margin_m)
-    _draw_intruders(above, next(iter(runs.values())))
+    _draw_intruders(above, next(iter(runs.values())), (low, high))
     looks = lines_of(list(runs))
     for planner, run in runs.items():
         alone = planner == CLEARWAY or len(runs) == 1
@@ -56,11 +56,18 @@ def _limits(places_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low - spare, high + spare
 
 
-def _draw_intruders(axes: Axes, run: Run[Steering]) -> None:
-    """Where intruders flew during the first flight, an arrow at the end of each track."""
-    for number, (name, track) in enumerate(run.intruder_tracks.items()):
-        label = "intruders" if number == 0 else None
+def _draw_intruders(
+    axes: Axes, run: Run[Steering], limits_m: tuple[FloatArray, FloatArray]
+) -> None:
+    """Where intruders flew during the first flight as far as they came near, with an arrow each."""
+    low, high = limits_m
+    label: str | None = "intruders, while near"
+    for name, whole in run.intruder_tracks.items():
+        track = whole[((whole[:, 1:3] >= low) & (whole[:, 1:3] <= high)).all(axis=1)]
+        if not len(track):
+            continue
         axes.plot(track[:, 1], track[:, 2], color=INTRUDER, linewidth=0.8, zorder=2, label=label)
+        label = None
         end = (float(track[-1, 1]), float(track[-1, 2]))
         if len(track) > 1:
             axes.annotate(
@@ -115,5 +122,5 @@ def _finish(above: Axes, near: Axes, run: Run[Steering]) -> None:
     )
     near.set_xlabel("time (s)")
     near.set_ylabel("to the nearest surface (m)")
-    near.set_ylim(bottom=0.0, top=min(near.get_ylim()[1], 20.0 * run.safety_margin_m))
+    near.set_ylim(bottom=min(0.0, near.get_ylim()[0]))
     near.grid(alpha=0.25)

@@ -81,15 +81,20 @@ def _apart(axes: Axes, tracks: EncounterTracks) -> None:
     ways = {"": _feet_apart(tracks.straight_m, tracks.intruder_m)} | {
         name: _feet_apart(own, other) for name, (_, own, other) in tracks.flown.items()
     }
-    for name, way in ways.items():
-        colour, line = looks[name]
-        axes.plot(*way, line, color=colour)
     nearest = [max(float(way[axis].min()) for way in ways.values()) for axis in (0, 1)]
     across, up = (max(far, BEYOND * near) for far, near in zip(SHOWN_FT, nearest, strict=True))
+    for name, (level, high) in ways.items():
+        colour, line = looks[name]
+        near = (level <= across) & (high <= up)
+        axes.plot(np.where(near, level, np.nan), np.where(near, high, np.nan), line, color=colour)
+    axes.locator_params(axis="x", nbins=5)
     axes.set(
-        title="distance between the two", xlabel="horizontal (ft)", ylabel="vertical (ft)",
-        xlim=(0.0, across), ylim=(0.0, up),
-    )  # fmt: skip
+        title=f"distance, within {across:,.0f} x {up:,.0f} ft",
+        xlabel="horizontal (ft)",
+        ylabel="vertical (ft)",
+        xlim=(0.0, across),
+        ylim=(0.0, up),
+    )
 
 
 def _km(path_m: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""Pictures of a flight: snapshots, obstacle distance, tracking (figs. 6.14-6.17, 6.21, 6.22).
+"""Pictures of a flight: snapshots, distances, coordinates (figs. 6.14-6.17, 6.21, 6.22).
 
 Executed path blue, planned path red, way out in hand dashed, field of view dashed black, waypoints
 green squares, what the sensors have seen so far as dots: the paper's legend.
@@ -98,7 +98,7 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     planned = entry.flight.decision.path_m if index is not None else None
     outline = field_of_view(entry) if index is not None else []
     ways = _ways_out(run, index)
-    shown = [flown, run.mission.waypoints_m, *ways]
+    shown = [flown, run.mission.waypoints_m, seen, *ways]
     if planned is not None:  # A moment: what is near.
         reach = BEHIND * entry.flight.decision.cells.evidence.grid.range_m
         near = np.linalg.norm(flown - flown[-1], axis=1) <= reach
@@ -313,7 +313,7 @@ def draw_tracking(run: Run[Steering]) -> Figure:
     panels[-1].set_xlabel("time (s)")
     tracking = run.metrics.tracking_m
     figure.suptitle(
-        f"{run.mission.name}: tracking\ndeviation from the straight lines "
-        f"{tracking.mean():.2f} m on average, {tracking.max():.2f} m at most"
+        f"{run.mission.name}: coordinates against the straight legs\n"
+        f"off the legs by {tracking.mean():.2f} m on average, {tracking.max():.2f} m at most"
     )
     return figure

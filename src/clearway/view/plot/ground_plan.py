@@ -22,6 +22,9 @@ def draw_ground_plan(
     x, y, nearest = _nearest(tracks_m, world, pixels)
     if nearest.min() < margin_m:
         axes.contourf(x, y, nearest, levels=[-1e6, 0.0, margin_m], colors=[SOLID, MARGIN])
+        if nearest.min() < 0.0:
+            axes.fill([], [], color=SOLID, label="obstacles")
+        axes.fill([], [], color=MARGIN, label="margin about obstacles")
 
 
 def draw_kept_out(axes: Axes, tracks_m: FloatArray, volumes: World) -> None:

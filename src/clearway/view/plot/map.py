@@ -20,7 +20,9 @@ LEAST_POINTS, WIDTH_POINTS = 4.0, 600.0
 
 
 SPARE_IN = 0.16
-"""On both sides: equal scales widen the limits, and their names, after the layout is settled."""
+"""On both sides, for the numbers of limits that are widened after the layout is settled."""
+ROUNDS = 3
+"""Of layout and widening: wider numbers on an axis leave less room for its box."""
 
 
 def draw_map(
@@ -45,31 +47,48 @@ def draw_map(
         side.add_collection(_coloured([_from_south(one) for one in solid], tops, scale))
         side.autoscale_view()
     _zones(above, zones)
-    _frame(above, alone=not solid)
+    _frame(above)
     if not solid:
+        above.set_aspect("equal", adjustable="box")
         (west, east), (south, north) = above.get_xlim(), above.get_ylim()
         figure.set_figheight(
             float(np.clip(10.0 * (north - south) / (east - west) + 0.9, 4.5, 10.0))
         )
     if solid:
-        _dots(above, obstacles, scale)
         above.tick_params(labelbottom=True)
         side.set(xlabel="x, east (m)", ylabel="z, up (m)")
         figure.align_ylabels([above, side])
+        _widen_to_one_scale(figure, above)
+        _dots(above, obstacles, scale)
     return figure
 
 
-def _frame(axes: Axes, *, alone: bool) -> None:
-    """Equal scales, and limits that are not much wider one way than the other."""
+def _frame(axes: Axes) -> None:
+    """Limits that are not much wider one way than the other."""
     axes.autoscale_view()
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
     spare_x = max(0.0, 0.35 * (north - south) - 0.5 * (east - west))
     spare_y = max(0.0, 0.35 * (east - west) - 0.5 * (north - south))
     axes.set(xlim=(west - spare_x, east + spare_x), ylim=(south - spare_y, north + spare_y))
     axes.set(xlabel="x, east (m)", ylabel="y, north (m)")
-    # What stands below has the same x axis: the limits give way, not the box.
-    axes.set_aspect("equal", adjustable="box" if alone else "datalim")
     axes.locator_params(nbins=8)
+
+
+def _widen_to_one_scale(figure: Figure, axes: Axes) -> None:
+    """Widen the limits of one axis until a metre is as long along both, and cut nothing off.
+
+    matplotlib's own equal scales either shrink the box, which then no longer stands above the view
+    from the south, or narrow the limits of the axis that is not shared.
+    """
+    for _ in range(ROUNDS):
+        figure.draw_without_rendering()
+        box = axes.get_window_extent()
+        limits = np.array([axes.get_xlim(), axes.get_ylim()])
+        metres = limits[:, 1] - limits[:, 0]
+        wanted = max(metres[0] / box.width, metres[1] / box.height) * np.array(box.size)
+        spare = 0.5 * (wanted - metres)
+        (west, east), (south, north) = limits + spare[:, None] * np.array([-1.0, 1.0])
+        axes.set(xlim=(west, east), ylim=(south, north))
 
 
 def _top_m(obstacle: Obstacle) -> float:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from textwrap import fill
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from clearway.base.frames import FloatArray
 from clearway.missions.recorded_scan import beams_in_words
 
-TITLE_WIDTH = 110
-"""Letters in a line."""
 MODES = {
     "navigation": "#2e9e4f",
     "landing": "#16a2b8",
@@ -23,15 +21,6 @@ MODES = {
     "hold": "#5a6b7d",
     "narrow": "#c2408a",
     "emergency": "#d62728",
-}
-NAMES = {
-    "navigation": "green",
-    "landing": "blue",
-    "avoidance": "orange",
-    "escape": "violet",
-    "hold": "grey",
-    "narrow": "pink",
-    "emergency": "red",
 }
 
 
@@ -42,7 +31,7 @@ def draw_playback(result: Mapping[str, Any]) -> Figure:
     left_out = sum(result["left_out"].values())
     figure.suptitle(
         f"{result['name']}: {len(scans)} scans decided, {left_out} left out\n"
-        + fill(f"beams {beams_in_words(result['pattern_from'], result['pattern'])}", TITLE_WIDTH)
+        f"beams {beams_in_words(result['pattern_from'], result['pattern'])}"
     )
     distances, ratings, returns = figure.subplots(3, 1, sharex=True)
     times = _column(scans, "time_s")
@@ -63,7 +52,10 @@ def draw_playback(result: Mapping[str, Any]) -> Figure:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ratings.set_ylim(0.0, 1.05)
     figure.align_ylabels([distances, ratings, returns])
-    returns.set_xlabel("time after the first scan (s); colours of the marks: " + _modes(scans))
+    returns.set_xlabel("time after the first scan (s)")
+    modes = dict.fromkeys(one["mode"] for one in scans)
+    marks = [Line2D([], [], color=MODES[mode], marker="o", linestyle="none") for mode in modes]
+    figure.legend(marks, modes, loc="outside lower center", ncols=len(MODES), frameon=False)
     return figure
 
 
@@ -79,8 +71,3 @@ def _draw(
 
 def _column(scans: list[Mapping[str, Any]], key: str) -> FloatArray:
     return np.array([np.nan if one[key] is None else one[key] for one in scans], dtype=np.float64)
-
-
-def _modes(scans: list[Mapping[str, Any]]) -> str:
-    present = dict.fromkeys(one["mode"] for one in scans)
-    return ", ".join(f"{NAMES[mode]} {mode}" for mode in present) or "none"

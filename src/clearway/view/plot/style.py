@@ -25,6 +25,8 @@ OTHERS = ("#d55e00", "#009e73", "#cc79a7", "#e69f00", "#555555")
 SERIES = (OWN, "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#882255", "#cc79a7")
 """Of what is no planner, such as aircraft or kinds of scans; the colour-blind too tell it apart."""
 LINES = ("-", "--", "-.", ":")
+TITLE_SHARE = 0.96
+"""Of the width of a picture that a line of its title takes at most."""
 
 
 @contextmanager
@@ -59,6 +61,21 @@ def lines_of(planners: Sequence[str]) -> dict[str, tuple[str, str]]:
     }
 
 
+def _fit_titles(figure: Figure) -> None:
+    """Break titles into as many lines as it takes to stand within the picture."""
+    from textwrap import fill
+
+    figure.draw_without_rendering()
+    widest = TITLE_SHARE * figure.bbox.width
+    for title in (*figure.texts, *(axes.title for axes in figure.axes)):
+        text = title.get_text()
+        taken = title.get_window_extent().width if text else 0.0
+        if taken > widest:
+            letters = max(map(len, text.splitlines()))
+            most = max(1, int(letters * widest / taken))
+            title.set_text("\n".join(fill(line, most) for line in text.splitlines()))
+
+
 @dataclass(frozen=True, slots=True)
 class Pictures:
     """How pictures are kept."""
@@ -79,6 +96,7 @@ class Pictures:
 
     def save(self, figure: Figure, folder: Path, name: str) -> str:
         """Write a picture into a folder; its name, with suffix. Nothing of the moment is in it."""
+        _fit_titles(figure)
         file = f"{name}.{self.format}"
         told = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(self.format)
         figure.savefig(folder / file, dpi=self.dpi, format=self.format, metadata=told)
