@@ -19,7 +19,7 @@ from own_process import NO_DEPRECATED
 from repository import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
-PAGES = [REPOSITORY / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [REPOSITORY / "README.md", *sorted(DOCS.rglob("*.md"))]
 BLOCK = r"^```{language}\n(.*?)^```$"
 
 
@@ -102,7 +102,7 @@ def test_files_shown_in_the_reference_are_accepted() -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_relative_links_and_pictures_lead_somewhere(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    targets = re.findall(r"\]\(([^)\s]+)\)", text)
+    targets = re.findall(r"\]\(([^)\s]+)(?: \"[^\"]*\")?\)", text)
     lost = []
     for target in targets:
         path, _, anchor = target.partition("#")
