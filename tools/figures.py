@@ -4,7 +4,7 @@ Every measured figure stands in one table of a page under docs/results, below a 
 version, date and command. Another page quotes it by a link to that page, whose title says where it
 stands: rows, by the heading and the first cells, then the column:
 
-    [0 of 780](results/dead-ends.md "Thirty seeds/clearway > crashed")
+    [0 of 780](results/dead-ends.md "*/clearway > crashed")
 
 Rows are patterns (`*` for anything, ` + ` between several); counts of several rows are summed. The
 text is a count, a count `of` flights, a share or a Wilson interval of these, or words of the one
