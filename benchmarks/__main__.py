@@ -106,7 +106,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--first-page",
         action="store_true",
-        help="measure what README quotes, and put it there too; the published one is of five --runs",
+        help="measure what README quotes, for the same page; the published one is of five --runs",
     )
     options = parser.parse_args()
     if (options.readme or options.first_page) and options.quick:

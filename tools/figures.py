@@ -119,33 +119,58 @@ def check(text: str, where: str, rows: list[Row]) -> None:
         raise WrongFigureError(f"no row {wanted!r} with a column {column!r}")
     said = _plain(text)
     cells = [_part(row.cells[column], part) for row in found]
-    if len(cells) == 1 and not inverse and _stands_in(said, cells[0]):
+    alone = cells[0] if len(cells) == 1 and not inverse else ""
+    if _words(alone, said) == said:
         return
+    right = None if "%" in said else _words(alone, said, any_number=True)
     try:
         counts = [row.count(column, cell) for row, cell in zip(found, cells, strict=True)]
     except ValueError as error:
-        raise WrongFigureError(f"{said!r} does not stand in {cells}") from error
+        raise WrongFigureError(f"{said!r} does not stand in {cells[:4]}", right) from error
     number = sum(count for count, _ in counts)
     trials = None if any(of is None for _, of in counts) else sum(of or 0 for _, of in counts)
     if inverse and trials is not None:
         number = trials - number
-    right = _in_form(said, number, trials)
+    right = right or _in_form(said, number, trials)
     if right != said:
         raise WrongFigureError(f"{said!r} should be {right!r}: {cells[:4]}", right)
 
 
-def _in_form(said: str, number: int, trials: int | None) -> str:
-    """The figure as it would be said in the form of the text: share, interval, count."""
+def _words(cell: str, said: str, *, any_number: bool = False) -> str | None:
+    """What stands in a cell as the text does, or so but for its numbers.
+
+    A number alone is looked for where the cell begins, words anywhere.
+    """
+    parts = re.split(f"({NUMBER})", said)
+    if any_number and len(parts) == 1:
+        return None
+    pattern = "".join(
+        NUMBER if any_number and number % 2 else re.escape(part)
+        for number, part in enumerate(parts)
+    )
+    begin = "^" if re.fullmatch(NUMBER, said) else r"(?<![\w.])"
+    found = re.search(rf"{begin}{pattern}(?!\w|\.\d)", _plain(cell))
+    return found[0] if found else None
+
+
+def _in_form(said: str, number: int, trials: int | None) -> str | None:
+    """The figure in the form of the text: word, count, share, interval; None in no other."""
     if said.lower() in (*WORDS, "no", "all"):
         if said.lower() == ("all" if number == trials else "no" if number == 0 else ""):
             return said
         word = WORDS[number] if number < len(WORDS) else str(number)
         return word.capitalize() if said[0].isupper() else word
-    if trials is None or "%" not in said:
-        return f"{number} of {trials}" if " of " in said and trials is not None else str(number)
-    interval = re.fullmatch(r"([\d.]+)(?: %)? to ([\d.]+) %", said)
+    if re.fullmatch(NUMBER, said):
+        return str(number)
+    if not trials:
+        return None
+    if re.fullmatch(rf"{NUMBER} of {NUMBER}", said):
+        return f"{number} of {trials}"
+    if re.fullmatch(rf"{NUMBER} %", said):
+        return f"{100.0 * number / trials:.{_digits(said)}f} %"
+    interval = re.fullmatch(rf"({NUMBER})(?: %)? to ({NUMBER}) %", said)
     if interval is None:
-        return f"{100.0 * number / trials:.{_digits(said)}f} %" if trials else said
+        return None
     low, high = (
         _rounded(100.0 * share, one)
         for share, one in zip(wilson(number, trials), interval.groups(), strict=True)
@@ -175,10 +200,6 @@ def _part(cell: str, part: str) -> str:
         return cell
     levels = dict(one.split(": ", 1) for one in cell.split("; "))
     return levels.get(part, "")
-
-
-def _stands_in(said: str, cell: str) -> bool:
-    return bool(re.search(rf"(?<![\w.]){re.escape(said)}(?!\w|\.\d)", _plain(cell)))
 
 
 def prose(text: str) -> str:
