@@ -96,8 +96,8 @@ def patch_figure() -> tuple[Exhibit, ...]:
                 ours=f"The outermost upper left patch of the grid at {radius:g} m has "
                 f"{by_formula:.4f} m^2 by r^2 (sin e - sin s)(azimuth). The integral of "
                 f"sqrt(E G - F^2) over the patch, by quadrature, is {by_integral:.4f} m^2.",
-                difference="The area agrees, the printed equations do not. The paper's theta is a "
-                "polar angle and (3.52) has a slip in X_phi. Sensors and grid count elevation from "
+                difference="The area agrees, but (3.52) is printed with a slip in X_phi. The paper's "
+                "theta is a polar angle, while sensors and grid count elevation from "
                 "the horizon, so that cosines become sines: with elevations put into the cosines "
                 f"the patch would have {printed:.2f} m^2, {printed / by_formula:.0%} of its area.",
                 measures=(
@@ -118,8 +118,9 @@ def patch_figure() -> tuple[Exhibit, ...]:
 def integrated_patch_m2(radius_m: float, azimuth: FloatArray, elevation: FloatArray) -> float:
     """Area [m^2] of a patch between two azimuths and two elevations [rad], without the formula.
 
-    E, F and G (3.49)-(3.51) are made of differences of places on the ball, and sqrt(E G - F^2) is
-    integrated by Gauss and Legendre's quadrature. What both leave out is below 1e-9 of the area.
+    E, F and G (3.49) are made of differences of places on the ball, the tangents (3.52), and the
+    element sqrt(E G - F^2), (3.50) and (3.51), is integrated by Gauss and Legendre's quadrature.
+    What both leave out is below 1e-8 of the area.
     """
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     half = 0.5 * np.diff(azimuth)[0], 0.5 * np.diff(elevation)[0]
