@@ -96,9 +96,9 @@ def patch_figure() -> tuple[Exhibit, ...]:
                 ours=f"The outermost upper left patch of the grid at {radius:g} m has "
                 f"{by_formula:.4f} m^2 by r^2 (sin e - sin s)(azimuth). The integral of "
                 f"sqrt(E G - F^2) over the patch, by quadrature, is {by_integral:.4f} m^2.",
-                difference="The area agrees, but (3.52) is printed with a slip in X_phi. The paper's "
-                "theta is a polar angle, while sensors and grid count elevation from "
-                "the horizon, so that cosines become sines: with elevations put into the cosines "
+                difference="The area agrees, but (3.52) is printed with a slip in X_phi. The "
+                "paper's theta is a polar angle, while sensors and grid count elevation from the "
+                "horizon, so that cosines become sines: with elevations put into the cosines "
                 f"the patch would have {printed:.2f} m^2, {printed / by_formula:.0%} of its area.",
                 measures=(
                     Measure(
