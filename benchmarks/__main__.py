@@ -26,7 +26,7 @@ from benchmarks.table import (
 
 BUSY = 0.7
 REPOSITORY = Path(__file__).resolve().parent.parent
-PAGE, FIRST_PAGE = REPOSITORY / "docs" / "measured.md", REPOSITORY / "README.md"
+PAGE = REPOSITORY / "docs" / "results" / "speed.md"
 
 
 def main() -> None:
@@ -50,7 +50,7 @@ def main() -> None:
     if options.readme:
         replace_short_form(PAGE, results)
     if options.first_page:
-        replace_first_page_form(FIRST_PAGE, results)
+        replace_first_page_form(PAGE, results)
 
 
 def _measured(
@@ -90,7 +90,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--readme",
         action="store_true",
-        help="put the headlines of what was measured into docs/measured.md",
+        help="put the headlines of what was measured into docs/results/speed.md",
     )
     parser.add_argument(
         "--runs", type=int, default=1, metavar="N", help="show the median of so many runs"
@@ -106,7 +106,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--first-page",
         action="store_true",
-        help="measure what README shows, and put it there; the published one is of five --runs",
+        help="measure what README quotes, for the same page; the published one is of five --runs",
     )
     options = parser.parse_args()
     if (options.readme or options.first_page) and options.quick:

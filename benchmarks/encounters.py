@@ -10,7 +10,7 @@ from clearway.cli.encounters import flown
 from clearway.studies.encounters.encounter import STANDARD_KINDS, EncounterSettings
 
 FULL, QUICK, LARGE = 1_000, 100, 300
-"""`clearway encounters` flies as many as one likes; docs/encounters.md has ten thousand of each."""
+"""`clearway encounters` flies any number; docs/results/encounters.md has ten thousand of each."""
 
 
 def kept(settings: EncounterSettings) -> Callable[[bool], Row]:

@@ -79,7 +79,7 @@ class Benchmark:
     headline: bool = False
     """Whether the page shows it."""
     first_page: bool = False
-    """Whether README shows it, the median of several runs."""
+    """Whether README quotes it, the median of several runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +163,7 @@ def middle_of(rows: Sequence[Row]) -> Row:
 
 
 def first_page_form(results: Results) -> str:
-    """What README shows."""
+    """What README quotes."""
     rows = [
         (row.what, row.result, row.spread)
         for benchmark, row in results.rows
@@ -178,9 +178,9 @@ def replace_short_form(page: Path, results: Results) -> None:
     _replace_between(page, BEGIN, END, short_form(results))
 
 
-def replace_first_page_form(readme: Path, results: Results) -> None:
-    """Put what README shows between its marks there."""
-    _replace_between(readme, FIRST_PAGE_BEGIN, FIRST_PAGE_END, first_page_form(results))
+def replace_first_page_form(page: Path, results: Results) -> None:
+    """Put what README quotes between its marks in a page."""
+    _replace_between(page, FIRST_PAGE_BEGIN, FIRST_PAGE_END, first_page_form(results))
 
 
 def _replace_between(page: Path, begin: str, end: str, text: str) -> None:

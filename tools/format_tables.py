@@ -1,4 +1,4 @@
-"""Tables of formats, rules and methods in the pages of docs, made from their registries."""
+"""Tables in the pages of docs that are made from registries, and of the missions, flown anew."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from clearway.io.poses.bag_poses import SOURCES
 from clearway.io.poses.pose_file import FORMATS as POSES
 from clearway.io.scans.scan_formats import FORMATS as SCANS
 from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
+from clearway.missions.mission_file import built_in_missions, read_mission_file
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
+from clearway.missions.setup import prepare
 from clearway.reach.sets import METHODS, tuning_of
 from tools.models import meanings_of, purpose_of
 
@@ -69,6 +71,39 @@ def _methods() -> str:
     return _table("| method | keeps | tuning |", rows)
 
 
+def _missions() -> str:
+    """The missions that come with clearway, seed of the file, as they fly today."""
+    rows = []
+    for name in sorted(built_in_missions()):
+        for planner, rating in (
+            ("clearway", "total"),
+            ("clearway", "calibrated"),
+            ("straight", ""),
+        ):
+            file = read_mission_file(name)
+            changed = file.changed("rating", name=rating) if rating else file
+            told = prepare(changed).fly_with(planner).summary()
+            nearest = (
+                "" if told[key] is None else f"{told[key]:.2f} m"
+                for key in ("min_obstacle_distance_m", "min_intruder_distance_m")
+            )
+            rows.append(
+                (
+                    f"`{name}`",
+                    f"{planner}, `{rating}`" if rating else planner,
+                    "yes" if told["reached"] else "no",
+                    *nearest,
+                    str(told["margin_violations"]),
+                    f"{told['path_length_m']:.1f} m",
+                    f"{told['time_s']:.1f} s",
+                )
+            )  # fmt: skip
+    head = (
+        "| mission | flown by | reached | nearest obstacle | nearest intruder | violations | path |"
+    )
+    return _table(f"{head} time |", rows)
+
+
 PARTS: Mapping[tuple[str, str], Callable[[], str]] = {
     ("scans.md", "scan-formats"): _scan_formats,
     ("traffic.md", "traffic-formats"): _traffic_formats,
@@ -76,5 +111,6 @@ PARTS: Mapping[tuple[str, str], Callable[[], str]] = {
     ("maps.md", "map-formats"): _map_formats,
     ("scans.md", "poses"): _poses,
     ("rules.md", "rules"): _rules,
+    ("results/missions.md", "missions"): _missions,
 }
 """(page, what stands between marks in it)"""

@@ -197,10 +197,6 @@ DEFINITIONS = """
 WITHOUT_COUNTERPART = {
     "(3.18)": "a step of the proof of def. 13; the bound it leads to, (3.28), is computed directly",
     "(3.19)": "a step of the proof of def. 13, as (3.18)",
-    "(3.49)": "a step on the way to (3.54), whose integral (5.44) is computed in closed form",
-    "(3.50)": "a step on the way to (3.54), as (3.49)",
-    "(3.51)": "a step on the way to (3.54), as (3.49)",
-    "(3.52)": "a step on the way to (3.54), as (3.49); printed wrongly, see the errata of the page",
     "(4.5)": "not needed: movements may have durations of their own",
     "(5.27)": "a property, not a computation: planes across one axis at different distances "
     "never meet",

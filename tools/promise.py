@@ -1,4 +1,4 @@
-"""Fly what docs/safety.md tells of how often ways out held: `python -m tools.promise`.
+"""Fly what docs/results/promise.md holds of how often escapes held: `python -m tools.promise`.
 
 Against the adversary of the tests, and through worlds of the campaign `dead-ends`, all judged by
 geometry that only the tests have. What is flown is kept in a file, one line a flight, and not flown

@@ -13,7 +13,7 @@ from clearway.studies.faults import ESCAPE, STUDIES, FaultFlight, Point, fly_one
 from in_process import clearway
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-PAGE = REPOSITORY / "docs" / "faults.md"
+PAGE = REPOSITORY / "docs" / "results" / "faults.md"
 MARKED = "# Page\n<!-- faults-{0}:begin -->\nold\n<!-- faults-{0}:end -->\nend\n"
 ROW = re.compile(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \| (-?[\d.]+: [^|]+) \|$", re.MULTILINE)
 FAULT, VARIANT = "report-loss", "tracker"

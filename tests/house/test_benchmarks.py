@@ -38,12 +38,12 @@ def test_the_table_states_the_machine_and_holds_results_against_references(tmp_p
 
 
 def test_the_readme_takes_a_full_run() -> None:
-    before = (REPOSITORY / "docs" / "measured.md").read_bytes()
+    before = (REPOSITORY / "docs" / "results" / "speed.md").read_bytes()
     for page in ("--readme", "--first-page"):
         done = bench("--quick", page)
         assert done.returncode == 2
         assert "full run" in done.stderr
-    assert (REPOSITORY / "docs" / "measured.md").read_bytes() == before
+    assert (REPOSITORY / "docs" / "results" / "speed.md").read_bytes() == before
 
 
 def test_of_several_runs_the_one_in_the_middle_is_shown_with_its_neighbours(tmp_path: Path) -> None:

@@ -200,9 +200,9 @@ def shortened(words: list[str]) -> list[str]:
 @pytest.fixture(scope="module")
 def prepared(samples: Path) -> Path:
     """The samples, with what commands of the documentation name beside them."""
-    (samples / "docs").mkdir()
-    shutil.copy(REPOSITORY / "docs" / "faults.md", samples / "docs")
-    shutil.copy(REPOSITORY / "docs" / "campaign.md", samples / "page.md")
+    results = REPOSITORY / "docs" / "results"
+    shutil.copytree(results, samples / "docs" / "results")
+    shutil.copy(results / "standard.md", samples / "page.md")
     for name in ("a", "b"):
         words = ("risk", "model.txt", "--vehicle", "copter", "--count", "4", "--workers", "1")
         done = clearway(*words, "--out", name, cwd=samples)

@@ -18,6 +18,7 @@ from matplotlib.contour import ContourSet
 from typer.testing import CliRunner
 
 from clearway.cli.app import app
+from clearway.studies.reproduction.cone_figures import integrated_patch_m2, patch_figure
 from clearway.studies.reproduction.intruder_cases import (
     CASES,
     IntersectionCase,
@@ -124,6 +125,34 @@ def test_the_body_of_6_8_fits_the_radius_of_its_text_only(exhibits: dict[str, An
     assert measured(exhibit)["cells met, untimed, radius 2 m"] == 137
 
 
+@pytest.mark.parametrize("radius_m", [0.5, 10.0, 300.0])
+def test_the_reference_of_a_patch_is_far_finer_than_what_it_judges(radius_m: float) -> None:
+    """Fig. 3.2: the reference knows nothing of the formula, and converges to the area."""
+    for azimuth, elevation in (
+        ([-0.8, -0.5], [0.2, 0.5]),
+        ([0.0, 0.3], [-1.5, -1.2]),
+        ([3.0, 3.3], [-0.1, 0.4]),
+    ):
+        area = radius_m**2 * np.diff(azimuth)[0] * np.diff(np.sin(elevation))[0]
+        found = integrated_patch_m2(radius_m, np.array(azimuth), np.array(elevation))
+        assert found == pytest.approx(area, rel=1e-8)
+    (exhibit,) = patch_figure()
+    (measure,) = exhibit.findings.measures
+    assert measure.tolerance <= 1e-6 * measure.ours
+    assert measure.agrees
+
+
+def test_figures_that_differ_from_the_paper_say_by_how_much() -> None:
+    """Not only in words: each has numbers beyond its tolerance."""
+    page = PAGE.read_text()
+    for label, least in (("Figure 6.14", 2), ("Figure 6.18", 3), ("Figure 6.25", 3)):
+        section = page.split(f"### {label}: ")[1].split("\n### ")[0]
+        assert section.count("**") >= 2 * least, label
+        told = re.findall(r"^- Difference: (.*)$", section, re.MULTILINE)[0]
+        assert "paper" in told
+        assert len(re.findall(r"\d", told)) >= 3, told
+
+
 def test_future_movement_prefers_the_way_behind(exhibits: dict[str, Any]) -> None:
     ours = measured(exhibits["Figure 6.7"])
     left = ours["share of free trajectories on the left"]
@@ -213,7 +242,10 @@ QUICK = (
 """Targets that need no flight and no count of footprints."""
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.nightly]) for name in TARGETS],
+)
 def test_the_committed_page_is_what_the_command_writes(name: str) -> None:
     (target,) = targets_named([name])
     _, sections = as_page({target: target.make()}, "").split("\n## ")

@@ -1,1 +1,1 @@
-"""Plants measured and flown at their own scale: the tables of docs/plants.md."""
+"""Plants measured and flown at their own scale: the tables of docs/results/plants.md."""

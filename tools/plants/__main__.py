@@ -1,8 +1,8 @@
 """Plants flown at their own scale: `python -m tools.plants`.
 
 Flies the missions of examples/missions/plants and random worlds, by the measured automata of
-examples/automata, and prints the tables of docs/plants.md; with `--write` into the page. Every
-flight is a line of a journal: what is in it is not flown again.
+examples/automata, and prints the tables of docs/results/plants.md; with `--write` into the page.
+Every flight is a line of a journal: what is in it is not flown again.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from clearway.io.marked_page import put_between_marks
 from tools.plants import missions, page, picture, study
 from tools.plants.worlds import AUTOMATA, FAMILIES, REPOSITORY, SCALES
 
-PAGE = REPOSITORY / "docs" / "plants.md"
+PAGE = REPOSITORY / "docs" / "results" / "plants.md"
 
 
 def main(arguments: Sequence[str]) -> None:

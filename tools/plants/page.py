@@ -1,4 +1,4 @@
-"""The tables of docs/plants.md: how well predictions hold, and what came of the flights."""
+"""The tables of docs/results/plants.md: how well predictions hold, and what came of the flights."""
 
 from __future__ import annotations
 

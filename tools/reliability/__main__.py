@@ -1,7 +1,7 @@
 """`python -m tools.reliability --journal reliability.jsonl`: goes on where it was cut off.
 
 `--fit` makes the table of the calibrated rating from the first set of seeds; `--write` puts tables
-of the held-out seeds into docs/calibration.md, and draws its picture.
+of the held-out seeds into docs/results/calibration.md, and draws its picture.
 """
 
 from __future__ import annotations

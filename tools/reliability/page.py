@@ -1,32 +1,25 @@
-"""The tables and the picture of docs/calibration.md."""
+"""The tables and the picture of docs/results/calibration.md."""
 
 from __future__ import annotations
 
 import json
-import timeit
-from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from clearway.avoidance.calibration import CLASSES, calibration
-from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells
+from clearway.avoidance.fusion import RATINGS
 from clearway.base.frames import FloatArray
-from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import bootstrap_mean, wilson
 from clearway.io.marked_page import put_between_marks
-from clearway.missions.mission_file import built_in_missions, read_mission_file
-from clearway.missions.setup import prepare
 from clearway.studies.figures.reliability import draw_reliability
 from clearway.studies.reliability.bins import COARSE, Reliability, bin_of, reliability
 from clearway.studies.reliability.record import CELLS, CHOSEN, PASSAGES, TRAJECTORIES
 from clearway.view.plot.style import house_style
-from tools.reliability.flights import CHANGES, TABLE, came_of, counts_of
+from tools.reliability.flights import CHANGES, TABLE, counts_of
 
-PAGE, PICTURE = Path("docs/calibration.md"), Path("docs/images/reliability.png")
+PAGE, PICTURE = Path("docs/results/calibration.md"), Path("docs/images/reliability.png")
 TITLES = {
     CELLS: "cells: nothing solid stands in it",
     PASSAGES: "passages of cells that keep the margin",
@@ -46,7 +39,6 @@ def write(rows: list[dict[str, Any]]) -> None:
     put_between_marks(PAGE, "reliability", "\n\n".join(parts))
     put_between_marks(PAGE, "map", _map())
     put_between_marks(PAGE, "in-flight", _in_flight(rows))
-    put_between_marks(PAGE, "missions", _missions())
     with house_style():
         panels = {TITLES[kind]: found[kind] for kind in (CELLS, PASSAGES, TRAJECTORIES)}
         draw_reliability(panels).savefig(PICTURE, dpi=110)
@@ -119,36 +111,6 @@ def _map() -> str:
             + " | ".join(f"{100 * one:.1f} %" for one in came) + " |"
         )  # fmt: skip
     return "\n".join(lines)
-
-
-def _missions() -> str:
-    """The missions that come with clearway, by both ratings, and what the rating costs."""
-    lines = [
-        "| mission | rating | reached | nearest | path | time |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    for name in sorted(built_in_missions()):
-        for rating in ("total", "calibrated"):
-            file = read_mission_file(name).changed("rating", name=rating)
-            told = came_of(prepare(file).fly_with("clearway"))
-            lines.append(
-                f"| `{name}` | `{rating}` | {'yes' if told['reached'] else 'no'} | "
-                f"{told['nearest_m']:.2f} m | {told['path_m']:.1f} m | {told['time_s']:.1f} s |"
-            )
-    evidence = Evidence.free(AvoidanceGrid.uniform())
-    some = np.linspace(0.0, 1.0, evidence.grid.cells)
-    evidence = replace(evidence, detected=some, coated=some > 0.5, intruder=some * (some > 0.9))
-    took = {name: _least_us(partial(assess_cells, evidence, RATINGS[name])) for name in RATINGS}
-    lines += [
-        "",
-        f"Rating {evidence.grid.cells} cells takes {took['total']:.0f} us with `total` and "
-        f"{took['calibrated']:.0f} us with `calibrated` (least of 300, one core).",
-    ]
-    return "\n".join(lines)
-
-
-def _least_us(rate: Callable[[], object]) -> float:
-    return 1e6 * min(timeit.repeat(rate, number=1, repeat=300))
 
 
 def _in_flight(rows: list[dict[str, Any]]) -> str:

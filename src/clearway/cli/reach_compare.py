@@ -198,6 +198,6 @@ def _why_not(result: Comparison) -> list[str]:
     return [
         "The printed ratios cannot be: a set has at most as many footprints as trajectories, so",
         "305 trajectories at C_R = 0.87 would need a full reach set of at most "
-        f"{305 / 0.87:.0f} footprints,",
+        f"{305 / 0.87:.1f} footprints,",
         f"not {result.full.number:.2g}. Cells covered of those reached is what comes near 0.9.",
     ]

@@ -23,7 +23,11 @@ if TYPE_CHECKING:
 
 AT_S = 10.0
 STEPS = 400
-"""Of numerical integration, each way."""
+"""Of numerical integration over the ellipse, each way."""
+NODES = 8
+"""Of quadrature over a patch, each way: a cosine over 20 degrees is exact to the last digit."""
+STEP_RAD = 1e-4
+"""Of differences: 2e-9 of a derivative are left out, and 1e-12 are rounding."""
 POINTS_PER_M = 10
 """Density k of the paper's lattice (5.24)."""
 
@@ -80,12 +84,7 @@ def patch_figure() -> tuple[Exhibit, ...]:
     radius = grid.range_m
     by_formula = float(grid.patch_area_m2(radius)[-1, -1])
     azimuth, elevation = grid.azimuth_edges_rad[-2:], grid.elevation_edges_rad[-2:]
-    turns = np.linspace(float(azimuth[0]), float(azimuth[1]), STEPS + 1)
-    rises = np.linspace(float(elevation[0]), float(elevation[1]), STEPS + 1)
-    turn, rise = np.meshgrid(turns, rises, indexing="ij")
-    points = cartesian_from_spherical(np.stack([np.full_like(turn, radius), turn, rise], axis=-1))
-    sides = np.diff(points, axis=0)[:, :-1], np.diff(points, axis=1)[:-1]
-    by_sum = float(np.linalg.norm(np.cross(*sides), axis=-1).sum())
+    by_integral = integrated_patch_m2(radius, azimuth, elevation)
     printed = radius**2 * float(np.diff(azimuth)[0] * np.diff(-np.cos(elevation))[0])
     return (
         Exhibit(
@@ -95,21 +94,59 @@ def patch_figure() -> tuple[Exhibit, ...]:
                 claim="A patch of radius r between two azimuths and two polar angles has the "
                 "area r^2 (cos theta_s - cos theta_e) (phi_e - phi_s), from E, F, G (3.49)-(3.52).",
                 ours=f"The outermost upper left patch of the grid at {radius:g} m has "
-                f"{by_formula:.4f} m^2 by r^2 (sin e - sin s)(azimuth), and {by_sum:.4f} m^2 as a "
-                f"sum of {STEPS * STEPS} small parallelograms.",
-                difference="The paper's theta is a polar angle and (3.52) has a slip in X_phi; "
-                "sensors and grid count elevation from the horizon, so that cosines become "
-                f"sines. With elevations put into the cosines the patch would have {printed:.2f} "
-                "m^2.",
+                f"{by_formula:.4f} m^2 by r^2 (sin e - sin s)(azimuth). The integral of "
+                f"sqrt(E G - F^2) over the patch, by quadrature, is {by_integral:.4f} m^2.",
+                difference="The area agrees, but (3.52) is printed with a slip in X_phi. The "
+                "paper's theta is a polar angle, while sensors and grid count elevation from the "
+                "horizon, so that cosines become sines: with elevations put into the cosines "
+                f"the patch would have {printed:.2f} m^2, {printed / by_formula:.0%} of its area.",
                 measures=(
                     Measure(
-                        "area by the formula, m^2", by_formula, by_sum, "reference", 1e-4 * by_sum
+                        "area by the formula, m^2",
+                        by_formula,
+                        by_integral,
+                        "reference",
+                        1e-6 * by_integral,
                     ),
                 ),
             ),
             partial(_draw_patch, radius, tuple(azimuth), tuple(elevation)),
         ),
     )
+
+
+def integrated_patch_m2(radius_m: float, azimuth: FloatArray, elevation: FloatArray) -> float:
+    """Area [m^2] of a patch between two azimuths and two elevations [rad], without the formula.
+
+    E, F and G (3.49) are made of differences of places on the ball, the tangents (3.52), and the
+    element sqrt(E G - F^2), (3.50) and (3.51), is integrated by Gauss and Legendre's quadrature.
+    What both leave out is below 1e-8 of the area.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    half = 0.5 * np.diff(azimuth)[0], 0.5 * np.diff(elevation)[0]
+    turn, rise = np.meshgrid(
+        np.mean(azimuth) + half[0] * nodes, np.mean(elevation) + half[1] * nodes, indexing="ij"
+    )
+
+    def along(turn_rad: float, rise_rad: float) -> FloatArray:
+        ends = [
+            cartesian_from_spherical(
+                np.stack(
+                    [np.full_like(turn, radius_m), turn + way * turn_rad, rise + way * rise_rad],
+                    axis=-1,
+                )
+            )
+            for way in (1.0, -1.0)
+        ]
+        slope: FloatArray = (ends[0] - ends[1]) / (2.0 * STEP_RAD)
+        return slope
+
+    by_turn, by_rise = along(STEP_RAD, 0.0), along(0.0, STEP_RAD)
+    e, f, g = (
+        np.sum(one * other, axis=-1)
+        for one, other in ((by_turn, by_turn), (by_turn, by_rise), (by_rise, by_rise))
+    )
+    return float(half[0] * half[1] * (weights @ np.sqrt(e * g - f**2) @ weights))
 
 
 def _draw_patch(

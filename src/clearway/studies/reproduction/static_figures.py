@@ -80,7 +80,7 @@ def _snapshot(flight: Flight, number: int, moment: int) -> Exhibit:
     gap = _gap_m(flight, number)
     nearest, when = float(gap.min()), run.decisions[moment].flight.time_s
     at = int(np.argmin(gap))
-    height = float(run.states[at, 2])
+    aside, height = (float(value) for value in run.states[at, 1:3])
     label = f"Figure {('6.14', '6.15', '6.16')[number]}"
     title = f"{BALLS[number]} obstacle set avoidance"
     return Exhibit(
@@ -90,9 +90,10 @@ def _snapshot(flight: Flight, number: int, moment: int) -> Exhibit:
             claim=CLAIMS[number],
             ours=f"Drawn at {when:.1f} s; the nearest approach is {nearest:.2f} m to the surface "
             f"at {run.time_s[at]:.1f} s, {height:+.2f} m above the level of its centre.",
-            difference=_side_taken(number, height),
+            difference=_side_taken(number, aside, height),
             measures=(
                 Measure("nearest distance to the surface, m", nearest),
+                *_sides(number, aside),
                 Measure("height over its centre there, m", height, 0.0, "paper", PLANAR_M),
                 Measure(
                     "breaches of the margin of 0.6 m", float((gap < 0.6 - 1e-9).any()), 0, "paper"
@@ -103,13 +104,24 @@ def _snapshot(flight: Flight, number: int, moment: int) -> Exhibit:
     )
 
 
-def _side_taken(number: int, height_m: float) -> str:
+def _sides(number: int, aside_m: float) -> tuple[Measure, ...]:
+    """Of the first ball, whose side the paper names, and which is flown to along x."""
+    if number != 0:
+        return ()
+    return (
+        Measure("passed on the right (1) or on the left (0)", float(aside_m < 0.0), 1, "paper"),
+        Measure("way to the left of its centre there, m", aside_m),
+    )
+
+
+def _side_taken(number: int, aside_m: float, height_m: float) -> str:
     """How a ball is passed otherwise than the paper has it; empty where it is not."""
     told = []
-    if number == 0:
+    if number == 0 and aside_m >= 0.0:
         told.append(
-            "The ball stands right on the leg, so that both sides are equal; which one is flown "
-            "follows from noise and the order of choices, not from the geometry."
+            f"The paper passes it on the right, here it is passed {aside_m:.2f} m to the left of "
+            "its centre. The ball stands right on the leg, so that both sides are equal: noise and "
+            "the order of choices decide."
         )
     if abs(height_m) > PLANAR_M:
         way = "over" if height_m > 0.0 else "under"
@@ -162,22 +174,32 @@ def _assessments(flight: Flight, moment: int) -> tuple[Exhibit, ...]:
 def _reachability(entry: LoggedDecision, when: str) -> Exhibit:
     reach, grid = entry.flight.decision.reach, entry.flight.decision.cells.evidence.grid
     low = reach.reachability < REACHABLE
+    passed = reach.passed.reshape(grid.shape)
     blocked = (reach.passed & low).reshape(grid.shape)
     half = grid.columns // 2
     right, left = int(blocked[:, :half].sum()), int(blocked[:, half + 1 :].sum())
+    of_right = int(passed[:, :half].sum())
+    layers = int(blocked[:, :half].any(axis=(0, 1)).sum())
+    between = int((reach.passed & (reach.reachability > 0.01) & (reach.reachability < 0.99)).sum())
     return Exhibit(
         "Figure 6.18",
         "reachability before the first obstacle",
         Findings(
             claim="Reachability is 0 or 1; the right part of all layers cannot be reached, and "
             "ways of escape are on the left.",
-            ours=f"{int(blocked.sum())} cells with trajectories are rated below 0.5: {right} "
-            f"on the right, {left} on the left of the middle column.",
-            difference="Ratings are probabilities and take values between 0 and 1. On which "
-            "side the ways lie follows from how the vehicle stands to the obstacle by then.",
+            ours=f"{int(blocked.sum())} of {int(reach.passed.sum())} cells with trajectories are "
+            f"rated below 0.5: {right} on the right, {left} on the left of the middle column.",
+            difference=f"The paper blocks the right part of all {grid.rows} layers; here "
+            f"{of_right - right} of its {of_right} cells stay reachable, and cells are blocked in "
+            f"{layers} layers. The paper's ratings are 0 or 1; here {between} cells are rated in "
+            "between, since ratings are probabilities. Which side is blocked follows from how the "
+            "vehicle stands to the obstacle by then.",
             measures=(
                 Measure("cells with a trajectory", int(reach.passed.sum())),
                 Measure("of them reachable with 0.5 or more", int((reach.passed & ~low).sum())),
+                Measure("share of the right part that is blocked", right / of_right, 1, "paper"),
+                Measure("layers in which the right part is blocked", layers, grid.rows, "paper"),
+                Measure("cells rated between 0.01 and 0.99", between, 0, "paper"),
             ),
         ),
         partial(draw_moment, entry, "reachability", f"Figure 6.18: reachability, {when}"),
