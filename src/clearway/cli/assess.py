@@ -49,6 +49,13 @@ def assess(
     topic: Annotated[
         str | None, typer.Option(help="Topic of a bag with several that have points.")
     ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            help="Axes of its points: body (x ahead, y left, z up), optical (z ahead, x right, y "
+            "down: a depth camera), or auto: as a bag calls the frame (default)."
+        ),
+    ] = None,
     poses: Annotated[
         str | None,
         typer.Option(help="File of the vehicle's poses ({poses}), or topic of the bag."),
@@ -149,6 +156,7 @@ def assess(
             "pattern": pattern,
             "at": _which(at),
             "topic": topic,
+            "frame": frame,
             "poses": _absolute(poses),
             "min_range_m": min_range_m,
             "airframe_radius_m": airframe_radius_m,

@@ -24,7 +24,8 @@ def played_result(name: str, playback: Playback, scans: list[dict[str, Any]]) ->
         "pattern": playback.lidar.pattern.name,
         "pattern_from": playback.pattern_from,
         "poses": playback.posed,
-        "left_out": dict(playback.left_out),
+        "left_out": dict(playback.left_out.counts),
+        "left_out_first": dict(playback.left_out.first),
         "scans": scans,
     }
 
@@ -64,6 +65,7 @@ def in_words(result: Mapping[str, Any]) -> str:
         ("beams", beams),
         ("poses", poses),
     ]
+    head += [("left out", words) for words in result["left_out_first"].values()]
     lines = [f"{name:<12}{text}" for name, text in head]
     lines.append("scan   after s   points    hits  nearest m   P_R    P_D  clearance m  decision")
     scans = result["scans"]

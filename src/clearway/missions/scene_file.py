@@ -13,6 +13,7 @@ from clearway.base.units import FASTEST_MPS
 from clearway.base.variants import in_words
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.choices import OneOf
+from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
 from clearway.missions.sections import (
     Attitude,
@@ -89,8 +90,12 @@ class ScanSection(Section):
     """`[scan]`: what the LiDAR returned, from a file or simulated."""
 
     file: str | None = None
-    """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame: x
-    forward, y left, z up; relative to the scene file."""
+    """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame;
+    relative to the scene file."""
+    frame: Axes = "auto"
+    """Axes of its points. body: x ahead, y left, z up; optical: a camera's, z ahead, x right, y
+    down; auto: optical where a bag calls the frame so (`..._optical`, `..._optical_frame`), else
+    body."""
     at: int | str | None = None
     """Which scan of several: its number from 0, or "1.5s" after the first; default: the first."""
     topic: str | None = None
@@ -104,7 +109,8 @@ class ScanSection(Section):
     position_m: Place | None = None
     """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
     attitude_deg: Attitude | None = None
-    """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
+    """Its roll, pitch (nose down positive), yaw (left positive) on it; zero looks ahead, a camera
+    too; default as above."""
     min_range_m: NotNegative | None = None
     """Blind range: nearer returns are dropped; default: the sensor's, as far as it is known."""
     airframe_radius_m: NotNegative = 0.0
@@ -277,7 +283,8 @@ class SceneFile(Section):
             if poses is not None and (folder / poses).is_file():
                 tables["scan"]["poses"] = str((folder / poses).absolute())
         elif self.scan is not None:
-            del tables["scan"]["pattern"], tables["scan"]["airframe_radius_m"]
+            for key in ("frame", "pattern", "airframe_radius_m"):
+                del tables["scan"][key]
             if "azimuth_deg" in tables["scan"]["simulate"]:
                 del tables["scan"]["simulate"]["beams_per_cell"]
         return tables

@@ -21,11 +21,18 @@ from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
-from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud, with_points
+from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud
 from clearway.io.scans.sequences import open_scans
-from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
+from clearway.io.scans.timed_scans import ScanSequence, TimedScan
+from clearway.io.scans.usable import usable_at
 from clearway.io.toml import parse_model, read_toml
-from clearway.missions.scan_fit import airframe_notes, corner_notes, fitted_to
+from clearway.missions.scan_fit import (
+    airframe_notes,
+    corner_notes,
+    elsewhere_notes,
+    fitted_to,
+    refuse_other_axes,
+)
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import (
@@ -91,6 +98,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         points_m = measured.cloud.points_m
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
         notes += corner_notes(measured.sequence.source, points_m)
+        notes += elsewhere_notes(measured.sequence.source, seen.lidar.mounting, points_m)
     grid = file.grid.to_grid()
     scene = Scene(
         name=name,
@@ -122,13 +130,13 @@ def _measured(folder: Path, section: ScanSection | None) -> Measured | None:
     if section is None or section.file is None:
         return None
     sequence = open_section(folder, section)
-    scan = scan_at(sequence, 0 if section.at is None else section.at)
+    scan, cloud, before = usable_at(sequence, section.at)
     if section.poses is not None and scan.state is None:
         raise InputError(
             str(section.poses),
             f"no pose at scan {scan.index}, {scan.time_s:.3f} s; it has {sequence.poses}",
         )
-    return Measured(sequence, scan, with_points(scan.read()))
+    return Measured(replace(sequence, notes=(*sequence.notes, *before)), scan, cloud)
 
 
 def open_section(folder: Path, section: ScanSection) -> ScanSequence:
@@ -137,7 +145,7 @@ def open_section(folder: Path, section: ScanSection) -> ScanSequence:
     poses = section.poses
     if poses is not None and (folder / poses).is_file():
         poses = str(folder / poses)
-    return open_scans(folder / section.file, section.topic, poses)
+    return open_scans(folder / section.file, section.topic, poses, section.frame)
 
 
 def _state(file: SceneFile, measured: Measured | None) -> State:
@@ -203,7 +211,8 @@ def lidar_of(
 ) -> tuple[Lidar, str]:
     """The sensor of a scan, and where its beams are from: stated, of the file, or estimated.
 
-    Raises InputError for map coordinates, and beams that nobody knows.
+    Raises InputError for map coordinates, axes that the file does not settle, and beams that nobody
+    knows.
     """
     nearest = float(np.sqrt(np.min(np.einsum("ij,ij->i", cloud.points_m, cloud.points_m))))
     if nearest > SCAN_LIMIT_M:
@@ -213,6 +222,7 @@ def lidar_of(
             "of a sensor; valid: points in the sensor's frame (a survey is a world to fly in: "
             "[point_cloud] of a mission)",
         )
+    refuse_other_axes(section, cloud, sequence)
     pattern, pattern_from = cloud.pattern, "file"
     try:
         if section.pattern != "auto":

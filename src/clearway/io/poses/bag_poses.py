@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from clearway.base.frames import FloatArray, attitude_from_rotation, world_from_
 from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of
 from clearway.io.scans.bag import Bag
+from clearway.io.scans.optical import AHEAD_FROM_OPTICAL, is_optical
 from clearway.sensors import Mounting
 
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -98,7 +100,12 @@ def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
             poses.append(_numbers(pose.position, pose.orientation))
             deviations.append(_deviations(getattr(found.pose, "covariance", None)))
             body = getattr(found, "child_frame_id", "")
-    return _track(f"{path} {topic}", times, poses, deviations), body
+    track = _track(f"{path} {topic}", times, poses, deviations)
+    if not is_optical(body):
+        return track, body
+    turned = [rotation_of(one) @ AHEAD_FROM_OPTICAL.T for one in track.quaternion]
+    ahead = quaternions_of(np.array(turned).reshape(-1, 3, 3))
+    return replace(track, quaternion=ahead), body
 
 
 def _edges(path: Path, bag: Bag) -> dict[str, Edge]:
@@ -193,8 +200,8 @@ def _chain(edges: Mapping[str, Edge], frame: str) -> list[str]:
 
 
 def _pose(edges: Mapping[str, Edge], chain: Sequence[str], time_s: float) -> FloatArray | None:
-    """[4, 4] pose of the first frame of a chain in the last at a time."""
-    pose = np.eye(4)
+    """[4, 4] pose of the first frame of a chain in the last at a time, both with x ahead."""
+    pose = _as_named_from_ahead(chain[0])
     for name in chain[:-1]:
         edge = edges[name]
         if not _moves(edge):
@@ -207,7 +214,16 @@ def _pose(edges: Mapping[str, Edge], chain: Sequence[str], time_s: float) -> Flo
         step = np.eye(4)
         step[:3, :3], step[:3, 3] = rotation, position
         pose = step @ pose
-    return pose
+    ahead: FloatArray = _as_named_from_ahead(chain[-1]).T @ pose
+    return ahead
+
+
+def _as_named_from_ahead(frame: str) -> FloatArray:
+    """[4, 4] turn from x ahead, y left, z up to the axes that a frame has by its name."""
+    turn = np.eye(4)
+    if is_optical(frame):
+        turn[:3, :3] = AHEAD_FROM_OPTICAL.T
+    return turn
 
 
 def _fixed(edges: Mapping[str, Edge], sensor_frame: str, body: str) -> Mounting | None:
