@@ -26,8 +26,9 @@ from clearway.io.scans.bag import (
     types_of,
 )
 from clearway.io.scans.bag_mcap import open_mcap
+from clearway.io.scans.lost_chunks import unpacked_or_why
 from clearway.io.scans.zstd import SUFFIX as PACKED
-from clearway.io.scans.zstd import unpacked_file, unpacked_message
+from clearway.io.scans.zstd import unpacked_file
 
 SUFFIXES = (".db3", ".mcap")
 KNOWN_VERSION = 8
@@ -35,7 +36,10 @@ KNOWN_VERSION = 8
 
 
 def without_metadata(path: Path) -> bool:
-    """Whether a ROS 2 bag has no metadata that rosbags understands, or its files are packed."""
+    """Whether a ROS 2 bag has no metadata that rosbags understands, or is packed, or of MCAP files.
+
+    rosbags would end at the first damage in what is packed.
+    """
     if not path.is_dir() and path.suffix.lower() not in (".db3", PACKED):
         return False
     metadata = (path if path.is_dir() else path.parent) / METADATA
@@ -43,7 +47,11 @@ def without_metadata(path: Path) -> bool:
         return True
     text = metadata.read_text("utf-8", "replace")
     version = re.search(r"^\s*version:\s*(\d+)", text, re.M)
-    packed = re.search(r"^\s*compression_mode:\s*[\"']?file", text, re.M | re.I)
+    packed = re.search(
+        r"^\s*(compression_mode:\s*[\"']?(file|message)|storage_identifier:\s*[\"']?mcap)",
+        text,
+        re.M | re.I,
+    )
     return packed is not None or (version is not None and int(version[1]) > KNOWN_VERSION)
 
 
@@ -151,7 +159,8 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
                 for number, logged_ns, data in rows:
                     topic = topics[number]
                     logged_s = logged_ns * NANOSECOND_S
-                    yield RawMessage(topic.name, topic.type, logged_s, unpacked_message(data), True)
+                    raw, damage = unpacked_or_why(data)
+                    yield RawMessage(topic.name, topic.type, logged_s, raw, True, damage)
 
         stores: dict[str, Any] = {}
 

@@ -131,11 +131,13 @@ def _scan(
     time_s = message.logged_s if header is None else header.time_s or message.logged_s
 
     def read() -> PointCloud:
-        with damage_told(f"{path} scan {index}", message.type):
-            if header is None:
-                raise ValueError(message.damage or "its header is cut off")
-            if header.frame.lstrip("/") != frame.lstrip("/"):
-                raise ValueError(f"its frame is {header.frame!r}, that of the first one {frame!r}")
+        source = f"{path} scan {index}"
+        if header is None:
+            raise InputError(source, f"damaged message ({message.damage or 'no header'})")
+        if header.frame.lstrip("/") != frame.lstrip("/"):
+            other = f"its frame is {header.frame!r}, that of the first one {frame!r}"
+            raise InputError(source, other)
+        with damage_told(source, message.type):
             return cleaned(reader(message))
 
     return TimedScan(index, time_s, None if poses.track is None else poses.track.at(time_s), read)

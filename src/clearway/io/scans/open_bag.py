@@ -24,6 +24,7 @@ from clearway.io.scans.bag import (
 )
 from clearway.io.scans.bag_files import open_files, without_metadata
 from clearway.io.scans.bag_mcap import open_mcap
+from clearway.io.scans.lost_chunks import Lost, messages_of_bag1
 from clearway.io.what_file import require_file
 
 
@@ -65,14 +66,18 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
             wanted = [c for c in reader.connections if c.topic in names]
             promised, found = sum(c.msgcount for c in wanted), 0
             with damage_told(path, kind, own):
-                for connection, logged_ns, raw in reader.messages(wanted) if wanted else ():
+                read = messages_of_bag1 if is_ros1 else AnyReader.messages
+                for one in read(reader.readers[0] if is_ros1 else reader, wanted) if wanted else ():
                     found += 1
+                    connection, logged_ns, raw = one
+                    lost = isinstance(one, Lost)
                     yield RawMessage(
                         connection.topic,
                         connection.msgtype,
                         logged_ns * NANOSECOND_S,
-                        bytes(raw),
+                        b"" if lost else bytes(raw),
                         not is_ros1,
+                        one.why if lost else "",
                     )
             if found < promised:
                 raise InputError(

@@ -10,6 +10,8 @@ from clearway.io.scans.pointcloud import PointCloud, with_points
 from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan, scan_at
 
 DAMAGED, EMPTY = "damaged", "without a point"
+LONGEST = 200
+"""Characters of what is wrong with one scan."""
 
 
 @dataclass(slots=True, eq=False)
@@ -41,7 +43,7 @@ class LeftOut:
         """Count one more."""
         self.counts[reason] += 1
         if words:
-            self.first.setdefault(reason, f"scan {scan.index} {reason}: {words}")
+            self.first.setdefault(reason, f"scan {scan.index} {reason}: {words[:LONGEST]}")
 
     def in_words(self) -> str:
         """Return the counts as one line; empty without any."""
