@@ -110,6 +110,13 @@ def assess(
         str | None,
         typer.Option(help="Reach set: {methods}."),
     ] = None,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            help="What flies: plane (keeps its speed) or multirotor (can stop); default: "
+            "multirotor for a scan of a file, else plane."
+        ),
+    ] = None,
     speed: Annotated[
         float | None,
         typer.Option(
@@ -161,6 +168,7 @@ def assess(
             "min_range_m": min_range_m,
             "airframe_radius_m": airframe_radius_m,
         },
+        "vehicle": {"kind": vehicle},
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.scene import Scene, automaton_of
+from clearway.avoidance.scene import Scene, VehicleKind, automaton_of
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
@@ -39,6 +39,8 @@ class Playback:
     pattern_from: str
     posed: bool
     """Whether the recording tells where the vehicle was."""
+    vehicle: VehicleKind
+    speed_mps: float
     system: AvoidanceSystem
     """What decides, fed as `scans` are drawn."""
     scans: Iterator[tuple[int, PlayedScan]]
@@ -76,6 +78,8 @@ def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:
         lidar,
         pattern_from,
         bool(states),
+        scene.reach.kind,
+        scene.speed_mps,
         system,
         _played(system, moments),
         left_out,

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.scene import VehicleKind
 from clearway.base.units import FASTEST_MPS
 from clearway.base.variants import in_words
 from clearway.base.version import SCHEMA_VERSION
@@ -40,12 +41,16 @@ TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 
 
 class SceneVehicleSection(Section):
-    """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
+    """`[vehicle]`: what it is, and its pose in the world, where the grid is too."""
 
-    position_m: Place = (0.0, 0.0, 0.0)
-    """World frame."""
-    attitude_deg: Attitude = (0.0, 0.0, 0.0)
-    """Roll, pitch (nose down positive), yaw (left positive)."""
+    kind: VehicleKind | None = None
+    """A plane keeps its speed and cannot hover; a multirotor can stop. Default: multirotor where
+    [scan] names a file, else plane. Its speed, turns and steepest pitch stand in [reach_set]."""
+    position_m: Place | None = None
+    """World frame; default: as the recording says, else the origin."""
+    attitude_deg: Attitude | None = None
+    """Roll, pitch (nose down positive), yaw (left positive); default: as the recording says, else
+    level. Where only one of position and attitude is stated, the other is zero."""
 
 
 Obstacles = Annotated[tuple[ObstacleSection, ...], Field(strict=False)]
@@ -101,8 +106,8 @@ class ScanSection(Section):
     topic: str | None = None
     """Of a bag with several topics with points."""
     poses: str | None = None
-    """File of the vehicle's poses, or a bag's topic; without [vehicle] the one at the scan's time
-    is taken."""
+    """File of the vehicle's poses, or a bag's topic; where [vehicle] states no pose the one at the
+    scan's time is taken."""
     pattern: str = "auto"
     """Name of the sensor whose beams these are, or "auto": as the file says, else estimated from
     the points."""
@@ -267,6 +272,18 @@ class SceneFile(Section):
         return self
 
     @property
+    def vehicle_kind(self) -> VehicleKind:
+        """What the vehicle is: as stated, else a multirotor for a file's scan, else a plane."""
+        if self.vehicle is not None and self.vehicle.kind is not None:
+            return self.vehicle.kind
+        return "multirotor" if self.records_a_flight else "plane"
+
+    @property
+    def records_a_flight(self) -> bool:
+        """Whether its scan is of a file."""
+        return self.scan is not None and self.scan.file is not None
+
+    @property
     def _indices(self) -> range:
         return range(len(self.obstacle))
 
@@ -277,6 +294,7 @@ class SceneFile(Section):
         """
         tables = {"schema_version": SCHEMA_VERSION, **self.model_dump(exclude_none=True)}
         tables["grid"] = self.grid.effective()
+        tables["vehicle"] = {**tables.get("vehicle", {}), "kind": self.vehicle_kind}
         if self.scan is not None and self.scan.file is not None:
             tables["scan"]["file"] = str((folder / self.scan.file).absolute())
             poses = self.scan.poses

@@ -111,7 +111,8 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         reach=_reach_settings(file),
         rating=_rating(file),
     )
-    return SceneInput(scene, file.effective(folder), (*notes, *_inside(file, state)))
+    notes = (*notes, *_vehicle_note(file, scene.speed_mps), *_inside(file, state))
+    return SceneInput(scene, file.effective(folder), notes)
 
 
 def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,8 +151,11 @@ def open_section(folder: Path, section: ScanSection) -> ScanSequence:
 
 def _state(file: SceneFile, measured: Measured | None) -> State:
     """The vehicle's pose as stated, else as the recording tells it, else level at the origin."""
-    if file.vehicle is not None:
-        return State(np.array(file.vehicle.position_m), np.radians(file.vehicle.attitude_deg))
+    stated = file.vehicle
+    if stated is not None and (stated.position_m is not None or stated.attitude_deg is not None):
+        level = (0.0, 0.0, 0.0)
+        turn = np.radians(stated.attitude_deg or level)
+        return State(np.array(stated.position_m or level), turn)
     if measured is not None and measured.scan.state is not None:
         return measured.scan.state
     return State(np.zeros(3))
@@ -179,6 +183,7 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
     section = file.reach_set
     pitch = section.start_pitch_deg
     return ReachSettings(
+        kind=file.vehicle_kind,
         method=section.method,
         tuning=section.tuning,
         start_pitch_rad=None if pitch is None else float(np.radians(pitch)),
@@ -287,6 +292,22 @@ def cloud_notes(cloud: PointCloud) -> tuple[str, ...]:
     """What was assumed of a cloud, and left out of it."""
     left_out = (f"{count} points left out: {reason}" for reason, count in cloud.counts.items())
     return tuple(f"{cloud.source}: {note}" for note in (*cloud.notes, *left_out))
+
+
+def _vehicle_note(file: SceneFile, speed_mps: float) -> tuple[str, ...]:
+    """A note where the vehicle of a recording is assumed."""
+    stated = file.vehicle is not None and file.vehicle.kind is not None
+    if stated or not file.records_a_flight:
+        return ()
+    return (assumed_vehicle(speed_mps, "--vehicle (`kind` of [vehicle])", "--speed"),)
+
+
+def assumed_vehicle(speed_mps: float, kind_key: str, speed_key: str) -> str:
+    """Return what is assumed of the vehicle of a recording, and what states another one."""
+    return (
+        f"vehicle: a multirotor of up to {speed_mps:g} m/s is assumed; state yours with {kind_key} "
+        f"and {speed_key}"
+    )
 
 
 def _inside(file: SceneFile, state: State) -> tuple[str, ...]:
