@@ -223,9 +223,11 @@ def test_a_bench_about_the_sensor_is_told_and_what_is_near_beyond_it(
     assert "as near as 0.50 m" in run.stdout.splitlines()[-1]
     run = assessed(
         *("--scan", data_dir / BAG, "--all", "--no-plots", "--airframe-radius", "1.2"),
+        *("--vehicle", "plane"),
         cwd=tmp_path,
     )
     assert "still in each of" not in run.stderr
+    assert "is assumed" not in run.stderr
     assert "as near as 1.20 m" in run.stdout.splitlines()[-1]
 
 

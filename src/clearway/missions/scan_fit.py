@@ -131,7 +131,7 @@ def refuse_other_axes(section: ScanSection, cloud: PointCloud, sequence: ScanSeq
             f"the frame {sequence.frame} has z ahead by its name, but its points lie behind the "
             f"camera too, where none sees: {CHOICES}",
         )
-    if not named and _direction(cloud.points_m) == ABOVE:
+    if not named and direction_of(cloud.points_m) == ABOVE:
         raise InputError(
             cloud.source,
             f"all points lie within {np.degrees(CONE_RAD):.0f} deg of +z: these are the axes of a "
@@ -142,7 +142,7 @@ def refuse_other_axes(section: ScanSection, cloud: PointCloud, sequence: ScanSeq
 
 def elsewhere_notes(source: str, mounting: Mounting, points_m: FloatArray) -> tuple[str, ...]:
     """Return a note where no point of a scan lies ahead of the vehicle."""
-    direction = _direction(points_m @ mounting.body_from_sensor.T)
+    direction = direction_of(points_m @ mounting.body_from_sensor.T)
     if direction is None:
         return ()
     return (
@@ -152,7 +152,7 @@ def elsewhere_notes(source: str, mounting: Mounting, points_m: FloatArray) -> tu
     )
 
 
-def _direction(points_m: FloatArray) -> str | None:
+def direction_of(points_m: FloatArray) -> str | None:
     """Return where nearly all points lie, of `DIRECTIONS`; None where some are ahead or around."""
     if len(points_m) < ENOUGH:
         return None

@@ -54,12 +54,13 @@ def with_x_ahead(sequence: ScanSequence, axes: Axes) -> ScanSequence:
     return replace(sequence, scans=scans)
 
 
-def _reader_ahead(read: Callable[[], PointCloud], note: str) -> Callable[[], PointCloud]:
-    def ahead() -> PointCloud:
-        cloud = read()
-        if cloud.pattern is not None:
-            return cloud
-        points_m = points_ahead(cloud.points_m)
-        return replace(cloud, points_m=points_m, notes=(*cloud.notes, note))
+def cloud_ahead(cloud: PointCloud, note: str = TURNED) -> PointCloud:
+    """Return a cloud of optical axes with x ahead; packets of a sensor have it so already."""
+    if cloud.pattern is not None:
+        return cloud
+    points_m = points_ahead(cloud.points_m)
+    return replace(cloud, points_m=points_m, notes=(*cloud.notes, note))
 
-    return ahead
+
+def _reader_ahead(read: Callable[[], PointCloud], note: str) -> Callable[[], PointCloud]:
+    return lambda: cloud_ahead(read(), note)
