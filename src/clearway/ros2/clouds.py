@@ -30,7 +30,8 @@ def points_of(message: Any, kind: str, axes: Axes = "auto") -> TimedPoints:
 
     axes: of the message; "auto" turns those of a frame that is called an optical one.
     """
-    found = _of_laser(message) if kind == "LaserScan" else _of_cloud(message)
+    with np.errstate(all="ignore"):  # signalling NaNs of a damaged message
+        found = _of_laser(message) if kind == "LaserScan" else _of_cloud(message)
     if axes == "optical" or (axes == "auto" and is_optical(message.header.frame_id)):
         return found._replace(points_m=points_ahead(found.points_m))
     return found

@@ -108,13 +108,13 @@ def _lost_with(reader: Any, wanted: Sequence[Any], damaged: Any, why: str) -> It
     """One message, or all of its chunk if that cannot be unpacked; the index loses them."""
     whole = _unpacks(reader, reader.chunks[damaged.chunk_pos])
     for connection in wanted:
-        kept, gone = [], []
+        kept = []
         for entry in reader.indexes[connection.id]:
-            is_gone = entry == damaged if whole else entry.chunk_pos == damaged.chunk_pos
-            (gone if is_gone else kept).append(entry)
+            if entry == damaged if whole else entry.chunk_pos == damaged.chunk_pos:
+                yield Lost(connection, entry.time, why)
+            else:
+                kept.append(entry)
         reader.indexes[connection.id] = kept
-        for entry in gone:
-            yield Lost(connection, entry.time, why)
 
 
 def _unpacks(reader: Any, chunk: Any) -> bool:

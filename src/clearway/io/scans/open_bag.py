@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +67,9 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
             wanted = [c for c in reader.connections if c.topic in names]
             promised, found = sum(c.msgcount for c in wanted), 0
             with damage_told(path, kind, own):
-                read = messages_of_bag1 if is_ros1 else AnyReader.messages
-                for one in read(reader.readers[0] if is_ros1 else reader, wanted) if wanted else ():
+                read = partial(messages_of_bag1, reader.readers[0]) if is_ros1 else reader.messages
+                one: Any
+                for one in read(wanted) if wanted else ():
                     found += 1
                     connection, logged_ns, raw = one
                     lost = isinstance(one, Lost)
