@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from clearway.base.errors import InputError
@@ -28,6 +29,8 @@ from clearway.io.scans.velodyne import VelodyneDecoder
 CLOUD2, CLOUD = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/PointCloud"
 PACKETS, VOXELS = "velodyne_msgs/msg/VelodyneScan", "planning_ros_msgs/msg/VoxelMap"
 SCANS = (CLOUD2, CLOUD, PACKETS, *LIVOX)
+LOOKED_AT = 100
+"""Messages in search of a sound one."""
 POINTS = (*SCANS, VOXELS)
 """Types with points; a map of voxels is only taken where it is asked for, or alone."""
 
@@ -104,13 +107,23 @@ def _reader(path: Path, bag: Bag, topic: Topic) -> Callable[[RawMessage], PointC
 
 
 def _first_frame(path: Path, bag: Bag, topic: Topic) -> str:
-    """The frame of the first message of which it can be read."""
-    found = 0
+    """The frame of the first message that can be read; of damaged ones only if all first ones are.
+
+    Noise may look like a header, hardly ever like a cloud.
+    """
+    reader, frames, found = _reader(path, bag, topic), [], 0
     for message in bag.messages([topic.name]):
         found += 1
         header = _header(message)
         if header is not None:
-            return header.frame
+            with suppress(InputError), damage_told(path, message.type):
+                reader(message)
+                return header.frame
+            frames.append(header.frame)
+        if frames and found >= LOOKED_AT:
+            break
+    if frames:
+        return frames[0]
     if not found:
         raise InputError(str(path), f"no message of topic {topic.name} in it")
     raise InputError(

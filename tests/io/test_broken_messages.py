@@ -1,0 +1,316 @@
+"""Recordings with messages amid them that are empty or broken: counted, left out, read on."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import clearway as cw
+from clearway.base.errors import InputError
+from clearway.io.scans.scan_formats import read_points
+from clearway.io.scans.sequences import open_scans
+from clearway.io.scans.usable import LeftOut
+from recordings_for_tests import (
+    MAKERS,
+    POINTS,
+    Maker,
+    bag1,
+    bag2,
+    bag2_bare,
+    clouds,
+    mcap2,
+    storage,
+    types_of,
+)
+from robot_messages import Message, Types
+
+Break = Callable[[Types], Any]
+
+
+def changed(**values: Any) -> Break:
+    """A cloud with some of its fields as no sensor has them."""
+
+    def make(types: Types) -> Any:
+        message = types.cloud2(1.0, "lidar", POINTS)
+        for name, value in values.items():
+            setattr(message, name, value)
+        return message
+
+    return make
+
+
+def no_fields(types: Types) -> Any:
+    message = types.cloud2(1.0, "lidar", POINTS)
+    message.fields = []
+    return message
+
+
+def odd_field(types: Types) -> Any:
+    message = types.cloud2(1.0, "lidar", POINTS)
+    message.fields[1].datatype = 99
+    return message
+
+
+KINDS: dict[str, tuple[Break, str, str]] = {
+    "0 x 0": (lambda types: types.cloud2(1.0, "lidar", np.zeros((0, 3))), "without a point", ""),
+    "0 x 0, no fields": (
+        changed(height=0, width=0, fields=[], data=np.zeros(0, np.uint8), point_step=0),
+        "without a point",
+        "",
+    ),
+    "NaN only": (
+        lambda types: types.cloud2(1.0, "lidar", np.full((4, 3), np.nan)),
+        "without a point",
+        "4 not finite",
+    ),
+    "zeros only": (
+        lambda types: types.cloud2(1.0, "lidar", np.zeros((4, 3))),
+        "without a point",
+        "4 at the sensor's origin",
+    ),
+    "point_step 0": (changed(point_step=0), "damaged", "point_step is 0"),
+    "no fields": (no_fields, "damaged", "no field x, y, z among none"),
+    "an odd field": (odd_field, "damaged", "datatype 99"),
+    "data too short": (changed(data=np.zeros(17, np.uint8)), "damaged", "17 bytes of data"),
+    "width beyond all data": (changed(width=2**31), "damaged", "bytes need"),
+    "another frame": (
+        lambda types: types.cloud2(1.0, "rear", POINTS), "damaged", "its frame is 'rear'"
+    ),
+    "too wide for a scan": (
+        lambda types: types.cloud2(1.0, "lidar", 1e5 * POINTS), "damaged", "more than a scan can"
+    ),
+}  # fmt: skip
+
+
+def with_one(maker: Maker, folder: Path, broken: Break) -> Path:
+    """Three scans with a broken one amid them, and own places."""
+    types = types_of(maker)
+    messages = []
+    for n in range(4):
+        cloud = broken(types) if n == 1 else types.cloud2(1.0 + n, "lidar", POINTS + n)
+        cloud.header.stamp = types.stamp(1.0 + n)
+        messages.append(Message("/points", 1.0 + n, cloud))
+        messages.append(Message("/odom", 1.0 + n, types.odometry(1.0 + n, (float(n), 0.0, 2.0))))
+    return maker(folder, messages)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("maker", [bag1, mcap2])
+def test_one_broken_message_is_counted_and_the_rest_is_read(
+    maker: Maker, kind: str, tmp_path: Path
+) -> None:
+    broken, reason, words = KINDS[kind]
+    path = with_one(maker, tmp_path, broken)
+    scans = cw.read_scans(path)
+    assert [scan.index for scan in scans] == [0, 2, 3]
+    assert scans.left_out == {reason: 1}
+    assert reason in repr(scans)
+    left_out = LeftOut()
+    found = [left_out.read(scan) for scan in open_scans(path)]
+    assert [one is not None for one in found] == [True, False, True, True]
+    assert words in left_out.first[reason]
+    assert "scan 1" in left_out.first[reason]
+    with pytest.raises(InputError):
+        cw.read_scan(path, 1)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "another frame"])
+def test_the_first_one_may_be_broken_too(kind: str, tmp_path: Path) -> None:
+    types = Types()
+    messages = [
+        Message("/points", 1.0, KINDS[kind][0](types)),
+        Message("/points", 2.0, types.cloud2(2.0, "lidar", POINTS)),
+    ]
+    path = mcap2(tmp_path, messages)
+    scan = cw.read_scan(path)
+    assert scan.index == 1
+    assert any("left out scan 0" in note for note in scan.notes)
+    np.testing.assert_array_equal(read_points(path).points_m, POINTS)
+
+
+def test_a_recording_of_which_nothing_can_be_used_is_an_error(tmp_path: Path) -> None:
+    types = Types()
+    broken = [KINDS[kind][0](types) for kind in ("0 x 0", "no fields", "NaN only")]
+    path = mcap2(tmp_path, [Message("/points", 1.0 + n, one) for n, one in enumerate(broken)])
+    for read in (cw.read_scan, cw.read_scans, read_points):
+        with pytest.raises(InputError, match=r"none of its 3 scans .*2 without a point, 1 damaged"):
+            read(path)
+
+
+def test_a_folder_is_read_past_a_broken_file(tmp_path: Path) -> None:
+    for number in range(4):
+        np.save(tmp_path / f"{number}.npy", POINTS + number)
+    (tmp_path / "1.npy").write_bytes((tmp_path / "1.npy").read_bytes()[:-20])
+    (tmp_path / "2.npy").write_bytes(b"")
+    scans = cw.read_scans(tmp_path)
+    assert [scan.index for scan in scans] == [0, 3]
+    assert scans.left_out == {"damaged": 2}
+
+
+# --- bytes of messages and of what packs them ------------------------------------------------
+
+
+def spoiled(content: bytes, at: int, count: int) -> bytes:
+    noise = np.random.default_rng(at).bytes(count)
+    return content[:at] + noise + content[at + count :]
+
+
+def packed_bag1(folder: Path, messages: list[Message]) -> Path:
+    """A ROS 1 bag of chunks that are packed."""
+    from rosbags.rosbag1 import Writer
+
+    types, path = Types(ros2=False), folder / "made.bag"
+    writer = Writer(path)
+    writer.set_compression(Writer.CompressionFormat.BZ2)
+    writer.chunk_threshold = 20_000
+    with writer:
+        known = writer.add_connection(
+            "/points", messages[0].value.__msgtype__, typestore=types.store
+        )
+        for message in messages:
+            data = types.serialised(message.value)
+            writer.write(known, round(1e9 * message.time_s), data)
+    return path
+
+
+def chunks_of_mcap(folder: Path, messages: list[Message]) -> Path:
+    """An MCAP file of several chunks."""
+    from mcap.writer import CompressionType, Writer
+
+    types, path = Types(), folder / "made.mcap"
+    kind = messages[0].value.__msgtype__
+    text, _ = types.store.generate_msgdef(kind, ros_version=2)
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=20_000, compression=CompressionType.ZSTD)
+        writer.start("ros2")
+        schema = writer.register_schema(kind, "ros2msg", str(text).encode())
+        channel = writer.register_channel("/points", "cdr", schema)
+        for message in messages:
+            at_ns = round(1e9 * message.time_s)
+            writer.add_message(channel, at_ns, types.serialised(message.value), at_ns)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("maker", [packed_bag1, chunks_of_mcap])
+def test_a_broken_chunk_is_read_past(maker: Maker, tmp_path: Path) -> None:
+    """Noise where one chunk is: what it held is counted, all else comes in its order."""
+    types, rng = Types(ros2=maker is not packed_bag1), np.random.default_rng(1)
+    many = [rng.normal(5.0, 1.0, (700, 3)).astype(np.float32) for _ in range(12)]
+    messages = [
+        Message("/points", 1.0 + n, types.cloud2(1.0 + n, "lidar", points))
+        for n, points in enumerate(many)
+    ]
+    path = maker(tmp_path, messages)
+    content = path.read_bytes()
+    for share in (0.3, 0.45, 0.6):
+        path.write_bytes(spoiled(content, int(share * len(content)), 400))
+        left_out, found = LeftOut(), []
+        for scan in open_scans(path):
+            cloud = left_out.read(scan)
+            if cloud is not None:
+                found.append(scan.index)
+                np.testing.assert_array_equal(cloud.points_m, many[round(scan.time_s) - 1])
+        assert 6 <= len(found) < 12
+        assert left_out.counts == {"damaged": 12 - len(found)}
+    assert found == sorted(found)
+
+
+@pytest.mark.parametrize("maker", [bag2, bag2_bare])
+def test_messages_packed_by_zstd_may_be_broken(maker: Maker, tmp_path: Path) -> None:
+    import sqlite3
+    from contextlib import closing
+
+    from zstandard import ZstdCompressor
+
+    types = Types()
+    messages = [
+        Message("/points", 1.0 + n, types.cloud2(1.0 + n, "lidar", POINTS)) for n in range(3)
+    ]
+    path = maker(tmp_path, messages)
+    with closing(sqlite3.connect(storage(path))) as base, base:
+        for number, data in base.execute("SELECT id, data FROM messages").fetchall():
+            small = ZstdCompressor().compress(data)
+            small = small if number != 2 else small[: len(small) // 2]
+            base.execute("UPDATE messages SET data = ? WHERE id = ?", (small, number))
+    if path.is_dir():
+        metadata = path / "metadata.yaml"
+        text = metadata.read_text().replace("compression_mode: ''", "compression_mode: MESSAGE")
+        metadata.write_text(text)
+    scans = cw.read_scans(path)
+    assert [scan.index for scan in scans] == [0, 2]
+    assert scans.left_out == {"damaged": 1}
+
+
+@given(
+    name=st.sampled_from(list(MAKERS)),
+    number=st.integers(0, 14),
+    how=st.sampled_from(["cut", "noise", "bytes"]),
+    seed=st.integers(0, 2**20),
+)
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_one_message_holds_all_others_are_read(
+    tmp_path_factory: pytest.TempPathFactory, name: str, number: int, how: str, seed: int
+) -> None:
+    """A cloud, an own place or a transform of any bytes, in every kind of recording."""
+    maker, rng = MAKERS[name], np.random.default_rng(seed)
+    types = types_of(maker)
+    messages = []
+    for n in range(5):
+        time_s = 1.0 + n
+        messages += [
+            Message("/odom", time_s, types.odometry(time_s, (float(n), 0.0, 2.0))),
+            Message("/tf", time_s, types.transform(time_s, "base_link", "lidar", (0.0, 0.0, 0.1))),
+            Message("/points", time_s, types.cloud2(time_s, "lidar", POINTS)),
+        ]
+    path = maker(tmp_path_factory.mktemp("one"), messages)
+    raw = types.serialised(messages[number].value)
+    other = bytearray(raw)
+    if how == "bytes":
+        for at in rng.integers(0, len(raw), 3):
+            other[at] = rng.integers(256)
+    else:
+        start = int(rng.integers(0, len(raw))) if how == "cut" else 0
+        other[start:] = rng.bytes(len(raw) - start)
+    _overwrite(storage(path), raw, bytes(other))
+    left_out, found = LeftOut(), 0
+    for scan in open_scans(path):
+        cloud = left_out.read(scan)
+        found += cloud is not None
+        assert cloud is None or np.isfinite(cloud.points_m).all()
+    assert found >= 4
+    assert found + sum(left_out.counts.values()) == 5
+
+
+def _overwrite(file: Path, raw: bytes, other: bytes) -> None:
+    """Other bytes in the place of a message, if it stands in the file as it is."""
+    content = file.read_bytes()
+    if content.count(raw) == 1:
+        file.write_bytes(content.replace(raw, other))
+
+
+def test_own_places_that_are_broken_are_counted(tmp_path: Path) -> None:
+    types, places = Types(ros2=False), [(float(n), 0.0, 2.0) for n in range(3)]
+    told = [types.odometry(1.0 + n, place) for n, place in enumerate(places)]
+    messages = [Message("/odom", 1.0 + n, one) for n, one in enumerate(told)]
+    messages += [
+        Message("/points", 1.0 + n, types.cloud2(1.0 + n, "lidar", POINTS)) for n in range(3)
+    ]
+    path, raw = bag1(tmp_path, messages), types.serialised(told[1])
+    frame_at, endless = 12, struct.pack("<I", 2**31)
+    _overwrite(path, raw, raw[:frame_at] + endless + raw[frame_at + 4 :])
+    sequence = open_scans(path)
+    assert len(clouds(sequence)) == 3
+    assert any("1 damaged messages of /odom left out" in note for note in sequence.notes)
+    first, amid, last = sequence
+    assert amid.state is None
+    for scan, place in ((first, places[0]), (last, places[2])):
+        assert scan.state is not None
+        np.testing.assert_allclose(scan.state.position_m, place)
