@@ -43,7 +43,7 @@ def assess(
         str | None,
         typer.Option(
             help="Which scan of a recording: its number from 0, or 1.5s after the first; "
-            "default: the first."
+            "default: the first usable one."
         ),
     ] = None,
     topic: Annotated[

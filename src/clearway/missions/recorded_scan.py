@@ -77,9 +77,8 @@ def read_scan(
     """One scan of a point cloud, a folder of numbered ones, a bag, or a recording of packets.
 
     at: which scan of several, its number from 0 or seconds after the first such as "1.5s"; by
-    default the first that can be used. topic:
-    of a bag with several that have points. poses: a file of the vehicle's poses (KITTI, TUM, a
-    table, ULog) or a topic of the bag. sensor: the LiDAR whose scan it is, or the name of a model
+    default the first that can be used. topic: of a bag with several that have points. poses: a file
+    of the vehicle's poses (KITTI, TUM, a table, ULog) or a topic of the bag. sensor: the LiDAR whose scan it is, or the name of a model
     such as "vlp16"; "auto" takes it from the file, or estimates its beams from the points. frame:
     axes of the file's points, "body" (x forward, y left, z up) or "optical" (z forward, x right, y
     down); "auto" takes them as optical where a bag calls their frame so. Points of the scan are
