@@ -78,11 +78,12 @@ def read_scan(
 
     at: which scan of several, its number from 0 or seconds after the first such as "1.5s"; by
     default the first that can be used. topic: of a bag with several that have points. poses: a file
-    of the vehicle's poses (KITTI, TUM, a table, ULog) or a topic of the bag. sensor: the LiDAR whose scan it is, or the name of a model
-    such as "vlp16"; "auto" takes it from the file, or estimates its beams from the points. frame:
-    axes of the file's points, "body" (x forward, y left, z up) or "optical" (z forward, x right, y
-    down); "auto" takes them as optical where a bag calls their frame so. Points of the scan are
-    metres in the sensor's frame (x forward, y left, z up).
+    of the vehicle's poses (KITTI, TUM, a table, ULog) or a topic of the bag. sensor: the LiDAR
+    whose scan it is, or the name of a model such as "vlp16"; "auto" takes it from the file, or
+    estimates its beams from the points. frame: axes of the file's points, "body" (x forward, y
+    left, z up) or "optical" (z forward, x right, y down); "auto" takes them as optical where a bag
+    calls their frame so. Points of the scan are metres in the sensor's frame (x forward, y left, z
+    up).
 
     Raises InputError naming the file and what is wrong: absent, empty, damaged, of no known
     format, without such a scan or any point in it, in map coordinates. Raises MissingExtraError

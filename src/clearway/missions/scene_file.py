@@ -102,8 +102,8 @@ class ScanSection(Section):
     down; auto: optical where a bag calls the frame so (`..._optical`, `..._optical_frame`), else
     body."""
     at: int | str | None = None
-    """Which scan of several: its number from 0, or "1.5s" after the first; default: the first that can be
-    used."""
+    """Which scan of several: its number from 0, or "1.5s" after the first; default: the first that
+    can be used."""
     topic: str | None = None
     """Of a bag with several topics with points."""
     poses: str | None = None
