@@ -18,6 +18,7 @@ from clearway.io.poses.pose_track import quaternions_of
 from clearway.io.scans.optical import AHEAD_FROM_OPTICAL, is_optical, points_ahead
 from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
+from clearway.missions.scene_reading import scene_of
 from clearway.sensors import Mounting
 from recordings_for_tests import bag1, bag2, mcap2, storage, types_of
 from robot_messages import Message, Types
@@ -197,6 +198,24 @@ def test_no_sweep_with_beams_about_the_horizon_is_taken_for_a_camera(
     points = rays * np.min(half / np.maximum(np.abs(rays), 1e-9), axis=1)[:, None]
     np.save(folder / "room.npy", points)
     np.testing.assert_array_equal(cw.read_scan(folder / "room.npy").points_m, points)
+
+
+def test_a_sensor_that_looks_up_is_not_taken_for_a_camera(tmp_path: Path) -> None:
+    """Rings on a ceiling, as a LiDAR of a dome sees it: nobody can be sure, so it is only said."""
+    angle, radius = np.meshgrid(np.linspace(-np.pi, np.pi, 200), np.linspace(0.2, 4.0, 12))
+    rings = np.stack(
+        [radius * np.cos(angle), radius * np.sin(angle), np.full(angle.shape, 3.0)], -1
+    )
+    np.save(tmp_path / "ceiling.npy", rings.reshape(-1, 3))
+    seen = read_scene_notes(tmp_path / "ceiling.npy")
+    assert any("all points lie above" in note and "--frame optical" in note for note in seen)
+    stated = read_scene_notes(tmp_path / "ceiling.npy", "body")
+    assert not any("--frame" in note for note in stated)
+
+
+def read_scene_notes(path: Path, frame: str = "auto") -> tuple[str, ...]:
+    tables = {"scan": {"file": str(path), "frame": frame}}
+    return scene_of("test", tables, path.parent, "scene").notes
 
 
 def test_a_name_that_the_points_contradict_is_asked_about(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan
 from clearway.io.scans.usable import LeftOut, first_usable, usable_at
+from clearway.missions.scan_fit import elsewhere_notes
 from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import lidar_of
 from clearway.sensors import Lidar, Scan
@@ -99,7 +100,8 @@ def read_scan(
     if poses is not None and scan.state is None:
         raise InputError(str(poses), f"no pose at scan {scan.index}, {scan.time_s:.3f} s")
     recorded = _recorded(sequence, scan, cloud, *_lidar(sensor, frame, sequence, cloud))
-    return replace(recorded, notes=(*before, *recorded.notes))
+    elsewhere = elsewhere_notes(sequence.source, frame, recorded.lidar.mounting, recorded.points_m)
+    return replace(recorded, notes=(*before, *elsewhere, *recorded.notes))
 
 
 def read_scans(

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
-from clearway.io.scans.optical import is_optical
+from clearway.io.scans.optical import Axes, is_optical
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.timed_scans import ScanSequence
 from clearway.io.scans.usable import LeftOut
@@ -30,6 +30,11 @@ ENOUGH = 20
 NEARLY_ALL = 0.99
 CONE_RAD = np.radians(65.0)
 """From the middle to the corner of what the widest depth cameras see; a LiDAR's rings are lower."""
+EDGES = (1.0, 99.0)
+"""Percentiles that count as the edges of an image."""
+CORNER, IN_A_CORNER = 0.75, 0.002
+"""From where, of half an image, a corner begins: a circle ends at 0.71. Share of points in each
+corner, of which an even image has 1.6 %."""
 ABOVE = "above"
 DIRECTIONS = {
     ABOVE: (2, 1.0),
@@ -131,24 +136,45 @@ def refuse_other_axes(section: ScanSection, cloud: PointCloud, sequence: ScanSeq
             f"the frame {sequence.frame} has z ahead by its name, but its points lie behind the "
             f"camera too, where none sees: {CHOICES}",
         )
-    if not named and direction_of(cloud.points_m) == ABOVE:
+    if not named and direction_of(cloud.points_m) == ABOVE and _fills_an_image(cloud.points_m):
         raise InputError(
             cloud.source,
-            f"all points lie within {np.degrees(CONE_RAD):.0f} deg of +z: these are the axes of a "
-            "depth camera, or the sensor looks up. With x ahead, nothing ahead would be seen: "
+            f"all points lie within {np.degrees(CONE_RAD):.0f} deg of +z and fill a rectangular "
+            "image, as those of a depth camera do. With x ahead, nothing ahead would be seen: "
             f"{CHOICES}",
         )
 
 
-def elsewhere_notes(source: str, mounting: Mounting, points_m: FloatArray) -> tuple[str, ...]:
-    """Return a note where no point of a scan lies ahead of the vehicle."""
+def _fills_an_image(points_m: FloatArray) -> bool:
+    """Whether points before a camera that looks along z reach into all four corners of its image.
+
+    Those of a LiDAR that looks up lie in rings, or in a circle.
+    """
+    ahead = points_m[points_m[:, 2] > 0.0]
+    across = ahead[:, :2] / ahead[:, 2:]
+    low, high = np.percentile(across, EDGES, axis=0)
+    if not np.all(high > low):
+        return False
+    place = 2.0 * (across - low) / (high - low) - 1.0
+    corners = [place * signs > CORNER for signs in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+    return all(float(np.mean(inside.all(axis=1))) >= IN_A_CORNER for inside in corners)
+
+
+def elsewhere_notes(
+    source: str, frame: Axes, mounting: Mounting, points_m: FloatArray
+) -> tuple[str, ...]:
+    """Return a note where no point of a scan lies ahead of the vehicle, and what to state."""
     direction = direction_of(points_m @ mounting.body_from_sensor.T)
     if direction is None:
         return ()
+    note = f"{source}: all points lie {direction} the vehicle, so nothing ahead was seen"
+    if frame != "auto":
+        return (note,)
+    if direction == ABOVE:
+        return (f"{note}. Either the sensor looks up, or z is ahead: {CHOICES}",)
     return (
-        f"{source}: all points lie {direction} the vehicle, so nothing ahead was seen. If the "
-        "sensor looks ahead, state the axes of its points (--frame) or how it sits (attitude_deg "
-        "of [scan])",
+        f"{note}. If the sensor looks ahead, state the axes of its points (--frame) or how it sits "
+        "(attitude_deg of [scan])",
     )
 
 

@@ -94,11 +94,11 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
     seen, notes = None, _notes_of(measured)
     if measured is not None and file.scan is not None:
         seen = _seen(source, file.scan, measured)
+        points_m, mounting = measured.cloud.points_m, seen.lidar.mounting
+        notes += elsewhere_notes(measured.sequence.source, file.scan.frame, mounting, points_m)
         file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
-        points_m = measured.cloud.points_m
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
         notes += corner_notes(measured.sequence.source, points_m)
-        notes += elsewhere_notes(measured.sequence.source, seen.lidar.mounting, points_m)
     grid = file.grid.to_grid()
     scene = Scene(
         name=name,
