@@ -314,3 +314,39 @@ def test_own_places_that_are_broken_are_counted(tmp_path: Path) -> None:
     for scan, place in ((first, places[0]), (last, places[2])):
         assert scan.state is not None
         np.testing.assert_allclose(scan.state.position_m, place)
+
+
+@pytest.mark.parametrize("maker", [bag2, bag2_bare])
+def test_a_broken_page_of_a_database_is_read_past(maker: Maker, tmp_path: Path) -> None:
+    """As a bad sector of a disk leaves it: zeros amid one message."""
+    types, rng = Types(), np.random.default_rng(1)
+    many = [rng.normal(5.0, 1.0, (2000, 3)).astype(np.float32) for _ in range(12)]
+    path = maker(
+        tmp_path,
+        [
+            Message("/points", 1.0 + n, types.cloud2(1.0 + n, "lidar", points))
+            for n, points in enumerate(many)
+        ],
+    )
+    file = storage(path)
+    at = file.read_bytes().index(many[4][1000:1100].tobytes())
+    content = bytearray(file.read_bytes())
+    content[at : at + 5000] = bytes(5000)
+    file.write_bytes(content)
+    scans = cw.read_scans(path)
+    found = {scan.index: scan.points_m for scan in scans}
+    assert sorted(found) == [n for n in range(12) if n != 4]
+    assert scans.left_out == {"damaged": 1}
+    for n, points in found.items():
+        np.testing.assert_array_equal(points, many[n])
+
+
+def test_fewer_messages_than_the_metadata_promise_are_refused(tmp_path: Path) -> None:
+    types = Types()
+    messages = [
+        Message("/points", 1.0 + n, types.cloud2(1.0 + n, "lidar", POINTS)) for n in range(3)
+    ]
+    metadata = bag2(tmp_path, messages) / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("message_count: 3", "message_count: 4"))
+    with pytest.raises(InputError, match=r"truncated: 4 messages promised by metadata\.yaml, 3 "):
+        open_scans(tmp_path / "made")

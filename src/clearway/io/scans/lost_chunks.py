@@ -1,8 +1,9 @@
-"""Bags and MCAP files with a damaged chunk amid them: all other messages, and what was lost."""
+"""Recordings with damage amid them: all other messages, and what was lost."""
 
 from __future__ import annotations
 
 import heapq
+import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import islice
@@ -124,6 +125,33 @@ def _unpacks(reader: Any, chunk: Any) -> bool:
     except (*COMPLAINTS, *library_complaints()):
         return False
     return True
+
+
+def rows_of_sqlite(
+    base: sqlite3.Connection, topics: Sequence[int]
+) -> Iterator[tuple[int, int, bytes, str]]:
+    """Yield (topic, nanoseconds, bytes, why not) of the messages of a .db3 in the order of time.
+
+    Where pages are damaged, messages are read one by one. Raises sqlite3.Error where not even
+    their list can be read.
+    """
+    marks = ",".join("?" * len(topics))
+    chosen = f"FROM messages WHERE topic_id IN ({marks}) ORDER BY timestamp"
+    done = 0
+    try:
+        for row in base.execute(f"SELECT topic_id, timestamp, data {chosen}", topics):
+            done += 1
+            yield (*row, "")
+        return
+    except sqlite3.DatabaseError:
+        listed = base.execute(f"SELECT rowid, topic_id, timestamp {chosen}", topics).fetchall()
+    for number, topic, logged_ns in listed[done:]:
+        try:
+            ((data,),) = base.execute("SELECT data FROM messages WHERE rowid = ?", (number,))
+        except (sqlite3.DatabaseError, ValueError) as cause:
+            yield topic, logged_ns, b"", words(cause)
+        else:
+            yield topic, logged_ns, data, ""
 
 
 def unpacked_or_why(data: bytes) -> tuple[bytes, str]:
