@@ -23,7 +23,8 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.missions.planned import Notice
 from clearway.missions.recorded_scan import RecordedScan, read_scan
-from clearway.missions.scene_reading import assumed_vehicle, read_scene
+from clearway.missions.scan_fit import assumed_vehicle
+from clearway.missions.scene_reading import read_scene
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Lidar, Scan, estimate_pattern
 from clearway.sensors.detection import Rule

@@ -1,4 +1,4 @@
-"""What a recorded scan says of its grid and of its own airframe, where a file leaves it open."""
+"""What a recorded scan says of grid, axes, vehicle and airframe, where a file leaves it open."""
 
 from __future__ import annotations
 
@@ -187,3 +187,19 @@ def direction_of(points_m: FloatArray) -> str | None:
         if np.mean(sign * points_m[:, axis] >= np.cos(CONE_RAD) * distance_m) >= NEARLY_ALL:
             return name
     return None
+
+
+def vehicle_note(file: SceneFile, speed_mps: float) -> tuple[str, ...]:
+    """A note where the vehicle of a recording is assumed."""
+    stated = file.vehicle is not None and file.vehicle.kind is not None
+    if stated or not file.records_a_flight:
+        return ()
+    return (assumed_vehicle(speed_mps, "--vehicle (`kind` of [vehicle])", "--speed"),)
+
+
+def assumed_vehicle(speed_mps: float, kind_key: str, speed_key: str) -> str:
+    """Return what is assumed of the vehicle of a recording, and what states another one."""
+    return (
+        f"vehicle: a multirotor of up to {speed_mps:g} m/s is assumed; state yours with {kind_key} "
+        f"and {speed_key}"
+    )

@@ -32,6 +32,7 @@ from clearway.missions.scan_fit import (
     elsewhere_notes,
     fitted_to,
     refuse_other_axes,
+    vehicle_note,
 )
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -111,7 +112,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         reach=_reach_settings(file),
         rating=_rating(file),
     )
-    notes = (*notes, *_vehicle_note(file, scene.speed_mps), *_inside(file, state))
+    notes = (*notes, *vehicle_note(file, scene.speed_mps), *_inside(file, state))
     return SceneInput(scene, file.effective(folder), notes)
 
 
@@ -292,22 +293,6 @@ def cloud_notes(cloud: PointCloud) -> tuple[str, ...]:
     """What was assumed of a cloud, and left out of it."""
     left_out = (f"{count} points left out: {reason}" for reason, count in cloud.counts.items())
     return tuple(f"{cloud.source}: {note}" for note in (*cloud.notes, *left_out))
-
-
-def _vehicle_note(file: SceneFile, speed_mps: float) -> tuple[str, ...]:
-    """A note where the vehicle of a recording is assumed."""
-    stated = file.vehicle is not None and file.vehicle.kind is not None
-    if stated or not file.records_a_flight:
-        return ()
-    return (assumed_vehicle(speed_mps, "--vehicle (`kind` of [vehicle])", "--speed"),)
-
-
-def assumed_vehicle(speed_mps: float, kind_key: str, speed_key: str) -> str:
-    """Return what is assumed of the vehicle of a recording, and what states another one."""
-    return (
-        f"vehicle: a multirotor of up to {speed_mps:g} m/s is assumed; state yours with {kind_key} "
-        f"and {speed_key}"
-    )
 
 
 def _inside(file: SceneFile, state: State) -> tuple[str, ...]:
