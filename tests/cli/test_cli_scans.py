@@ -203,8 +203,9 @@ def test_real_scans_are_played_in_words(data_dir: Path, tmp_path: Path) -> None:
     lines = run.stdout.splitlines()
     assert lines[0].endswith("frame velodyne: 4 decided, left out 0")
     assert lines[1] == "beams       file: vlp16"
-    assert lines[2] == "poses       none: hovering, goal straight ahead, no memory"
-    assert [line.split()[:3] for line in lines[4:8]] == [
+    assert lines[2] == "vehicle     multirotor, 1 m/s"
+    assert lines[3] == "poses       none: hovering, goal straight ahead, no memory"
+    assert [line.split()[:3] for line in lines[5:9]] == [
         ["0", "0.000", "14885"],
         ["1", "0.100", "14845"],
         ["2", "0.200", "14868"],
@@ -222,9 +223,11 @@ def test_a_bench_about_the_sensor_is_told_and_what_is_near_beyond_it(
     assert "as near as 0.50 m" in run.stdout.splitlines()[-1]
     run = assessed(
         *("--scan", data_dir / BAG, "--all", "--no-plots", "--airframe-radius", "1.2"),
+        *("--vehicle", "plane"),
         cwd=tmp_path,
     )
     assert "still in each of" not in run.stderr
+    assert "is assumed" not in run.stderr
     assert "as near as 1.20 m" in run.stdout.splitlines()[-1]
 
 
@@ -251,8 +254,9 @@ def test_scans_of_no_use_are_counted(tmp_path: Path) -> None:
     assert [one["scan"] for one in result["scans"]] == [0, 1]
     assert result["left_out"] == {"not later than the one before": 1, "no pose at its time": 1}
     hovering = result_of("--scan", "scans", "--all", "--no-plots", cwd=tmp_path)
-    assert [one["points"] for one in hovering["scans"]] == [400, 400, 0]
-    assert hovering["scans"][2]["nearest_m"] is None
+    assert [one["points"] for one in hovering["scans"]] == [400, 400]
+    assert hovering["left_out"] == {"not later than the one before": 1, "without a point": 1}
+    assert "5 not finite" in hovering["left_out_first"]["without a point"]
 
 
 # --- what cannot be done ----------------------------------------------------------------------

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -46,6 +47,7 @@ from clearway.traffic import (
 from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
+VehicleKind: TypeAlias = Literal["plane", "multirotor"]
 MOST_MOVEMENTS = 100
 """In a row; reach sets of more would not fit into memory."""
 FARTHEST_OUT = 10
@@ -82,6 +84,8 @@ class SceneIntruder:
 class ReachSettings:
     """The reach set to rate."""
 
+    kind: VehicleKind = "plane"
+    """Of the vehicle: "plane" keeps its speed, "multirotor" can stop."""
     method: str = "flying"
     tuning: Mapping[str, float] = field(default_factory=dict)
     """Of the method, as `build_reach_set` takes it."""
@@ -279,6 +283,10 @@ def automaton_of(scene: Scene) -> MovementAutomaton:
             f"{FARTHEST_OUT} times its range in a movement of 1 s"
         )
     settings = scene.reach
+    if settings.kind == "multirotor":
+        return MovementAutomaton.multirotor(
+            scene.speed_mps, settings.turn_step_deg, steepest_deg=settings.pitch_limit_deg
+        )
     return MovementAutomaton.plane(
         scene.speed_mps, settings.turn_step_deg, pitch_limit_deg=settings.pitch_limit_deg
     )

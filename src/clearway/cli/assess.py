@@ -43,11 +43,18 @@ def assess(
         str | None,
         typer.Option(
             help="Which scan of a recording: its number from 0, or 1.5s after the first; "
-            "default: the first."
+            "default: the first usable one."
         ),
     ] = None,
     topic: Annotated[
         str | None, typer.Option(help="Topic of a bag with several that have points.")
+    ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            help="Axes of its points: body (x ahead, y left, z up), optical (z ahead, x right, y "
+            "down: a depth camera), or auto: as a bag calls the frame (default)."
+        ),
     ] = None,
     poses: Annotated[
         str | None,
@@ -103,6 +110,13 @@ def assess(
         str | None,
         typer.Option(help="Reach set: {methods}."),
     ] = None,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            help="What flies: plane (keeps its speed) or multirotor (can stop); default: "
+            "multirotor for a scan of a file, else plane."
+        ),
+    ] = None,
     speed: Annotated[
         float | None,
         typer.Option(
@@ -149,10 +163,12 @@ def assess(
             "pattern": pattern,
             "at": _which(at),
             "topic": topic,
+            "frame": frame,
             "poses": _absolute(poses),
             "min_range_m": min_range_m,
             "airframe_radius_m": airframe_radius_m,
         },
+        "vehicle": {"kind": vehicle},
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }

@@ -35,7 +35,7 @@ def in_words(assessment: SceneAssessment) -> str:
         (
             "reach set",
             f"{scene.reach.method}, {reach_set.nodes} nodes, {len(rated)} trajectories, "
-            f"{scene.speed_mps:g} m/s, "
+            f"{scene.reach.kind}, {scene.speed_mps:g} m/s, "
             f"start pitch {np.degrees(reach_set.start_pitch_rad):.3g} deg (nose down)",
         ),
         (

@@ -15,6 +15,7 @@ from clearway.avoidance.scene import (
     SceneAssessment,
     SceneIntruder,
     SceneScan,
+    VehicleKind,
     assess_scene,
 )
 from clearway.base.errors import ClearwayError
@@ -22,6 +23,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.missions.planned import Notice
 from clearway.missions.recorded_scan import RecordedScan, read_scan
+from clearway.missions.scan_fit import assumed_vehicle
 from clearway.missions.scene_reading import read_scene
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Lidar, Scan, estimate_pattern
@@ -42,6 +44,7 @@ def assess(
     obstacle_map: ObstacleMap | None = None,
     intruders: Sequence[Intruder] = (),
     speed_mps: float | None = None,
+    vehicle: VehicleKind | None = None,
     settings: AvoidanceSettings | None = None,
     detection_rule: Rule = "ratio",
     notice: Notice | None = None,
@@ -54,8 +57,10 @@ def assess(
     what `read_scan` found, or estimated from the points. state: own pose in the world frame; by
     default the recorded one, else level at the origin. obstacle_map and intruders: world frame,
     metres; intruders as reported, predicted to the time of the state. speed_mps: of the vehicle
-    whose trajectories are rated; by default one layer a second. settings: of decisions, looked at
-    more finely here. notice: called with sentences about what was assumed or prepared.
+    whose trajectories are rated; by default one layer a second. vehicle: "multirotor" (can stop) or
+    "plane" (keeps its speed); by default a multirotor for a scan of a file, else a plane.
+    settings: of decisions, looked at more finely here. notice: called with sentences about what
+    was assumed or prepared.
 
     Raises InputError for files that cannot be used, and ClearwayError for values that contradict
     each other or where nothing leads through the grid.
@@ -68,7 +73,7 @@ def assess(
     ((350,), (350,))
     """
     if isinstance(seen, str | Path) and Path(seen).suffix.lower() == SCENE:
-        given = (grid, lidar, state, obstacle_map, speed_mps, settings)
+        given = (grid, lidar, state, obstacle_map, speed_mps, vehicle, settings)
         if any(value is not None for value in given) or intruders:
             raise ClearwayError(f"{seen}: a scene file states grid, state and settings itself")
         read = read_scene(seen)
@@ -88,10 +93,12 @@ def assess(
         obstacle_map=obstacle_map or ObstacleMap(),
         sightings=tuple(_sighting(scan, lidar) for scan in scans),
         traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
-        reach=ReachSettings(speed_mps=speed_mps),
+        reach=ReachSettings(vehicle or _assumed(scans), speed_mps=speed_mps),
         rating=RatingSettings.of(settings, detection_rule),
     )
     _check_times(scene)
+    if vehicle is None and scene.reach.kind == "multirotor":
+        _tell(notice, [assumed_vehicle(scene.speed_mps, "vehicle", "speed_mps")])
     return assess_scene(scene, notice)
 
 
@@ -140,6 +147,12 @@ def _sighting(scan: Scan, lidar: Lidar | None) -> SceneScan:
 def _recorded_state(scans: Sequence[Scan]) -> State:
     told = (scan.state for scan in scans if isinstance(scan, RecordedScan))
     return next((state for state in told if state is not None), State(np.zeros(3)))
+
+
+def _assumed(scans: Sequence[Scan]) -> VehicleKind:
+    """A multirotor where a file has a scan: few planes carry what records them."""
+    recorded = any(isinstance(scan, RecordedScan) for scan in scans)
+    return "multirotor" if recorded else "plane"
 
 
 def _name(scans: Sequence[Scan]) -> str:

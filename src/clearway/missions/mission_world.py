@@ -12,6 +12,7 @@ from clearway.io.what_file import require_files
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import MissionMaps
 from clearway.missions.place_sections import PointCloudSection
+from clearway.missions.scan_fit import ABOVE, direction_of
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.point_world import PointWorld
 from clearway.obstacles.world import CombinedWorld, World
@@ -81,12 +82,18 @@ def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
     """A surveyed place as balls at its points, and what was left out of it."""
     from clearway.io.scans.scan_formats import read_points
 
-    cloud = read_points(section.file, section.leave_out_classes)
+    cloud = read_points(section.file, section.leave_out_classes, section.frame)
     points = cloud.points_m
     if section.origin_m == "lowest-corner":
         points = points - points.min(axis=0)
     elif section.origin_m != "file":
         points = points - np.array(section.origin_m)
     left_out = [f"{number} points left out: {reason}" for reason, number in cloud.counts.items()]
+    notes = [*left_out, *cloud.notes]
+    if section.frame == "auto" and not cloud.survey and direction_of(cloud.points_m) == ABOVE:
+        notes.append(
+            "all points lie in a cone about +z: if a depth camera recorded them, the world lies on "
+            'its side; frame = "optical" of [point_cloud] turns it, frame = "body" leaves it'
+        )
     world = PointWorld(np.ascontiguousarray(points), section.point_radius_m)
-    return world, tuple(f"{section.file}: {note}" for note in (*left_out, *cloud.notes))
+    return world, tuple(f"{section.file}: {note}" for note in notes)

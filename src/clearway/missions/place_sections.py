@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
+from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
 from clearway.missions.sections import ObstacleSection, Point, Positive
 
@@ -23,6 +24,9 @@ class PointCloudSection(Section):
 
     file: str
     """Relative to the mission file."""
+    frame: Axes = "auto"
+    """Axes of its points. body: z up; optical: a camera's, z ahead, x right, y down; auto: optical
+    where a recording calls the frame so, else body."""
     point_radius_m: Positive
     """What a stored point stands for: half the spacing of the survey, or more."""
     origin_m: Point | Literal["lowest-corner", "file"] = "lowest-corner"

@@ -23,8 +23,10 @@ def played_result(name: str, playback: Playback, scans: list[dict[str, Any]]) ->
         "format": playback.sequence.format,
         "pattern": playback.lidar.pattern.name,
         "pattern_from": playback.pattern_from,
+        "vehicle": {"kind": playback.vehicle, "speed_mps": playback.speed_mps},
         "poses": playback.posed,
-        "left_out": dict(playback.left_out),
+        "left_out": dict(playback.left_out.counts),
+        "left_out_first": dict(playback.left_out.first),
         "scans": scans,
     }
 
@@ -62,8 +64,10 @@ def in_words(result: Mapping[str, Any]) -> str:
     head = [
         ("scans", f"{result['format']}: {len(result['scans'])} decided, left out {left_out or 0}"),
         ("beams", beams),
+        ("vehicle", f"{result['vehicle']['kind']}, {result['vehicle']['speed_mps']:g} m/s"),
         ("poses", poses),
     ]
+    head += [("left out", words) for words in result["left_out_first"].values()]
     lines = [f"{name:<12}{text}" for name, text in head]
     lines.append("scan   after s   points    hits  nearest m   P_R    P_D  clearance m  decision")
     scans = result["scans"]
@@ -74,18 +78,25 @@ def in_words(result: Mapping[str, Any]) -> str:
             f"{_number(one['p_decision'], 7)}{_number(one['clearance_m'], 13)}  "
             f"{one['mode']}: {_runs(one['movements'])}"
         )
-    return "\n".join([*lines, *_why_all_are_emergencies(scans)])
+    return "\n".join([*lines, *_why_nothing_is_planned(scans, result["vehicle"])])
 
 
-def _why_all_are_emergencies(scans: list[dict[str, Any]]) -> list[str]:
-    """What stands too near, where nothing at all keeps the margin."""
+def _why_nothing_is_planned(scans: list[dict[str, Any]], vehicle: Mapping[str, Any]) -> list[str]:
+    """What stands too near, or what the vehicle cannot do, where no scan leads to a plan."""
     near = [one["nearest_m"] for one in scans if one["nearest_m"] is not None]
-    if not near or any(one["mode"] != Mode.EMERGENCY for one in scans):
+    if not near or any(one["mode"] not in (Mode.EMERGENCY, Mode.ESCAPE) for one in scans):
         return []
+    is_clear = min(near) >= scans[0]["margin_m"]
+    if is_clear and any(one["mode"] != Mode.EMERGENCY for one in scans):
+        return [
+            f"why         no plan of a {vehicle['kind']} at {vehicle['speed_mps']:g} m/s keeps an "
+            "escape through space that was seen: --vehicle multirotor can stop, a lower --speed or "
+            "a shorter --range needs less space"
+        ]
     return [
         f"why         nothing keeps {scans[0]['margin_m']:.2f} m: what counts is as near as "
         f"{min(near):.2f} m. Beside walls or on a bench that is so; --airframe-radius leaves out "
-        "what flies along, --speed and safety_margin_m of a scene are the vehicle's"
+        "what flies along; --vehicle, --speed and safety_margin_m of a scene are the vehicle's"
     ]
 
 

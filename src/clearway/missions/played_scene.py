@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.scene import Scene, automaton_of
+from clearway.avoidance.scene import Scene, VehicleKind, automaton_of
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
+from clearway.io.scans.usable import LeftOut, first_usable
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.live.playback import Moment, PlayedScan, mission_along, play
 from clearway.missions.scene_file import ScanSection
@@ -23,7 +23,7 @@ from clearway.reach.store import Notice, ReachLibrary
 from clearway.sensors import Lidar, Scan
 
 NO_POSE, INCOMPLETE = "no pose at its time", "incomplete: its missing beams say nothing"
-OUT_OF_ORDER = "not later than the one before"
+OUT_OF_ORDER, AHEAD_OF_TIME = "not later than the one before", "later than the one after it"
 ONE_SCAN_S = 1e-3
 """Memory of a vehicle that may have moved, nobody knows where to."""
 REACH_RADIUS = 1.5
@@ -39,12 +39,14 @@ class Playback:
     pattern_from: str
     posed: bool
     """Whether the recording tells where the vehicle was."""
+    vehicle: VehicleKind
+    speed_mps: float
     system: AvoidanceSystem
     """What decides, fed as `scans` are drawn."""
     scans: Iterator[tuple[int, PlayedScan]]
     """(number of the scan, what was decided)"""
-    left_out: Counter[str]
-    """Scans without a decision, by reason."""
+    left_out: LeftOut
+    """Scans without a decision."""
     notes: tuple[str, ...]
 
     __repr__ = brief
@@ -66,30 +68,23 @@ def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:
         )
     sequence = open_section(Path(), section)
     states = _states(sequence, section)
-    scene, (first, cloud) = read.scene, _first(sequence)
+    scene, (first, cloud) = read.scene, first_usable(sequence, LeftOut(), whole=True)
     lidar, pattern_from = _lidar(section, cloud, sequence, scene)
     system = _system(scene, lidar, states, first.time_s, notice)
-    left_out: Counter[str] = Counter()
+    left_out = LeftOut()
     moments = _moments(sequence, scene.state, bool(states), lidar, left_out)
     return Playback(
         sequence,
         lidar,
         pattern_from,
         bool(states),
+        scene.reach.kind,
+        scene.speed_mps,
         system,
         _played(system, moments),
         left_out,
         (*sequence.notes, *cloud_notes(cloud)),
     )
-
-
-def _first(sequence: ScanSequence) -> tuple[TimedScan, PointCloud]:
-    """The first scan that is complete and has points: it tells the beams of all."""
-    for scan in sequence:
-        cloud = scan.read()
-        if cloud.complete and len(cloud.points_m):
-            return scan, cloud
-    raise InputError(sequence.source, "no complete scan with points in it")
 
 
 def _states(sequence: ScanSequence, section: ScanSection) -> list[State]:
@@ -139,14 +134,22 @@ def _system(
 
 
 def _moments(
-    sequence: ScanSequence, still: State, posed: bool, lidar: Lidar, left_out: Counter[str]
+    sequence: ScanSequence, still: State, posed: bool, lidar: Lidar, left_out: LeftOut
 ) -> Iterator[tuple[int, Moment]]:
     """Scans with their states; those of no use are counted."""
     last_s = -math.inf
-    for scan in sequence:
-        reason, cloud = _usable(scan, posed, last_s)
+    for scan, after_s in _with_next_time(sequence):
+        reason = OUT_OF_ORDER if scan.time_s <= last_s else ""
+        if last_s < after_s < scan.time_s:
+            reason = AHEAD_OF_TIME
+        if not reason and posed and scan.state is None:
+            reason = NO_POSE
+        cloud = None if reason else left_out.read(scan)
+        if cloud is not None and not cloud.complete:
+            reason, cloud = INCOMPLETE, None
+        if reason:
+            left_out.add(reason, scan)
         if cloud is None:
-            left_out[reason] += 1
             continue
         last_s = scan.time_s
         state = scan.state if posed and scan.state is not None else still
@@ -158,14 +161,15 @@ def _moments(
         )
 
 
-def _usable(scan: TimedScan, posed: bool, last_s: float) -> tuple[str, PointCloud | None]:
-    """The points of a scan, or why they are of no use."""
-    if scan.time_s <= last_s:
-        return OUT_OF_ORDER, None
-    if posed and scan.state is None:
-        return NO_POSE, None
-    cloud = scan.read()
-    return (INCOMPLETE, None) if not cloud.complete else ("", cloud)
+def _with_next_time(sequence: ScanSequence) -> Iterator[tuple[TimedScan, float]]:
+    """Scans, and when the next one is."""
+    held: TimedScan | None = None
+    for scan in sequence:
+        if held is not None:
+            yield held, scan.time_s
+        held = scan
+    if held is not None:
+        yield held, math.inf
 
 
 def _played(

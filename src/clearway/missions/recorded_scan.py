@@ -9,9 +9,12 @@ from pathlib import Path
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.state import State
-from clearway.io.scans.pointcloud import PointCloud, with_points
+from clearway.io.scans.optical import Axes
+from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.sequences import open_scans
-from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan, scan_at
+from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan
+from clearway.io.scans.usable import LeftOut, first_usable, usable_at
+from clearway.missions.scan_fit import elsewhere_notes
 from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import lidar_of
 from clearway.sensors import Lidar, Scan
@@ -65,19 +68,23 @@ class RecordedScan(Scan):
 
 def read_scan(
     path: str | Path,
-    at: At = 0,
+    at: At | None = None,
     *,
     topic: str | None = None,
     poses: str | Path | None = None,
     sensor: str | Lidar = AUTO,
+    frame: Axes = "auto",
 ) -> RecordedScan:
     """One scan of a point cloud, a folder of numbered ones, a bag, or a recording of packets.
 
-    at: which scan of several, its number from 0 or seconds after the first such as "1.5s". topic:
-    of a bag with several that have points. poses: a file of the vehicle's poses (KITTI, TUM, a
-    table, ULog) or a topic of the bag. sensor: the LiDAR whose scan it is, or the name of a model
-    such as "vlp16"; "auto" takes it from the file, or estimates its beams from the points. Points
-    are metres in the sensor's frame (x forward, y left, z up).
+    at: which scan of several, its number from 0 or seconds after the first such as "1.5s"; by
+    default the first that can be used. topic: of a bag with several that have points. poses: a file
+    of the vehicle's poses (KITTI, TUM, a table, ULog) or a topic of the bag. sensor: the LiDAR
+    whose scan it is, or the name of a model such as "vlp16"; "auto" takes it from the file, or
+    estimates its beams from the points. frame: axes of the file's points, "body" (x forward, y
+    left, z up) or "optical" (z forward, x right, y down); "auto" takes them as optical where a bag
+    calls their frame so. Points of the scan are metres in the sensor's frame (x forward, y left, z
+    up).
 
     Raises InputError naming the file and what is wrong: absent, empty, damaged, of no known
     format, without such a scan or any point in it, in map coordinates. Raises MissingExtraError
@@ -88,12 +95,13 @@ def read_scan(
     >>> scan
     RecordedScan('street.pcd' scan 0, 2,760 points, at 0 s, by vlp16 (stated))
     """
-    sequence = open_scans(path, topic, poses)
-    scan = scan_at(sequence, at)
+    sequence = open_scans(path, topic, poses, frame)
+    scan, cloud, before = usable_at(sequence, at)
     if poses is not None and scan.state is None:
         raise InputError(str(poses), f"no pose at scan {scan.index}, {scan.time_s:.3f} s")
-    cloud = with_points(scan.read())
-    return _recorded(sequence, scan, cloud, *_lidar(sensor, sequence, cloud))
+    recorded = _recorded(sequence, scan, cloud, *_lidar(sensor, frame, sequence, cloud))
+    elsewhere = elsewhere_notes(sequence.source, frame, recorded.lidar.mounting, recorded.points_m)
+    return replace(recorded, notes=(*before, *elsewhere, *recorded.notes))
 
 
 def read_scans(
@@ -102,37 +110,55 @@ def read_scans(
     topic: str | None = None,
     poses: str | Path | None = None,
     sensor: str | Lidar = AUTO,
-) -> Iterator[RecordedScan]:
-    """All scans of a recording, one after the other as they are asked for.
+    frame: Axes = "auto",
+) -> RecordedScans:
+    """All scans of a recording that can be used, one after the other as they are asked for.
 
-    Arguments and errors as of `read_scan`; what concerns the whole recording is raised at once,
-    what is damaged in a scan when it is its turn. The beams are those of the first complete scan
-    with points in it. A scan without a return, without a pose or with parts missing comes like
-    any other: see `state` and `complete`.
+    Arguments and errors as of `read_scan`, raised at once. The beams are those of the first
+    complete scan with points in it. A scan without a pose or with parts missing comes like any
+    other: see `state` and `complete`. Damaged ones, and those without a point, are counted in
+    `left_out` of what is returned.
 
     >>> import clearway as cw
     >>> [len(scan.points_m) for scan in cw.read_scans("street.pcd")]
     [2760]
     """
-    sequence = open_scans(path, topic, poses)
-    lidar, told_by = _lidar(sensor, sequence, _first(sequence))
-    return (_recorded(sequence, scan, scan.read(), lidar, told_by) for scan in sequence)
+    sequence = open_scans(path, topic, poses, frame)
+    _, cloud = first_usable(sequence, LeftOut(), whole=True)
+    return RecordedScans(sequence, *_lidar(sensor, frame, sequence, cloud))
 
 
-def _first(sequence: ScanSequence) -> PointCloud:
-    """The first scan that is complete and has points: it tells the beams of all."""
-    for scan in sequence:
-        cloud = scan.read()
-        if cloud.complete and len(cloud.points_m):
-            return cloud
-    raise InputError(sequence.source, "no complete scan with points in it")
+class RecordedScans(Iterator[RecordedScan]):
+    """What `read_scans` returns: the scans of a recording that can be used, each once."""
+
+    def __init__(self, sequence: ScanSequence, lidar: Lidar, lidar_from: str) -> None:
+        self._left_out = LeftOut()
+        self._scans = (
+            _recorded(sequence, scan, cloud, lidar, lidar_from)
+            for scan in sequence
+            if (cloud := self._left_out.read(scan)) is not None
+        )
+
+    def __next__(self) -> RecordedScan:
+        return next(self._scans)
+
+    @property
+    def left_out(self) -> Mapping[str, int]:
+        """Scans left out so far, by reason."""
+        return dict(self._left_out.counts)
+
+    def __repr__(self) -> str:
+        words = self._left_out.in_words()
+        return f"RecordedScans({f'left out: {words}' if words else ''})"
 
 
-def _lidar(sensor: str | Lidar, sequence: ScanSequence, cloud: PointCloud) -> tuple[Lidar, str]:
+def _lidar(
+    sensor: str | Lidar, frame: Axes, sequence: ScanSequence, cloud: PointCloud
+) -> tuple[Lidar, str]:
     """The LiDAR, and where it is from."""
     if isinstance(sensor, Lidar):
         return sensor, "stated"
-    section = ScanSection(file=sequence.source, pattern=sensor)
+    section = ScanSection(file=sequence.source, pattern=sensor, frame=frame)
     try:
         return lidar_of(sequence.source, section, cloud, sequence)
     except InputError as error:

@@ -9,10 +9,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.scene import VehicleKind
 from clearway.base.units import FASTEST_MPS
 from clearway.base.variants import in_words
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.choices import OneOf
+from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
 from clearway.missions.sections import (
     Attitude,
@@ -39,12 +41,16 @@ TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 
 
 class SceneVehicleSection(Section):
-    """`[vehicle]`: pose of the vehicle, and of the grid with it, in the world."""
+    """`[vehicle]`: what it is, and its pose in the world, where the grid is too."""
 
-    position_m: Place = (0.0, 0.0, 0.0)
-    """World frame."""
-    attitude_deg: Attitude = (0.0, 0.0, 0.0)
-    """Roll, pitch (nose down positive), yaw (left positive)."""
+    kind: VehicleKind | None = None
+    """A plane keeps its speed and cannot hover; a multirotor can stop. Default: multirotor where
+    [scan] names a file, else plane. Its speed, turns and steepest pitch stand in [reach_set]."""
+    position_m: Place | None = None
+    """World frame; default: as the recording says, else the origin."""
+    attitude_deg: Attitude | None = None
+    """Roll, pitch (nose down positive), yaw (left positive); default: as the recording says, else
+    level. Where only one of position and attitude is stated, the other is zero."""
 
 
 Obstacles = Annotated[tuple[ObstacleSection, ...], Field(strict=False)]
@@ -89,22 +95,28 @@ class ScanSection(Section):
     """`[scan]`: what the LiDAR returned, from a file or simulated."""
 
     file: str | None = None
-    """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame: x
-    forward, y left, z up; relative to the scene file."""
+    """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame;
+    relative to the scene file."""
+    frame: Axes = "auto"
+    """Axes of its points. body: x ahead, y left, z up; optical: a camera's, z ahead, x right, y
+    down; auto: optical where a bag calls the frame so (`..._optical`, `..._optical_frame`), else
+    body."""
     at: int | str | None = None
-    """Which scan of several: its number from 0, or "1.5s" after the first; default: the first."""
+    """Which scan of several: its number from 0, or "1.5s" after the first; default: the first that
+    can be used."""
     topic: str | None = None
     """Of a bag with several topics with points."""
     poses: str | None = None
-    """File of the vehicle's poses, or a bag's topic; without [vehicle] the one at the scan's time
-    is taken."""
+    """File of the vehicle's poses, or a bag's topic; where [vehicle] states no pose the one at the
+    scan's time is taken."""
     pattern: str = "auto"
     """Name of the sensor whose beams these are, or "auto": as the file says, else estimated from
     the points."""
     position_m: Place | None = None
     """Place of the sensor on the vehicle; default: as the bag says, else at its origin."""
     attitude_deg: Attitude | None = None
-    """Its roll, pitch (nose down positive), yaw (left positive) on it; default as above."""
+    """Its roll, pitch (nose down positive), yaw (left positive) on it; zero looks ahead, a camera
+    too; default as above."""
     min_range_m: NotNegative | None = None
     """Blind range: nearer returns are dropped; default: the sensor's, as far as it is known."""
     airframe_radius_m: NotNegative = 0.0
@@ -261,6 +273,18 @@ class SceneFile(Section):
         return self
 
     @property
+    def vehicle_kind(self) -> VehicleKind:
+        """What the vehicle is: as stated, else a multirotor for a file's scan, else a plane."""
+        if self.vehicle is not None and self.vehicle.kind is not None:
+            return self.vehicle.kind
+        return "multirotor" if self.records_a_flight else "plane"
+
+    @property
+    def records_a_flight(self) -> bool:
+        """Whether its scan is of a file."""
+        return self.scan is not None and self.scan.file is not None
+
+    @property
     def _indices(self) -> range:
         return range(len(self.obstacle))
 
@@ -271,13 +295,15 @@ class SceneFile(Section):
         """
         tables = {"schema_version": SCHEMA_VERSION, **self.model_dump(exclude_none=True)}
         tables["grid"] = self.grid.effective()
+        tables["vehicle"] = {**tables.get("vehicle", {}), "kind": self.vehicle_kind}
         if self.scan is not None and self.scan.file is not None:
             tables["scan"]["file"] = str((folder / self.scan.file).absolute())
             poses = self.scan.poses
             if poses is not None and (folder / poses).is_file():
                 tables["scan"]["poses"] = str((folder / poses).absolute())
         elif self.scan is not None:
-            del tables["scan"]["pattern"], tables["scan"]["airframe_radius_m"]
+            for key in ("frame", "pattern", "airframe_radius_m"):
+                del tables["scan"][key]
             if "azimuth_deg" in tables["scan"]["simulate"]:
                 del tables["scan"]["simulate"]["beams_per_cell"]
         return tables

@@ -21,11 +21,19 @@ from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
-from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud, with_points
+from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud
 from clearway.io.scans.sequences import open_scans
-from clearway.io.scans.timed_scans import ScanSequence, TimedScan, scan_at
+from clearway.io.scans.timed_scans import ScanSequence, TimedScan
+from clearway.io.scans.usable import usable_at
 from clearway.io.toml import parse_model, read_toml
-from clearway.missions.scan_fit import airframe_notes, corner_notes, fitted_to
+from clearway.missions.scan_fit import (
+    airframe_notes,
+    corner_notes,
+    elsewhere_notes,
+    fitted_to,
+    refuse_other_axes,
+    vehicle_note,
+)
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import (
@@ -87,8 +95,9 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
     seen, notes = None, _notes_of(measured)
     if measured is not None and file.scan is not None:
         seen = _seen(source, file.scan, measured)
+        points_m, mounting = measured.cloud.points_m, seen.lidar.mounting
+        notes += elsewhere_notes(measured.sequence.source, file.scan.frame, mounting, points_m)
         file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
-        points_m = measured.cloud.points_m
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
         notes += corner_notes(measured.sequence.source, points_m)
     grid = file.grid.to_grid()
@@ -103,7 +112,8 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         reach=_reach_settings(file),
         rating=_rating(file),
     )
-    return SceneInput(scene, file.effective(folder), (*notes, *_inside(file, state)))
+    notes = (*notes, *vehicle_note(file, scene.speed_mps), *_inside(file, state))
+    return SceneInput(scene, file.effective(folder), notes)
 
 
 def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -122,13 +132,13 @@ def _measured(folder: Path, section: ScanSection | None) -> Measured | None:
     if section is None or section.file is None:
         return None
     sequence = open_section(folder, section)
-    scan = scan_at(sequence, 0 if section.at is None else section.at)
+    scan, cloud, before = usable_at(sequence, section.at)
     if section.poses is not None and scan.state is None:
         raise InputError(
             str(section.poses),
             f"no pose at scan {scan.index}, {scan.time_s:.3f} s; it has {sequence.poses}",
         )
-    return Measured(sequence, scan, with_points(scan.read()))
+    return Measured(replace(sequence, notes=(*sequence.notes, *before)), scan, cloud)
 
 
 def open_section(folder: Path, section: ScanSection) -> ScanSequence:
@@ -137,13 +147,16 @@ def open_section(folder: Path, section: ScanSection) -> ScanSequence:
     poses = section.poses
     if poses is not None and (folder / poses).is_file():
         poses = str(folder / poses)
-    return open_scans(folder / section.file, section.topic, poses)
+    return open_scans(folder / section.file, section.topic, poses, section.frame)
 
 
 def _state(file: SceneFile, measured: Measured | None) -> State:
     """The vehicle's pose as stated, else as the recording tells it, else level at the origin."""
-    if file.vehicle is not None:
-        return State(np.array(file.vehicle.position_m), np.radians(file.vehicle.attitude_deg))
+    stated = file.vehicle
+    if stated is not None and (stated.position_m is not None or stated.attitude_deg is not None):
+        level = (0.0, 0.0, 0.0)
+        turn = np.radians(stated.attitude_deg or level)
+        return State(np.array(stated.position_m or level), turn)
     if measured is not None and measured.scan.state is not None:
         return measured.scan.state
     return State(np.zeros(3))
@@ -171,6 +184,7 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
     section = file.reach_set
     pitch = section.start_pitch_deg
     return ReachSettings(
+        kind=file.vehicle_kind,
         method=section.method,
         tuning=section.tuning,
         start_pitch_rad=None if pitch is None else float(np.radians(pitch)),
@@ -203,7 +217,8 @@ def lidar_of(
 ) -> tuple[Lidar, str]:
     """The sensor of a scan, and where its beams are from: stated, of the file, or estimated.
 
-    Raises InputError for map coordinates, and beams that nobody knows.
+    Raises InputError for map coordinates, axes that the file does not settle, and beams that nobody
+    knows.
     """
     nearest = float(np.sqrt(np.min(np.einsum("ij,ij->i", cloud.points_m, cloud.points_m))))
     if nearest > SCAN_LIMIT_M:
@@ -213,6 +228,7 @@ def lidar_of(
             "of a sensor; valid: points in the sensor's frame (a survey is a world to fly in: "
             "[point_cloud] of a mission)",
         )
+    refuse_other_axes(section, cloud, sequence)
     pattern, pattern_from = cloud.pattern, "file"
     try:
         if section.pattern != "auto":

@@ -1,4 +1,4 @@
-"""Clouds and laser scans into points of the sensor's frame, with their times where told."""
+"""Clouds and laser scans into points of the sensor, x ahead, with their times where told."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.io.scans.cloud_message import FIELD_TYPES, returns_of_cloud2
+from clearway.io.scans.optical import Axes, is_optical, points_ahead
 
 MOST_POINTS = 2_000_000
 """No sensor has more; a larger cloud is refused."""
@@ -19,15 +20,24 @@ LONGEST_SWEEP_S = 1.0
 
 class TimedPoints(NamedTuple):
     points_m: FloatArray
-    """[n, 3] sensor frame; no missing returns."""
+    """[n, 3] sensor frame, x ahead, y left, z up; no missing returns."""
     later_s: FloatArray | None
     """[n] after the stamp; None where no times are told."""
 
 
-def points_of(message: Any, kind: str) -> TimedPoints:
-    """Of a PointCloud2 or a LaserScan; ValueError says what is wrong with it."""
-    if kind == "LaserScan":
-        return _of_laser(message)
+def points_of(message: Any, kind: str, axes: Axes = "auto") -> TimedPoints:
+    """Return the points of a PointCloud2 or a LaserScan; ValueError says what is wrong with it.
+
+    axes: of the message; "auto" turns those of a frame that is called an optical one.
+    """
+    with np.errstate(all="ignore"):  # signalling NaNs of a damaged message
+        found = _of_laser(message) if kind == "LaserScan" else _of_cloud(message)
+    if axes == "optical" or (axes == "auto" and is_optical(message.header.frame_id)):
+        return found._replace(points_m=points_ahead(found.points_m))
+    return found
+
+
+def _of_cloud(message: Any) -> TimedPoints:
     count = int(message.width) * int(message.height)
     if count > MOST_POINTS:
         raise ValueError(f"{count} points, more than {MOST_POINTS}")

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from clearway.base.errors import InputError, MissingExtraError
+from clearway.io.scans.optical import Axes
 
 NODE = "clearway"
 MOST_BYTES = 1 << 20
@@ -23,6 +24,8 @@ class CloudParameters(ParameterSection):
 
     topic: str
     type: Literal["PointCloud2", "LaserScan"] = "PointCloud2"
+    frame: Axes = "auto"
+    """Axes of its points: body (x ahead), optical (z ahead), or as its frame is called."""
     deskew: bool = True
     """Whether per-point times, where the cloud has them, move points to the stamp."""
     reliable: bool = False

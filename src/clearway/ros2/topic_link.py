@@ -26,7 +26,7 @@ from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard
 from clearway.ros2.messages import damages, made, packed, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import CloudParameters, Names, NodeParameters
-from clearway.ros2.placed_clouds import EMPTY, MOUNTED_ELSEWHERE, NO_MOUNTING, PlacedClouds
+from clearway.ros2.placed_clouds import EMPTY, WRONG_FRAMES, PlacedClouds
 from clearway.ros2.transforms import HERE, Transforms, transform_of
 from clearway.sensors import Lidar
 
@@ -194,9 +194,10 @@ class TopicLink(Generic[S]):
         time_s = self._stamp(message, wall_s, topic)
         if time_s is None:
             return
-        points = points_of(message, parameters.type)
-        told_of = message.width if parameters.type == "PointCloud2" else len(message.ranges)
-        flaw = self._clouds.flaw(name, message.header.frame_id, time_s)
+        points = points_of(message, parameters.type, parameters.frame)
+        is_cloud = parameters.type == "PointCloud2"
+        told_of = message.width * message.height if is_cloud else len(message.ranges)
+        flaw = self._clouds.flaw(name, message.header.frame_id, time_s, points.points_m)
         flaw = flaw or (None if told_of else EMPTY)
         if flaw is not None:
             self.topics[topic].refused += 1
@@ -292,7 +293,7 @@ class TopicLink(Generic[S]):
         return found + [
             f"{number} x {reason}"
             for reason, number in self.counts.items()
-            if reason in (NO_MOUNTING, MOUNTED_ELSEWHERE)
+            if reason in WRONG_FRAMES
         ]
 
     def wait(self, seconds: float) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +17,8 @@ from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, attitude_from_rotation, world_from_body
 from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of
-from clearway.io.scans.bag import Bag
+from clearway.io.scans.bag import Bag, RawMessage
+from clearway.io.scans.optical import AHEAD_FROM_OPTICAL, is_optical
 from clearway.sensors import Mounting
 
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -73,52 +75,92 @@ def poses_of_bag(path: Path, bag: Bag, sensor_frame: str, topic: str | None) -> 
         raise InputError(
             str(path), f"no poses of topic {topic!r}; valid: {', '.join(own) or 'none in it'}"
         )
-    edges = _edges(path, bag)
+    edges, damaged = _edges(path, bag)
     odometry = [one.name for one in bag.topics if one.type == ODOMETRY]
     chosen = topic or next(iter(odometry or own), None)
     if chosen is not None:
         track, body = _of_topic(path, bag, chosen)
+        damaged = (*damaged, *track.notes)
+        if not len(track.time_s) and topic is not None:
+            raise InputError(str(path), f"no usable pose of topic {topic!r}: {'; '.join(damaged)}")
+    if chosen is not None and len(track.time_s):
         mounting = None if body == sensor_frame else _fixed(edges, sensor_frame, body)
         note = f"poses of {chosen}"
         if mounting is None and body != sensor_frame:
             note += f"; LiDAR assumed at the place of {body or 'the vehicle'!s}, and turned alike"
-        return BagPoses(track, mounting, (note, *track.notes))
-    return _of_transforms(path, edges, sensor_frame)
+        return BagPoses(track, mounting, (note, *damaged))
+    found = _of_transforms(path, edges, sensor_frame)
+    return found._replace(notes=(*found.notes, *damaged))
 
 
 def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
     """The track of one topic, and the frame whose poses they are."""
     times, poses, body = [], [], ""
     deviations: list[tuple[float, float]] = []
+    damaged = 0
     for message in bag.messages([topic]):
-        found = bag.decoded(message)
-        with damage_told(path, f"message of {topic}"):  # its definition, too, is of the recording
-            pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
-            times.append(_seconds(found.header.stamp) or message.logged_s)
-            poses.append(_numbers(pose.position, pose.orientation))
-            deviations.append(_deviations(getattr(found.pose, "covariance", None)))
-            body = getattr(found, "child_frame_id", "")
-    return _track(f"{path} {topic}", times, poses, deviations), body
+        try:
+            with damage_told(path, f"message of {topic}"):  # its definition, too, may be damaged
+                found = _decoded(bag, message)
+                pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
+                told = _numbers(pose.position, pose.orientation)
+                time_s = _seconds(found.header.stamp) or message.logged_s
+        except InputError:
+            damaged += 1
+            continue
+        times.append(time_s)
+        poses.append(told)
+        deviations.append(_deviations(getattr(found.pose, "covariance", None)))
+        body = getattr(found, "child_frame_id", "")
+    track = _track(f"{path} {topic}", times, poses, deviations)
+    track = replace(track, notes=(*track.notes, *_damaged_note(damaged, topic)))
+    if not is_optical(body):
+        return track, body
+    turned = [rotation_of(one) @ AHEAD_FROM_OPTICAL.T for one in track.quaternion]
+    ahead = quaternions_of(np.array(turned).reshape(-1, 3, 3))
+    return replace(track, quaternion=ahead), body
 
 
-def _edges(path: Path, bag: Bag) -> dict[str, Edge]:
-    """Transforms by child frame."""
+def _decoded(bag: Bag, message: RawMessage) -> Any:
+    if message.damage:
+        raise ValueError(message.damage)
+    return bag.decoded(message)
+
+
+def _damaged_note(count: int, topics: str) -> tuple[str, ...]:
+    return (f"{count} damaged messages of {topics} left out",) if count else ()
+
+
+def _edges(path: Path, bag: Bag) -> tuple[dict[str, Edge], tuple[str, ...]]:
+    """Transforms by child frame, and a note of damaged messages."""
     topics = [one.name for one in bag.topics if one.type in TRANSFORMS]
     times: Mapping[str, list[float]] = defaultdict(list)
     poses: Mapping[str, list[list[float]]] = defaultdict(list)
-    parents = {}
+    parents, damaged = {}, 0
     for message in bag.messages(topics):
-        decoded = bag.decoded(message)
-        with damage_told(path, f"message of {message.topic}"):
-            for found in decoded.transforms:
-                child = found.child_frame_id.lstrip("/")
-                parents[child] = found.header.frame_id.lstrip("/")
-                times[child].append(_seconds(found.header.stamp))
-                poses[child].append(_numbers(found.transform.translation, found.transform.rotation))
+        try:
+            with damage_told(path, f"message of {message.topic}"):
+                told = [
+                    (
+                        found.child_frame_id.lstrip("/"),
+                        found.header.frame_id.lstrip("/"),
+                        _seconds(found.header.stamp),
+                        _numbers(found.transform.translation, found.transform.rotation),
+                    )
+                    for found in _decoded(bag, message).transforms
+                ]
+        except InputError:
+            damaged += 1
+            continue
+        for child, parent, time_s, numbers in told:
+            parents[child] = parent
+            times[child].append(time_s)
+            poses[child].append(numbers)
     tracks = {child: _track(f"{path} {child}", times[child], poses[child]) for child in parents}
-    return {
+    edges = {
         child: Edge(parents[child], track) for child, track in tracks.items() if len(track.time_s)
     }
+    return edges, _damaged_note(damaged, ", ".join(topics))
 
 
 def _seconds(stamp: Any) -> float:
@@ -193,8 +235,8 @@ def _chain(edges: Mapping[str, Edge], frame: str) -> list[str]:
 
 
 def _pose(edges: Mapping[str, Edge], chain: Sequence[str], time_s: float) -> FloatArray | None:
-    """[4, 4] pose of the first frame of a chain in the last at a time."""
-    pose = np.eye(4)
+    """[4, 4] pose of the first frame of a chain in the last at a time, both with x ahead."""
+    pose = _as_named_from_ahead(chain[0])
     for name in chain[:-1]:
         edge = edges[name]
         if not _moves(edge):
@@ -207,7 +249,16 @@ def _pose(edges: Mapping[str, Edge], chain: Sequence[str], time_s: float) -> Flo
         step = np.eye(4)
         step[:3, :3], step[:3, 3] = rotation, position
         pose = step @ pose
-    return pose
+    ahead: FloatArray = _as_named_from_ahead(chain[-1]).T @ pose
+    return ahead
+
+
+def _as_named_from_ahead(frame: str) -> FloatArray:
+    """[4, 4] turn from x ahead, y left, z up to the axes that a frame has by its name."""
+    turn = np.eye(4)
+    if is_optical(frame):
+        turn[:3, :3] = AHEAD_FROM_OPTICAL.T
+    return turn
 
 
 def _fixed(edges: Mapping[str, Edge], sensor_frame: str, body: str) -> Mounting | None:

@@ -46,7 +46,8 @@ class PoseTrack:
             return self._state(nearest, nearest, 0.0, time_s)
         gap = float(times[after] - times[before])
         if gap > LONGEST_GAP_S:
-            return None
+            told = times[after] == time_s  # after a gap, but at its very time
+            return self._state(after, after, 0.0, time_s) if told else None
         return self._state(before, after, float(time_s - times[before]) / gap, time_s)
 
     def _state(self, before: int, after: int, share: float, time_s: float) -> State:

@@ -40,6 +40,8 @@ class RawMessage(NamedTuple):
     raw: bytes
     ros2: bool
     """Whether `raw` is CDR, and not ROS 1's serialisation."""
+    damage: str = ""
+    """Why it could not be read: `raw` is empty then."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,9 +1,10 @@
-"""ROS 2 bags by their files alone: without metadata, or with younger ones than rosbags knows."""
+"""ROS 2 bags by their files: with metadata of any version or none, past what is damaged."""
 
 from __future__ import annotations
 
 import re
 import sqlite3
+import struct
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
@@ -26,25 +27,13 @@ from clearway.io.scans.bag import (
     types_of,
 )
 from clearway.io.scans.bag_mcap import open_mcap
+from clearway.io.scans.lost_chunks import rows_of_sqlite, unpacked_or_why
 from clearway.io.scans.zstd import SUFFIX as PACKED
-from clearway.io.scans.zstd import unpacked_file, unpacked_message
+from clearway.io.scans.zstd import unpacked_file
 
 SUFFIXES = (".db3", ".mcap")
-KNOWN_VERSION = 8
-"""Newest metadata that the pinned rosbags reads; ROS 2 Jazzy writes 9."""
-
-
-def without_metadata(path: Path) -> bool:
-    """Whether a ROS 2 bag has no metadata that rosbags understands, or its files are packed."""
-    if not path.is_dir() and path.suffix.lower() not in (".db3", PACKED):
-        return False
-    metadata = (path if path.is_dir() else path.parent) / METADATA
-    if not metadata.is_file() or path.suffix.lower() == PACKED:
-        return True
-    text = metadata.read_text("utf-8", "replace")
-    version = re.search(r"^\s*version:\s*(\d+)", text, re.M)
-    packed = re.search(r"^\s*compression_mode:\s*[\"']?file", text, re.M | re.I)
-    return packed is not None or (version is not None and int(version[1]) > KNOWN_VERSION)
+PROMISED = re.compile(r"^  message_count:\s*(\d+)", re.M)
+"""Of all topics, by metadata of any version."""
 
 
 def is_bag_file(path: Path) -> bool:
@@ -75,7 +64,20 @@ def open_files(path: Path) -> Iterator[Bag]:
         def decoded(message: RawMessage) -> Any:
             return known[message.type].decoded(message)
 
-        yield Bag("ROS 2 bag", merged(t for bag in bags for t in bag.topics), messages, decoded)
+        topics = merged(t for bag in bags for t in bag.topics)
+        _check_count(path, sum(topic.messages for topic in topics))
+        yield Bag("ROS 2 bag", topics, messages, decoded)
+
+
+def _check_count(path: Path, found: int) -> None:
+    """Refuse a recording with fewer messages than its metadata promise."""
+    metadata = (path if path.is_dir() else path.parent) / METADATA
+    if metadata.is_file():
+        told = PROMISED.search(metadata.read_text("utf-8", "replace"))
+        if told is not None and found < int(told[1]):
+            raise InputError(
+                str(path), f"truncated: {told[1]} messages promised by {METADATA}, {found} found"
+            )
 
 
 def _plain(path: Path, stack: ExitStack) -> Path:
@@ -128,6 +130,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
     own = library_complaints()
     with ExitStack() as stack:
         with damage_told(path, "ROS 2 bag", own):
+            _check_size(path)
             place = f"file:{quote(str(path.absolute()))}?immutable=1"
             base = stack.enter_context(closing(sqlite3.connect(place, uri=True)))
             topics = {
@@ -141,17 +144,12 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             chosen = [number for number, topic in topics.items() if topic.name in names]
-            marks = ",".join("?" * len(chosen))
             with damage_told(path, "ROS 2 bag", own):
-                rows = base.execute(
-                    f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) "
-                    "ORDER BY timestamp",
-                    chosen,
-                )
-                for number, logged_ns, data in rows:
+                for number, logged_ns, data, why in rows_of_sqlite(base, chosen):
                     topic = topics[number]
                     logged_s = logged_ns * NANOSECOND_S
-                    yield RawMessage(topic.name, topic.type, logged_s, unpacked_message(data), True)
+                    raw, damage = (b"", why) if why else unpacked_or_why(data)
+                    yield RawMessage(topic.name, topic.type, logged_s, raw, True, damage)
 
         stores: dict[str, Any] = {}
 
@@ -163,6 +161,19 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
                 return stores[message.type].deserialize_cdr(message.raw, message.type)
 
         yield Bag("ROS 2 bag", merged(iter(topics.values())), messages, decoded)
+
+
+def _check_size(path: Path) -> None:
+    """Refuse a file that is shorter than its pages: what it lost would not be known."""
+    with path.open("rb") as file:
+        head = file.read(100)
+    if len(head) < 100:
+        return
+    page, changes, pages = struct.unpack(">16xH6xII", head[:32])
+    if changes == struct.unpack(">I", head[92:96])[0]:  # else the number of pages is not kept
+        whole = pages * (65_536 if page == 1 else page)
+        if path.stat().st_size < whole:
+            raise InputError(str(path), f"truncated: {path.stat().st_size} of {whole} bytes")
 
 
 def _definitions(base: sqlite3.Connection) -> dict[str, Any]:

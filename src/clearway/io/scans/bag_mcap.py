@@ -19,7 +19,7 @@ from clearway.io.scans.bag import (
     ros2_name,
     types_of,
 )
-from clearway.io.scans.zstd import unpacked_message
+from clearway.io.scans.lost_chunks import Lost, messages_of_mcap, unpacked_or_why
 
 MAGIC = b"\x89MCAP0\r\n"
 """At the start of a file, and at its end."""
@@ -39,19 +39,28 @@ def open_mcap(path: Path) -> Iterator[Bag]:
             indexed = summary is not None and bool(summary.channels)
             topics = _topics(summary if indexed else None, path)
         definitions: dict[str, Any] = {}
+        kinds = {topic.name: topic.type for topic in topics}
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             with damage_told(path, "MCAP file", own), path.open("rb") as own_file:
                 reader = _reader(own_file, indexed)
-                for schema, channel, message in reader.iter_messages(list(names)):
+                for one in messages_of_mcap(reader, own_file, names):
+                    if isinstance(one, Lost):
+                        topic, is_ros2 = one.channel.topic, one.channel.message_encoding != "ros1"
+                        logged_s = one.logged_ns * NANOSECOND_S
+                        yield RawMessage(topic, kinds[topic], logged_s, b"", is_ros2, one.why)
+                        continue
+                    schema, channel, message = one
                     if schema is not None:
                         definitions[ros2_name(schema.name)] = schema
+                        raw, damage = unpacked_or_why(message.data)
                         yield RawMessage(
                             channel.topic,
                             ros2_name(schema.name),
                             message.log_time * NANOSECOND_S,
-                            unpacked_message(message.data),
+                            raw,
                             channel.message_encoding != "ros1",
+                            damage,
                         )
 
         stores: dict[str, Any] = {}

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.suggest import did_you_mean
-from clearway.io.foreign_errors import damage_told
+from clearway.io.foreign_errors import COMPLAINTS, damage_told
 from clearway.io.poses.bag_poses import BagPoses, poses_of_bag
 from clearway.io.scans.bag import Bag, RawMessage, Topic
 from clearway.io.scans.cloud_message import (
@@ -28,6 +29,8 @@ from clearway.io.scans.velodyne import VelodyneDecoder
 CLOUD2, CLOUD = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/PointCloud"
 PACKETS, VOXELS = "velodyne_msgs/msg/VelodyneScan", "planning_ros_msgs/msg/VoxelMap"
 SCANS = (CLOUD2, CLOUD, PACKETS, *LIVOX)
+LOOKED_AT = 100
+"""Messages in search of a sound one."""
 POINTS = (*SCANS, VOXELS)
 """Types with points; a map of voxels is only taken where it is asked for, or alone."""
 
@@ -40,10 +43,7 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
     """
     with open_bag(path) as bag:
         chosen = _chosen(path, bag.topics, topic)
-        first = next(bag.messages([chosen.name]), None)
-        if first is None:
-            raise InputError(str(path), f"no message of topic {chosen.name} in it")
-        frame = _header(path, first).frame
+        frame = _first_frame(path, bag, chosen)
         where = poses_of_bag(path, bag, frame, poses)
         kind = f"{bag.kind}, {chosen.name} ({chosen.type}), frame {frame or 'unnamed'}"
 
@@ -51,11 +51,11 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
         with open_bag(path) as bag:
             reader = _reader(path, bag, chosen)
             for index, message in enumerate(bag.messages([chosen.name])):
-                yield _scan(path, index, message, reader, where)
+                yield _scan(path, index, message, frame, reader, where)
 
     notes = tuple(f"{path}: {note}" for note in where.notes)
     span = NO_POSES if where.track is None else f"{len(where.track.time_s)} poses"
-    return ScanSequence(str(path), kind, scans, where.mounting, notes, span)
+    return ScanSequence(str(path), kind, scans, where.mounting, notes, span, frame)
 
 
 def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
@@ -106,25 +106,62 @@ def _reader(path: Path, bag: Bag, topic: Topic) -> Callable[[RawMessage], PointC
     )
 
 
+def _first_frame(path: Path, bag: Bag, topic: Topic) -> str:
+    """The frame of the first message that can be read; of damaged ones only if all first ones are.
+
+    Noise may look like a header, hardly ever like a cloud.
+    """
+    reader, frames, found = _reader(path, bag, topic), [], 0
+    for message in bag.messages([topic.name]):
+        found += 1
+        header = _header(message)
+        if header is not None:
+            with suppress(InputError), damage_told(path, message.type):
+                reader(message)
+                return header.frame
+            frames.append(header.frame)
+        if frames and found >= LOOKED_AT:
+            break
+    if frames:
+        return frames[0]
+    if not found:
+        raise InputError(str(path), f"no message of topic {topic.name} in it")
+    raise InputError(
+        str(path), f"damaged or truncated: none of the {found} messages of {topic.name} can be read"
+    )
+
+
 def _scan(
     path: Path,
     index: int,
     message: RawMessage,
+    frame: str,
     reader: Callable[[RawMessage], PointCloud],
     poses: BagPoses,
 ) -> TimedScan:
-    time_s = _header(path, message).time_s or message.logged_s
+    """A scan of a message, which may be damaged or of another frame: reading it tells."""
+    header = _header(message)
+    time_s = message.logged_s if header is None else header.time_s or message.logged_s
 
     def read() -> PointCloud:
-        with damage_told(f"{path} scan {index}", message.type):
+        source = f"{path} scan {index}"
+        if header is None:
+            raise InputError(source, f"damaged message ({message.damage or 'no header'})")
+        if header.frame.lstrip("/") != frame.lstrip("/"):
+            other = f"its frame is {header.frame!r}, that of the first one {frame!r}"
+            raise InputError(source, other)
+        with damage_told(source, message.type):
             return cleaned(reader(message))
 
     return TimedScan(index, time_s, None if poses.track is None else poses.track.at(time_s), read)
 
 
-def _header(path: Path, message: RawMessage) -> Header:
-    with damage_told(path, f"message of {message.topic} ({message.type})"):
-        return read_header(message.raw, message.ros2)
+def _header(message: RawMessage) -> Header | None:
+    """The header of a message; None where it is damaged."""
+    try:
+        return None if message.damage else read_header(message.raw, message.ros2)
+    except COMPLAINTS:
+        return None
 
 
 def _name(path: Path, message: RawMessage) -> str:

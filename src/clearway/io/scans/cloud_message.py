@@ -76,6 +76,8 @@ def returns_of_cloud2(message: Any) -> tuple[FloatArray, BoolArray | None]:
 
 def _columns_of_cloud2(message: Any) -> list[npt.NDArray[Any]]:
     """x, y and z [n] each, of the floating type that the message has."""
+    if not message.width or not message.height:  # some publish no fields then either
+        return [np.zeros(0)] * len(AXES)
     view = np.ndarray(
         (message.height, message.width),
         _layout(message),

@@ -20,17 +20,17 @@ from clearway.io.scans.bag import (
     Topic,
     library_complaints,
     merged,
-    ros2_types,
 )
-from clearway.io.scans.bag_files import open_files, without_metadata
+from clearway.io.scans.bag_files import open_files
 from clearway.io.scans.bag_mcap import open_mcap
+from clearway.io.scans.lost_chunks import Lost, messages_of_bag1
 from clearway.io.what_file import require_file
 
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
-    """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap,
-    packed by zstd or not.
+    """Open a .bag, the folder or a file of a ROS 2 bag, with or without metadata, or an .mcap;
+    those of ROS 2 packed by zstd or not.
 
     Raises MissingExtraError without the packages of [lidar], InputError where it is damaged or not
     there.
@@ -41,22 +41,20 @@ def open_bag(path: Path) -> Iterator[Bag]:
         import rosbags.highlevel  # noqa: F401
     except ImportError as cause:
         raise MissingExtraError(f"reading {path}", "lidar") from cause
-    opened = open_files if without_metadata(path) else _open_rosbag
-    with (open_mcap if path.suffix.lower() == ".mcap" else opened)(path) as bag:
+    suffix = "" if path.is_dir() else path.suffix.lower()
+    opened = {".mcap": open_mcap, ".bag": _open_bag1}.get(suffix, open_files)
+    with opened(path) as bag:
         yield bag
 
 
 @contextmanager
-def _open_rosbag(path: Path) -> Iterator[Bag]:
+def _open_bag1(path: Path) -> Iterator[Bag]:
     from rosbags.highlevel import AnyReader
 
-    is_ros1 = path.suffix.lower() == ".bag" and not path.is_dir()
-    kind = "ROS 1 bag" if is_ros1 else "ROS 2 bag"
-    place = path if is_ros1 or path.is_dir() else path.parent
-    own = library_complaints()
+    kind, own = "ROS 1 bag", library_complaints()
     with ExitStack() as stack:
         with damage_told(path, kind, own):
-            reader = AnyReader([place], default_typestore=ros2_types())
+            reader = AnyReader([path])
             stack.callback(_close, reader)  # its own way out leaves files open after a failure
             reader.open()
             topics = merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
@@ -65,14 +63,17 @@ def _open_rosbag(path: Path) -> Iterator[Bag]:
             wanted = [c for c in reader.connections if c.topic in names]
             promised, found = sum(c.msgcount for c in wanted), 0
             with damage_told(path, kind, own):
-                for connection, logged_ns, raw in reader.messages(wanted) if wanted else ():
+                for one in messages_of_bag1(reader.readers[0], wanted):
                     found += 1
+                    connection, logged_ns, raw = one
+                    lost = isinstance(one, Lost)
                     yield RawMessage(
                         connection.topic,
                         connection.msgtype,
                         logged_ns * NANOSECOND_S,
-                        bytes(raw),
-                        not is_ros1,
+                        b"" if lost else bytes(raw),
+                        ros2=False,
+                        damage=one.why if lost else "",
                     )
             if found < promised:
                 raise InputError(

@@ -15,6 +15,7 @@ from clearway.base.errors import InputError, naming
 from clearway.io.what_file import reader_of
 
 if TYPE_CHECKING:
+    from clearway.io.scans.optical import Axes
     from clearway.io.scans.pointcloud import PointCloud
     from clearway.io.scans.timed_scans import ScanSequence
 
@@ -149,10 +150,14 @@ def format_of(path: Path) -> ScanFormat:
     return reader_of(path, BY_SUFFIX, "point cloud")
 
 
-def read_points(path: str | Path, without_classes: Sequence[int] = ()) -> PointCloud:
-    """Read a point cloud of any known format, of recordings the first; the suffix tells which.
+def read_points(
+    path: str | Path, without_classes: Sequence[int] = (), frame: Axes = "auto"
+) -> PointCloud:
+    """Read a point cloud of any known format, of recordings the first usable one, x ahead.
 
-    without_classes: points of a survey that are left out and counted, wherever they stray.
+    without_classes: points of a survey that are left out and counted, wherever they stray. frame:
+    the axes of the points as they stand; "auto" takes them for a camera's where a recording calls
+    their frame so.
 
     Points that are not finite are left out and counted. Raises InputError when the file is absent,
     empty, truncated, of another format than its suffix says, without points, or too wide to be in
@@ -160,27 +165,24 @@ def read_points(path: str | Path, without_classes: Sequence[int] = ()) -> PointC
     """
     from clearway.io.scans.pointcloud import with_points
 
-    return with_points(read_cloud(Path(path), without_classes))
+    return with_points(read_cloud(Path(path), without_classes, frame))
 
 
-def read_cloud(path: Path, without_classes: Sequence[int] = ()) -> PointCloud:
-    """As `read_points`, but perhaps without any point."""
+def read_cloud(path: Path, without_classes: Sequence[int] = (), frame: Axes = "body") -> PointCloud:
+    """As `read_points`, but perhaps without any point, and by default as it stands."""
     from clearway.io.foreign_errors import damage_told
+    from clearway.io.scans.optical import cloud_ahead, with_x_ahead
     from clearway.io.scans.pointcloud import cleaned
+    from clearway.io.scans.usable import LeftOut, first_usable
 
     one = format_of(path)
     check_start(path)
     with damage_told(path, f"{path.suffix} file"):
         if one.cloud is not None:
-            return cleaned(one.cloud(path), without_classes)
+            cloud = cleaned(one.cloud(path), without_classes)
+            return cloud_ahead(cloud) if frame == "optical" else cloud
         assert one.scans is not None
-        return _first(one.scans(path, None, None))
-
-
-def _first(scans: ScanSequence) -> PointCloud:
-    for scan in scans:
-        return scan.read()
-    raise InputError(scans.source, "no scan in it")
+        return first_usable(with_x_ahead(one.scans(path, None, None), frame), LeftOut())[1]
 
 
 def check_start(path: Path) -> None:

@@ -10,6 +10,7 @@ from clearway.base.errors import InputError
 from clearway.io.scans.bag import METADATA
 from clearway.io.scans.bag_files import is_bag_file
 from clearway.io.scans.bag_scans import bag_scans
+from clearway.io.scans.optical import Axes, with_x_ahead
 from clearway.io.scans.scan_folder import SCAN_SUFFIXES, folder_scans
 from clearway.io.scans.scan_formats import BY_SUFFIX, check_start, format_of, read_points
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
@@ -17,15 +18,24 @@ from clearway.io.what_file import refuse_others, require_file, what_file
 
 
 def open_scans(
-    path: str | Path, topic: str | None = None, poses: str | Path | None = None
+    path: str | Path,
+    topic: str | None = None,
+    poses: str | Path | None = None,
+    frame: Axes = "auto",
 ) -> ScanSequence:
     """The scans of a point cloud file, a folder of numbered ones, a bag, or an Ouster recording.
 
     topic: of a bag with several. poses: a file of poses (KITTI, TUM, a table, ULog) or a bag's
-    topic of odometry or poses; by default those that a bag tells. Raises InputError where the file
-    cannot be read or an option does not belong to it, and MissingExtraError.
+    topic of odometry or poses; by default those that a bag tells. frame: the axes of the points,
+    "body", "optical" or "auto"; by default optical ones are turned where the bag names them so.
+    Raises InputError where the file cannot be read or an option does not belong to it, and
+    MissingExtraError.
     """
-    path = Path(path)
+    return with_x_ahead(_as_recorded(Path(path), topic, poses), frame)
+
+
+def _as_recorded(path: Path, topic: str | None, poses: str | Path | None) -> ScanSequence:
+    """The scans with the axes that they were recorded in."""
     if path.is_dir():
         is_bag = _is_bag_folder(path)
     else:

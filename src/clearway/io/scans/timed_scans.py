@@ -40,11 +40,13 @@ class ScanSequence:
     format: str
     scans: Callable[[], Iterator[TimedScan]]
     mounting: Mounting | None = None
-    """Place of the sensor on the vehicle, where the recording tells it."""
+    """Pose of the sensor, x ahead, on the vehicle, where the recording tells it."""
     notes: tuple[str, ...] = ()
     """What was assumed where the recording is silent; to be shown."""
     poses: str = NO_POSES
     """What there is of poses, in words."""
+    frame: str = ""
+    """What the recording calls the frame of its points."""
 
     __repr__ = brief
 

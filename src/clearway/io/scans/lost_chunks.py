@@ -1,0 +1,167 @@
+"""Recordings with damage amid them: all other messages, and what was lost."""
+
+from __future__ import annotations
+
+import heapq
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import islice
+from typing import Any, BinaryIO, NamedTuple
+
+from clearway.io.foreign_errors import COMPLAINTS, LONGEST
+from clearway.io.scans.bag import library_complaints
+from clearway.io.scans.zstd import unpacked_message
+
+RECORD_HEAD = 9
+"""Bytes of an MCAP record before its content: what it is, and how long."""
+
+
+class Lost(NamedTuple):
+    """A message that cannot be read."""
+
+    channel: Any
+    """Connection of a bag, or channel of an MCAP file."""
+    logged_ns: int
+    why: str
+
+
+def messages_of_mcap(reader: Any, file: BinaryIO, names: Sequence[str]) -> Iterator[Any]:
+    """Yield (schema, channel, message) of an MCAP file, and a `Lost` for what damage hides.
+
+    reader: a `SeekingReader` of the file; its summary loses the chunks that are damaged. Raises
+    what mcap does where no chunk of an index is to blame.
+    """
+    found = 0
+    while True:
+        try:
+            for one in islice(reader.iter_messages(list(names)), found, None):
+                found += 1
+                yield one
+            return
+        except (*COMPLAINTS, *library_complaints()) as cause:
+            summary, why = reader.get_summary(), words(cause)
+            damaged = [one for one in summary.chunk_indexes if not _is_whole(one, file)]
+            if not damaged:
+                raise
+            for one in damaged:
+                summary.chunk_indexes.remove(one)
+        for one in damaged:
+            yield from _lost_of(one, file, summary, names, why)
+
+
+def _is_whole(index: Any, file: BinaryIO) -> bool:
+    from mcap.data_stream import ReadDataStream
+    from mcap.records import Chunk
+    from mcap.stream_reader import breakup_chunk
+
+    try:
+        file.seek(index.chunk_start_offset + RECORD_HEAD)
+        breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
+    except (*COMPLAINTS, *library_complaints()):
+        return False
+    return True
+
+
+def _lost_of(
+    index: Any, file: BinaryIO, summary: Any, names: Sequence[str], why: str
+) -> Iterator[Lost]:
+    """What a chunk held of some topics, by the records after it."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.records import MessageIndex
+
+    for number, offset in index.message_index_offsets.items():
+        channel = summary.channels.get(number)
+        if channel is None or channel.topic not in names:
+            continue
+        times = [index.message_start_time]
+        with suppress(*COMPLAINTS, *library_complaints()):
+            file.seek(offset + RECORD_HEAD)
+            listed = MessageIndex.read(ReadDataStream(file)).records
+            times = [logged_ns for logged_ns, _ in listed]
+        for logged_ns in times:
+            yield Lost(channel, logged_ns, why)
+
+
+def messages_of_bag1(reader: Any, wanted: Sequence[Any]) -> Iterator[Any]:
+    """Yield (connection, nanoseconds, bytes) of a ROS 1 bag, and a `Lost` for what damage hides.
+
+    reader: of `rosbags.rosbag1`, open; its index loses what is damaged.
+    """
+    done = 0
+    while True:
+        entries = list(heapq.merge(*(reader.indexes[one.id] for one in wanted)))
+        if done >= len(entries):
+            return
+        start_ns = entries[done].time
+        again = sum(1 for entry in entries[:done] if entry.time == start_ns)
+        try:
+            for one in islice(reader.messages(wanted, start=start_ns), again, None):
+                done += 1
+                yield one
+            return
+        except (*COMPLAINTS, *library_complaints()) as cause:
+            why, damaged = words(cause), entries[done]
+        yield from _lost_with(reader, wanted, damaged, why)
+
+
+def _lost_with(reader: Any, wanted: Sequence[Any], damaged: Any, why: str) -> Iterator[Lost]:
+    """One message, or all of its chunk if that cannot be unpacked; the index loses them."""
+    whole = _unpacks(reader, reader.chunks[damaged.chunk_pos])
+    for connection in wanted:
+        kept = []
+        for entry in reader.indexes[connection.id]:
+            if entry == damaged if whole else entry.chunk_pos == damaged.chunk_pos:
+                yield Lost(connection, entry.time, why)
+            else:
+                kept.append(entry)
+        reader.indexes[connection.id] = kept
+
+
+def _unpacks(reader: Any, chunk: Any) -> bool:
+    try:
+        reader.bio.seek(chunk.datapos)
+        chunk.decompressor(reader.bio.read(chunk.datasize))
+    except (*COMPLAINTS, *library_complaints()):
+        return False
+    return True
+
+
+def rows_of_sqlite(
+    base: sqlite3.Connection, topics: Sequence[int]
+) -> Iterator[tuple[int, int, bytes, str]]:
+    """Yield (topic, nanoseconds, bytes, why not) of the messages of a .db3 in the order of time.
+
+    Where pages are damaged, messages are read one by one. Raises sqlite3.Error where not even
+    their list can be read.
+    """
+    marks = ",".join("?" * len(topics))
+    chosen = f"FROM messages WHERE topic_id IN ({marks}) ORDER BY timestamp"
+    done = 0
+    try:
+        for row in base.execute(f"SELECT topic_id, timestamp, data {chosen}", topics):
+            done += 1
+            yield (*row, "")
+        return
+    except sqlite3.DatabaseError:
+        listed = base.execute(f"SELECT rowid, topic_id, timestamp {chosen}", topics).fetchall()
+    for number, topic, logged_ns in listed[done:]:
+        try:
+            ((data,),) = base.execute("SELECT data FROM messages WHERE rowid = ?", (number,))
+        except (sqlite3.DatabaseError, ValueError) as cause:
+            yield topic, logged_ns, b"", words(cause)
+        else:
+            yield topic, logged_ns, data, ""
+
+
+def unpacked_or_why(data: bytes) -> tuple[bytes, str]:
+    """Return a message that may be packed by zstd as it was serialised, or why it cannot be."""
+    try:
+        return unpacked_message(data), ""
+    except (*COMPLAINTS, *library_complaints()) as cause:
+        return b"", words(cause)
+
+
+def words(cause: Exception) -> str:
+    """Return what a library says, as one short line."""
+    return f"{type(cause).__name__}: {' '.join(str(cause).split())[:LONGEST]}"
