@@ -147,7 +147,7 @@ def _scan(
         source = f"{path} scan {index}"
         if header is None:
             raise InputError(source, f"damaged message ({message.damage or 'no header'})")
-        if header.frame.lstrip("/") != frame.lstrip("/"):
+        if header.frame and frame and header.frame.lstrip("/") != frame.lstrip("/"):
             other = f"its frame is {header.frame!r}, that of the first one {frame!r}"
             raise InputError(source, other)
         with damage_told(source, message.type):
