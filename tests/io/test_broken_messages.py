@@ -136,6 +136,15 @@ def test_a_recording_of_which_nothing_can_be_used_is_an_error(tmp_path: Path) ->
             read(path)
 
 
+def test_a_frame_that_is_named_later_is_no_other_one(tmp_path: Path) -> None:
+    types = Types()
+    messages = [
+        Message("/points", 1.0 + n, types.cloud2(1.0 + n, frame, POINTS))
+        for n, frame in enumerate(("", "lidar", "/lidar"))
+    ]
+    assert len(list(cw.read_scans(mcap2(tmp_path, messages)))) == 3
+
+
 def test_a_folder_is_read_past_a_broken_file(tmp_path: Path) -> None:
     for number in range(4):
         np.save(tmp_path / f"{number}.npy", POINTS + number)

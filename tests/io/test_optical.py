@@ -15,7 +15,7 @@ import clearway as cw
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
 from clearway.io.poses.pose_track import quaternions_of
-from clearway.io.scans.optical import AHEAD_FROM_OPTICAL, is_optical, points_ahead
+from clearway.io.scans.optical import AHEAD_FROM_OPTICAL, is_optical, turn_points
 from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.missions.scene_reading import scene_of
@@ -49,8 +49,8 @@ def body_points(sequence: Any) -> np.ndarray:
 
 @given(arrays(np.float64, (7, 3), elements=st.floats(-1e3, 1e3)))
 def test_turning_is_a_rotation_that_turns_back_to_the_last_bit(points: np.ndarray) -> None:
-    np.testing.assert_array_equal(points_ahead(optical(points)), points)
-    np.testing.assert_array_equal(points_ahead(points), points @ AHEAD_FROM_OPTICAL.T)
+    np.testing.assert_array_equal(turn_points(optical(points)), points)
+    np.testing.assert_array_equal(turn_points(points), points @ AHEAD_FROM_OPTICAL.T)
     assert np.linalg.det(AHEAD_FROM_OPTICAL) == pytest.approx(1.0)
 
 

@@ -134,3 +134,29 @@ def test_the_node_decides_on_a_recording_as_assess_does(tmp_path: Path) -> None:
         assert one.decision.choice.clearance_m == other.decision.choice.clearance_m
     assert len({tuple(one.movements) for one in node}) > 1, "there was something to decide"
     assert link.topics["/points"].rate_hz == pytest.approx(1.0), "by the times of the recording"
+
+
+def test_a_broken_page_of_a_recording_is_a_malformed_message(tmp_path: Path) -> None:
+    """As live: counted, and what comes after it is heard."""
+    from rosbags.rosbag2 import Writer
+
+    kind, clouds = "sensor_msgs/msg/PointCloud2", []
+    for n in range(5):
+        clouds.append(cloud(BEGAN_S + n, np.full((1500, 3), 1.5 + n)))
+    with Writer(tmp_path / "bag") as writer:
+        points = writer.add_connection("/points", kind, typestore=message_types())
+        for n, one in enumerate(clouds):
+            writer.write(points, round((BEGAN_S + n) * 1e9), packed(one))
+    file = next((tmp_path / "bag").glob("*.db3"))
+    content = bytearray(file.read_bytes())
+    at = content.index(clouds[2].data[12_000:12_024].tobytes())
+    content[at : at + 5000] = bytes(5000)
+    file.write_bytes(content)
+    bus = BagBus(tmp_path / "bag")
+    bus.subscribe("/points", kind, USUAL)
+    raws = []
+    while not bus.ended:
+        bus.wait(0.0)
+        raws += [one.raw for one in bus.take()]
+    bus.close()
+    assert raws == [packed(one) if n != 2 else b"" for n, one in enumerate(clouds)]

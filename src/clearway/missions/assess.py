@@ -23,7 +23,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.missions.planned import Notice
 from clearway.missions.recorded_scan import RecordedScan, read_scan
-from clearway.missions.scan_fit import assumed_vehicle
+from clearway.missions.scan_fit import describe_assumed_vehicle
 from clearway.missions.scene_reading import read_scene
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Lidar, Scan, estimate_pattern
@@ -98,7 +98,7 @@ def assess(
     )
     _check_times(scene)
     if vehicle is None and scene.reach.kind == "multirotor":
-        _tell(notice, [assumed_vehicle(scene.speed_mps, "vehicle", "speed_mps")])
+        _tell(notice, [describe_assumed_vehicle(scene.speed_mps, "vehicle", "speed_mps")])
     return assess_scene(scene, notice)
 
 

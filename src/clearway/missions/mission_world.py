@@ -12,7 +12,7 @@ from clearway.io.what_file import require_files
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import MissionMaps
 from clearway.missions.place_sections import PointCloudSection
-from clearway.missions.scan_fit import ABOVE, direction_of
+from clearway.missions.scan_fit import ABOVE, find_direction
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.point_world import PointWorld
 from clearway.obstacles.world import CombinedWorld, World
@@ -90,7 +90,7 @@ def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
         points = points - np.array(section.origin_m)
     left_out = [f"{number} points left out: {reason}" for reason, number in cloud.counts.items()]
     notes = [*left_out, *cloud.notes]
-    if section.frame == "auto" and not cloud.survey and direction_of(cloud.points_m) == ABOVE:
+    if section.frame == "auto" and not cloud.survey and find_direction(cloud.points_m) == ABOVE:
         notes.append(
             "all points lie in a cone about +z: if a depth camera recorded them, the world lies on "
             'its side; frame = "optical" of [point_cloud] turns it, frame = "body" leaves it'

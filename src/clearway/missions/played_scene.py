@@ -14,7 +14,7 @@ from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
-from clearway.io.scans.usable import LeftOut, first_usable
+from clearway.io.scans.usable import LeftOut, find_usable
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.live.playback import Moment, PlayedScan, mission_along, play
 from clearway.missions.scene_file import ScanSection
@@ -68,7 +68,7 @@ def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:
         )
     sequence = open_section(Path(), section)
     states = _states(sequence, section)
-    scene, (first, cloud) = read.scene, first_usable(sequence, LeftOut(), whole=True)
+    scene, (first, cloud) = read.scene, find_usable(sequence, LeftOut(), whole=True)
     lidar, pattern_from = _lidar(section, cloud, sequence, scene)
     system = _system(scene, lidar, states, first.time_s, notice)
     left_out = LeftOut()
@@ -138,7 +138,7 @@ def _moments(
 ) -> Iterator[tuple[int, Moment]]:
     """Scans with their states; those of no use are counted."""
     last_s = -math.inf
-    for scan, after_s in _with_next_time(sequence):
+    for scan, after_s in _pair_with_next_time(sequence):
         reason = OUT_OF_ORDER if scan.time_s <= last_s else ""
         if last_s < after_s < scan.time_s:
             reason = AHEAD_OF_TIME
@@ -161,7 +161,7 @@ def _moments(
         )
 
 
-def _with_next_time(sequence: ScanSequence) -> Iterator[tuple[TimedScan, float]]:
+def _pair_with_next_time(sequence: ScanSequence) -> Iterator[tuple[TimedScan, float]]:
     """Scans, and when the next one is."""
     held: TimedScan | None = None
     for scan in sequence:

@@ -13,8 +13,8 @@ from clearway.io.scans.optical import Axes
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan
-from clearway.io.scans.usable import LeftOut, first_usable, usable_at
-from clearway.missions.scan_fit import elsewhere_notes
+from clearway.io.scans.usable import LeftOut, find_usable, read_usable
+from clearway.missions.scan_fit import note_direction
 from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import lidar_of
 from clearway.sensors import Lidar, Scan
@@ -96,11 +96,11 @@ def read_scan(
     RecordedScan('street.pcd' scan 0, 2,760 points, at 0 s, by vlp16 (stated))
     """
     sequence = open_scans(path, topic, poses, frame)
-    scan, cloud, before = usable_at(sequence, at)
+    scan, cloud, before = read_usable(sequence, at)
     if poses is not None and scan.state is None:
         raise InputError(str(poses), f"no pose at scan {scan.index}, {scan.time_s:.3f} s")
     recorded = _recorded(sequence, scan, cloud, *_lidar(sensor, frame, sequence, cloud))
-    elsewhere = elsewhere_notes(sequence.source, frame, recorded.lidar.mounting, recorded.points_m)
+    elsewhere = note_direction(sequence.source, frame, recorded.lidar.mounting, recorded.points_m)
     return replace(recorded, notes=(*before, *elsewhere, *recorded.notes))
 
 
@@ -124,7 +124,7 @@ def read_scans(
     [2760]
     """
     sequence = open_scans(path, topic, poses, frame)
-    _, cloud = first_usable(sequence, LeftOut(), whole=True)
+    _, cloud = find_usable(sequence, LeftOut(), whole=True)
     return RecordedScans(sequence, *_lidar(sensor, frame, sequence, cloud))
 
 

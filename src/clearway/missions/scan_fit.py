@@ -136,7 +136,7 @@ def refuse_other_axes(section: ScanSection, cloud: PointCloud, sequence: ScanSeq
             f"the frame {sequence.frame} has z ahead by its name, but its points lie behind the "
             f"camera too, where none sees: {CHOICES}",
         )
-    if not named and direction_of(cloud.points_m) == ABOVE and _fills_an_image(cloud.points_m):
+    if not named and find_direction(cloud.points_m) == ABOVE and _fills_an_image(cloud.points_m):
         raise InputError(
             cloud.source,
             f"all points lie within {np.degrees(CONE_RAD):.0f} deg of +z and fill a rectangular "
@@ -160,11 +160,11 @@ def _fills_an_image(points_m: FloatArray) -> bool:
     return all(float(np.mean(inside.all(axis=1))) >= IN_A_CORNER for inside in corners)
 
 
-def elsewhere_notes(
+def note_direction(
     source: str, frame: Axes, mounting: Mounting, points_m: FloatArray
 ) -> tuple[str, ...]:
     """Return a note where no point of a scan lies ahead of the vehicle, and what to state."""
-    direction = direction_of(points_m @ mounting.body_from_sensor.T)
+    direction = find_direction(points_m @ mounting.body_from_sensor.T)
     if direction is None:
         return ()
     note = f"{source}: all points lie {direction} the vehicle, so nothing ahead was seen"
@@ -178,7 +178,7 @@ def elsewhere_notes(
     )
 
 
-def direction_of(points_m: FloatArray) -> str | None:
+def find_direction(points_m: FloatArray) -> str | None:
     """Return where nearly all points lie, of `DIRECTIONS`; None where some are ahead or around."""
     if len(points_m) < ENOUGH:
         return None
@@ -189,15 +189,15 @@ def direction_of(points_m: FloatArray) -> str | None:
     return None
 
 
-def vehicle_note(file: SceneFile, speed_mps: float) -> tuple[str, ...]:
+def note_vehicle(file: SceneFile, speed_mps: float) -> tuple[str, ...]:
     """A note where the vehicle of a recording is assumed."""
     stated = file.vehicle is not None and file.vehicle.kind is not None
     if stated or not file.records_a_flight:
         return ()
-    return (assumed_vehicle(speed_mps, "--vehicle (`kind` of [vehicle])", "--speed"),)
+    return (describe_assumed_vehicle(speed_mps, "--vehicle (`kind` of [vehicle])", "--speed"),)
 
 
-def assumed_vehicle(speed_mps: float, kind_key: str, speed_key: str) -> str:
+def describe_assumed_vehicle(speed_mps: float, kind_key: str, speed_key: str) -> str:
     """Return what is assumed of the vehicle of a recording, and what states another one."""
     return (
         f"vehicle: a multirotor of up to {speed_mps:g} m/s is assumed; state yours with {kind_key} "

@@ -24,15 +24,15 @@ from clearway.base.state import State
 from clearway.io.scans.pointcloud import SCAN_LIMIT_M, PointCloud
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
-from clearway.io.scans.usable import usable_at
+from clearway.io.scans.usable import read_usable
 from clearway.io.toml import parse_model, read_toml
 from clearway.missions.scan_fit import (
     airframe_notes,
     corner_notes,
-    elsewhere_notes,
     fitted_to,
+    note_direction,
+    note_vehicle,
     refuse_other_axes,
-    vehicle_note,
 )
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -96,7 +96,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
     if measured is not None and file.scan is not None:
         seen = _seen(source, file.scan, measured)
         points_m, mounting = measured.cloud.points_m, seen.lidar.mounting
-        notes += elsewhere_notes(measured.sequence.source, file.scan.frame, mounting, points_m)
+        notes += note_direction(measured.sequence.source, file.scan.frame, mounting, points_m)
         file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
         notes += corner_notes(measured.sequence.source, points_m)
@@ -112,7 +112,7 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
         reach=_reach_settings(file),
         rating=_rating(file),
     )
-    notes = (*notes, *vehicle_note(file, scene.speed_mps), *_inside(file, state))
+    notes = (*notes, *note_vehicle(file, scene.speed_mps), *_inside(file, state))
     return SceneInput(scene, file.effective(folder), notes)
 
 
@@ -132,7 +132,7 @@ def _measured(folder: Path, section: ScanSection | None) -> Measured | None:
     if section is None or section.file is None:
         return None
     sequence = open_section(folder, section)
-    scan, cloud, before = usable_at(sequence, section.at)
+    scan, cloud, before = read_usable(sequence, section.at)
     if section.poses is not None and scan.state is None:
         raise InputError(
             str(section.poses),

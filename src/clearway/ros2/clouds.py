@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.io.scans.cloud_message import FIELD_TYPES, returns_of_cloud2
-from clearway.io.scans.optical import Axes, is_optical, points_ahead
+from clearway.io.scans.optical import Axes, is_optical, turn_points
 
 MOST_POINTS = 2_000_000
 """No sensor has more; a larger cloud is refused."""
@@ -33,7 +33,7 @@ def points_of(message: Any, kind: str, axes: Axes = "auto") -> TimedPoints:
     with np.errstate(all="ignore"):  # signalling NaNs of a damaged message
         found = _of_laser(message) if kind == "LaserScan" else _of_cloud(message)
     if axes == "optical" or (axes == "auto" and is_optical(message.header.frame_id)):
-        return found._replace(points_m=points_ahead(found.points_m))
+        return found._replace(points_m=turn_points(found.points_m))
     return found
 
 

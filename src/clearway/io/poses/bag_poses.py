@@ -113,7 +113,7 @@ def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
         deviations.append(_deviations(getattr(found.pose, "covariance", None)))
         body = getattr(found, "child_frame_id", "")
     track = _track(f"{path} {topic}", times, poses, deviations)
-    track = replace(track, notes=(*track.notes, *_damaged_note(damaged, topic)))
+    track = replace(track, notes=(*track.notes, *_note_damaged(damaged, topic)))
     if not is_optical(body):
         return track, body
     turned = [rotation_of(one) @ AHEAD_FROM_OPTICAL.T for one in track.quaternion]
@@ -127,7 +127,7 @@ def _decoded(bag: Bag, message: RawMessage) -> Any:
     return bag.decoded(message)
 
 
-def _damaged_note(count: int, topics: str) -> tuple[str, ...]:
+def _note_damaged(count: int, topics: str) -> tuple[str, ...]:
     return (f"{count} damaged messages of {topics} left out",) if count else ()
 
 
@@ -160,7 +160,7 @@ def _edges(path: Path, bag: Bag) -> tuple[dict[str, Edge], tuple[str, ...]]:
     edges = {
         child: Edge(parents[child], track) for child, track in tracks.items() if len(track.time_s)
     }
-    return edges, _damaged_note(damaged, ", ".join(topics))
+    return edges, _note_damaged(damaged, ", ".join(topics))
 
 
 def _seconds(stamp: Any) -> float:

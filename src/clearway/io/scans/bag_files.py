@@ -27,7 +27,7 @@ from clearway.io.scans.bag import (
     types_of,
 )
 from clearway.io.scans.bag_mcap import open_mcap
-from clearway.io.scans.lost_chunks import rows_of_sqlite, unpacked_or_why
+from clearway.io.scans.lost_chunks import read_sqlite_rows, try_unpack
 from clearway.io.scans.zstd import SUFFIX as PACKED
 from clearway.io.scans.zstd import unpacked_file
 
@@ -145,10 +145,10 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             chosen = [number for number, topic in topics.items() if topic.name in names]
             with damage_told(path, "ROS 2 bag", own):
-                for number, logged_ns, data, why in rows_of_sqlite(base, chosen):
+                for number, logged_ns, data, why in read_sqlite_rows(base, chosen):
                     topic = topics[number]
                     logged_s = logged_ns * NANOSECOND_S
-                    raw, damage = (b"", why) if why else unpacked_or_why(data)
+                    raw, damage = (b"", why) if why else try_unpack(data)
                     yield RawMessage(topic.name, topic.type, logged_s, raw, True, damage)
 
         stores: dict[str, Any] = {}

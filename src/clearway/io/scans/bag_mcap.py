@@ -19,7 +19,7 @@ from clearway.io.scans.bag import (
     ros2_name,
     types_of,
 )
-from clearway.io.scans.lost_chunks import Lost, messages_of_mcap, unpacked_or_why
+from clearway.io.scans.lost_chunks import Lost, read_mcap_messages, try_unpack
 
 MAGIC = b"\x89MCAP0\r\n"
 """At the start of a file, and at its end."""
@@ -44,7 +44,7 @@ def open_mcap(path: Path) -> Iterator[Bag]:
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             with damage_told(path, "MCAP file", own), path.open("rb") as own_file:
                 reader = _reader(own_file, indexed)
-                for one in messages_of_mcap(reader, own_file, names):
+                for one in read_mcap_messages(reader, own_file, names):
                     if isinstance(one, Lost):
                         topic, is_ros2 = one.channel.topic, one.channel.message_encoding != "ros1"
                         logged_s = one.logged_ns * NANOSECOND_S
@@ -53,7 +53,7 @@ def open_mcap(path: Path) -> Iterator[Bag]:
                     schema, channel, message = one
                     if schema is not None:
                         definitions[ros2_name(schema.name)] = schema
-                        raw, damage = unpacked_or_why(message.data)
+                        raw, damage = try_unpack(message.data)
                         yield RawMessage(
                             channel.topic,
                             ros2_name(schema.name),

@@ -43,7 +43,7 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
     """
     with open_bag(path) as bag:
         chosen = _chosen(path, bag.topics, topic)
-        frame = _first_frame(path, bag, chosen)
+        frame = _find_frame(path, bag, chosen)
         where = poses_of_bag(path, bag, frame, poses)
         kind = f"{bag.kind}, {chosen.name} ({chosen.type}), frame {frame or 'unnamed'}"
 
@@ -106,7 +106,7 @@ def _reader(path: Path, bag: Bag, topic: Topic) -> Callable[[RawMessage], PointC
     )
 
 
-def _first_frame(path: Path, bag: Bag, topic: Topic) -> str:
+def _find_frame(path: Path, bag: Bag, topic: Topic) -> str:
     """The frame of the first message that can be read; of damaged ones only if all first ones are.
 
     Noise may look like a header, hardly ever like a cloud.
@@ -147,7 +147,7 @@ def _scan(
         source = f"{path} scan {index}"
         if header is None:
             raise InputError(source, f"damaged message ({message.damage or 'no header'})")
-        if header.frame.lstrip("/") != frame.lstrip("/"):
+        if header.frame and frame and header.frame.lstrip("/") != frame.lstrip("/"):
             other = f"its frame is {header.frame!r}, that of the first one {frame!r}"
             raise InputError(source, other)
         with damage_told(source, message.type):

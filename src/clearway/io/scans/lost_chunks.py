@@ -26,7 +26,7 @@ class Lost(NamedTuple):
     why: str
 
 
-def messages_of_mcap(reader: Any, file: BinaryIO, names: Sequence[str]) -> Iterator[Any]:
+def read_mcap_messages(reader: Any, file: BinaryIO, names: Sequence[str]) -> Iterator[Any]:
     """Yield (schema, channel, message) of an MCAP file, and a `Lost` for what damage hides.
 
     reader: a `SeekingReader` of the file; its summary loses the chunks that are damaged. Raises
@@ -40,14 +40,14 @@ def messages_of_mcap(reader: Any, file: BinaryIO, names: Sequence[str]) -> Itera
                 yield one
             return
         except (*COMPLAINTS, *library_complaints()) as cause:
-            summary, why = reader.get_summary(), words(cause)
+            summary, why = reader.get_summary(), describe(cause)
             damaged = [one for one in summary.chunk_indexes if not _is_whole(one, file)]
             if not damaged:
                 raise
             for one in damaged:
                 summary.chunk_indexes.remove(one)
         for one in damaged:
-            yield from _lost_of(one, file, summary, names, why)
+            yield from _list_lost(one, file, summary, names, why)
 
 
 def _is_whole(index: Any, file: BinaryIO) -> bool:
@@ -63,7 +63,7 @@ def _is_whole(index: Any, file: BinaryIO) -> bool:
     return True
 
 
-def _lost_of(
+def _list_lost(
     index: Any, file: BinaryIO, summary: Any, names: Sequence[str], why: str
 ) -> Iterator[Lost]:
     """What a chunk held of some topics, by the records after it."""
@@ -83,7 +83,7 @@ def _lost_of(
             yield Lost(channel, logged_ns, why)
 
 
-def messages_of_bag1(reader: Any, wanted: Sequence[Any]) -> Iterator[Any]:
+def read_bag1_messages(reader: Any, wanted: Sequence[Any]) -> Iterator[Any]:
     """Yield (connection, nanoseconds, bytes) of a ROS 1 bag, and a `Lost` for what damage hides.
 
     reader: of `rosbags.rosbag1`, open; its index loses what is damaged.
@@ -101,11 +101,11 @@ def messages_of_bag1(reader: Any, wanted: Sequence[Any]) -> Iterator[Any]:
                 yield one
             return
         except (*COMPLAINTS, *library_complaints()) as cause:
-            why, damaged = words(cause), entries[done]
-        yield from _lost_with(reader, wanted, damaged, why)
+            why, damaged = describe(cause), entries[done]
+        yield from _drop_damaged(reader, wanted, damaged, why)
 
 
-def _lost_with(reader: Any, wanted: Sequence[Any], damaged: Any, why: str) -> Iterator[Lost]:
+def _drop_damaged(reader: Any, wanted: Sequence[Any], damaged: Any, why: str) -> Iterator[Lost]:
     """One message, or all of its chunk if that cannot be unpacked; the index loses them."""
     whole = _unpacks(reader, reader.chunks[damaged.chunk_pos])
     for connection in wanted:
@@ -127,7 +127,7 @@ def _unpacks(reader: Any, chunk: Any) -> bool:
     return True
 
 
-def rows_of_sqlite(
+def read_sqlite_rows(
     base: sqlite3.Connection, topics: Sequence[int]
 ) -> Iterator[tuple[int, int, bytes, str]]:
     """Yield (topic, nanoseconds, bytes, why not) of the messages of a .db3 in the order of time.
@@ -149,19 +149,19 @@ def rows_of_sqlite(
         try:
             ((data,),) = base.execute("SELECT data FROM messages WHERE rowid = ?", (number,))
         except (sqlite3.DatabaseError, ValueError) as cause:
-            yield topic, logged_ns, b"", words(cause)
+            yield topic, logged_ns, b"", describe(cause)
         else:
             yield topic, logged_ns, data, ""
 
 
-def unpacked_or_why(data: bytes) -> tuple[bytes, str]:
+def try_unpack(data: bytes) -> tuple[bytes, str]:
     """Return a message that may be packed by zstd as it was serialised, or why it cannot be."""
     try:
         return unpacked_message(data), ""
     except (*COMPLAINTS, *library_complaints()) as cause:
-        return b"", words(cause)
+        return b"", describe(cause)
 
 
-def words(cause: Exception) -> str:
+def describe(cause: Exception) -> str:
     """Return what a library says, as one short line."""
     return f"{type(cause).__name__}: {' '.join(str(cause).split())[:LONGEST]}"

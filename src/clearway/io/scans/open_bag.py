@@ -23,7 +23,7 @@ from clearway.io.scans.bag import (
 )
 from clearway.io.scans.bag_files import open_files
 from clearway.io.scans.bag_mcap import open_mcap
-from clearway.io.scans.lost_chunks import Lost, messages_of_bag1
+from clearway.io.scans.lost_chunks import Lost, read_bag1_messages
 from clearway.io.what_file import require_file
 
 
@@ -63,7 +63,7 @@ def _open_bag1(path: Path) -> Iterator[Bag]:
             wanted = [c for c in reader.connections if c.topic in names]
             promised, found = sum(c.msgcount for c in wanted), 0
             with damage_told(path, kind, own):
-                for one in messages_of_bag1(reader.readers[0], wanted):
+                for one in read_bag1_messages(reader.readers[0], wanted):
                     found += 1
                     connection, logged_ns, raw = one
                     lost = isinstance(one, Lost)

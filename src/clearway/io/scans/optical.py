@@ -26,14 +26,14 @@ def is_optical(frame: str) -> bool:
     return name.endswith("_optical") or "optical_frame" in name
 
 
-def points_ahead(points_m: FloatArray) -> FloatArray:
+def turn_points(points_m: FloatArray) -> FloatArray:
     """Return points [n, 3] of optical axes with x ahead, y left, z up; no number is rounded."""
     turned: FloatArray = np.ascontiguousarray(points_m[:, [2, 0, 1]])
     np.negative(turned[:, 1:], out=turned[:, 1:])
     return turned
 
 
-def with_x_ahead(sequence: ScanSequence, axes: Axes) -> ScanSequence:
+def turn_scans(sequence: ScanSequence, axes: Axes) -> ScanSequence:
     """Return the sequence with x ahead in all its clouds.
 
     axes: of the points; "auto" turns those of a frame that is called an optical one. Packets of a
@@ -49,18 +49,18 @@ def with_x_ahead(sequence: ScanSequence, axes: Axes) -> ScanSequence:
 
     def scans() -> Iterator[TimedScan]:
         for scan in sequence:
-            yield replace(scan, read=_reader_ahead(scan.read, TURNED + why))
+            yield replace(scan, read=_turning(scan.read, TURNED + why))
 
     return replace(sequence, scans=scans)
 
 
-def cloud_ahead(cloud: PointCloud, note: str = TURNED) -> PointCloud:
+def turn_cloud(cloud: PointCloud, note: str = TURNED) -> PointCloud:
     """Return a cloud of optical axes with x ahead; packets of a sensor have it so already."""
     if cloud.pattern is not None:
         return cloud
-    points_m = points_ahead(cloud.points_m)
+    points_m = turn_points(cloud.points_m)
     return replace(cloud, points_m=points_m, notes=(*cloud.notes, note))
 
 
-def _reader_ahead(read: Callable[[], PointCloud], note: str) -> Callable[[], PointCloud]:
-    return lambda: cloud_ahead(read(), note)
+def _turning(read: Callable[[], PointCloud], note: str) -> Callable[[], PointCloud]:
+    return lambda: turn_cloud(read(), note)

@@ -171,18 +171,18 @@ def read_points(
 def read_cloud(path: Path, without_classes: Sequence[int] = (), frame: Axes = "body") -> PointCloud:
     """As `read_points`, but perhaps without any point, and by default as it stands."""
     from clearway.io.foreign_errors import damage_told
-    from clearway.io.scans.optical import cloud_ahead, with_x_ahead
+    from clearway.io.scans.optical import turn_cloud, turn_scans
     from clearway.io.scans.pointcloud import cleaned
-    from clearway.io.scans.usable import LeftOut, first_usable
+    from clearway.io.scans.usable import LeftOut, find_usable
 
     one = format_of(path)
     check_start(path)
     with damage_told(path, f"{path.suffix} file"):
         if one.cloud is not None:
             cloud = cleaned(one.cloud(path), without_classes)
-            return cloud_ahead(cloud) if frame == "optical" else cloud
+            return turn_cloud(cloud) if frame == "optical" else cloud
         assert one.scans is not None
-        return first_usable(with_x_ahead(one.scans(path, None, None), frame), LeftOut())[1]
+        return find_usable(turn_scans(one.scans(path, None, None), frame), LeftOut())[1]
 
 
 def check_start(path: Path) -> None:

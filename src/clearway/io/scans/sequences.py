@@ -10,7 +10,7 @@ from clearway.base.errors import InputError
 from clearway.io.scans.bag import METADATA
 from clearway.io.scans.bag_files import is_bag_file
 from clearway.io.scans.bag_scans import bag_scans
-from clearway.io.scans.optical import Axes, with_x_ahead
+from clearway.io.scans.optical import Axes, turn_scans
 from clearway.io.scans.scan_folder import SCAN_SUFFIXES, folder_scans
 from clearway.io.scans.scan_formats import BY_SUFFIX, check_start, format_of, read_points
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
@@ -31,7 +31,7 @@ def open_scans(
     Raises InputError where the file cannot be read or an option does not belong to it, and
     MissingExtraError.
     """
-    return with_x_ahead(_as_recorded(Path(path), topic, poses), frame)
+    return turn_scans(_as_recorded(Path(path), topic, poses), frame)
 
 
 def _as_recorded(path: Path, topic: str | None, poses: str | Path | None) -> ScanSequence:

@@ -50,7 +50,7 @@ class LeftOut:
         return ", ".join(f"{count} {reason}" for reason, count in self.counts.items())
 
 
-def first_usable(
+def find_usable(
     sequence: ScanSequence, left_out: LeftOut, *, whole: bool = False
 ) -> tuple[TimedScan, PointCloud]:
     """Return the first scan that can be used, and its points; those before it are counted.
@@ -73,7 +73,7 @@ def first_usable(
     raise InputError(left_out.error.source, [*left_out.error.problems, none]) from left_out.error
 
 
-def usable_at(
+def read_usable(
     sequence: ScanSequence, at: At | None
 ) -> tuple[TimedScan, PointCloud, tuple[str, ...]]:
     """Return a scan by number or time, its points, and notes; by default the first usable one.
@@ -84,6 +84,6 @@ def usable_at(
         scan = scan_at(sequence, at)
         return scan, with_points(scan.read()), ()
     left_out = LeftOut()
-    scan, cloud = first_usable(sequence, left_out)
+    scan, cloud = find_usable(sequence, left_out)
     notes = tuple(f"{sequence.source}: left out {words}" for words in left_out.first.values())
     return scan, with_points(cloud), notes
