@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from clearway.base.errors import ClearwayError, InputError
-from clearway.io.readers import ALONE, Reader, reader
+from clearway.io.readers import ALONE, Reader, folder, reader
 
 MEMORY_BYTES, MEMORY_PER_BYTE = 700_000_000, 30
 """Of data, for the libraries and for each byte of the file."""
@@ -78,7 +78,7 @@ def _answers(
         os.close(asked)
     try:
         with contextlib.suppress(BrokenPipeError), os.fdopen(asking, "wb") as ask:
-            pickle.dump((limits, _folder(), {**os.environ, **ALONE}), ask, protocol=5)
+            pickle.dump((limits, folder(), {**os.environ, **ALONE}), ask, protocol=5)
             pickle.dump((function, arguments), ask, protocol=5)
         with os.fdopen(receiving, "rb", buffering=0) as pipe:
             while True:
@@ -95,14 +95,6 @@ def _answers(
                 yield value
     finally:
         process.close()
-
-
-def _folder() -> str:
-    """Where relative paths begin; "" where that is gone."""
-    try:
-        return os.getcwd()
-    except OSError:
-        return ""
 
 
 def _end_of(process: Reader) -> str:
@@ -147,14 +139,14 @@ def serve(asked: int, sending: int) -> None:
     """What runs in the other process: call what is asked for, send what comes."""
     with os.fdopen(asked, "rb") as asking, os.fdopen(sending, "wb") as pipe:
         try:
-            (memory_bytes, cpu_s), folder, environment = pickle.load(asking)
+            (memory_bytes, cpu_s), place, environment = pickle.load(asking)
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes, memory_bytes))
             resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
             os.environ.clear()
             os.environ.update(environment)
             with contextlib.suppress(OSError):
-                os.chdir(folder)
+                os.chdir(place)
             function, arguments = pickle.load(asking)
             for item in function(*arguments):
                 _send(pipe, ("item", item))

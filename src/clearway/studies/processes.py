@@ -12,6 +12,8 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
+SAFE_PATH = "PYTHONSAFEPATH"
+"""Of the environment: as `-P` of Python, for all that multiprocessing starts."""
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
@@ -35,9 +37,11 @@ def in_processes(
         return
     others = set(active_children())
     # Fresh processes: forked ones would inherit the threads of a progress bar.
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (begin, given))
+    with _own_modules_only():
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (begin, given))
     try:
-        with _interrupts_held():  # Processes begin with the first jobs, and inherit that.
+        # Processes begin with the first jobs, and inherit both.
+        with _own_modules_only(), _interrupts_held():
             waiting = [pool.submit(work, job) for job in jobs]
         for done in as_completed(waiting):
             yield done.result()
@@ -48,6 +52,21 @@ def in_processes(
             pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
+
+
+@contextmanager
+def _own_modules_only() -> Iterator[None]:
+    """Processes that begin in the block take no module from the working folder, where a file of
+    anybody's may have the name of one of Python's own."""
+    before = os.environ.get(SAFE_PATH)
+    os.environ[SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[SAFE_PATH]
+        else:
+            os.environ[SAFE_PATH] = before
 
 
 @contextmanager
