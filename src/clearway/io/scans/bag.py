@@ -40,6 +40,8 @@ class RawMessage(NamedTuple):
     raw: bytes
     ros2: bool
     """Whether `raw` is CDR, and not ROS 1's serialisation."""
+    value: Any = None
+    """As it was decoded where it was read, in plain values; or the InputError of that."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
-from urllib.parse import quote
 
 from clearway.base.errors import InputError
 from clearway.io.foreign_errors import damage_told
@@ -28,6 +27,7 @@ from clearway.io.scans.bag import (
 from clearway.io.scans.bag_mcap import open_mcap
 from clearway.io.scans.zstd import SUFFIX as PACKED
 from clearway.io.scans.zstd import unpacked_file, unpacked_message
+from clearway.io.sqlite_file import open_sqlite, refuse_programs, rows_of
 
 SUFFIXES = (".db3", ".mcap")
 KNOWN_VERSION = 8
@@ -52,14 +52,19 @@ def is_bag_file(path: Path) -> bool:
     return Path(path.name.removesuffix(PACKED)).suffix in SUFFIXES
 
 
-@contextmanager
-def open_files(path: Path) -> Iterator[Bag]:
-    """Open the files of a bag one after the other as one recording; packed ones are unpacked aside.
+def plain_files(path: Path, stack: ExitStack) -> list[Path]:
+    """The files of a bag in the order of recording; packed ones are unpacked aside, into a folder
+    that goes with the stack.
 
     Raises InputError where one that the metadata name is missing, or none is there.
     """
+    return [_plain(one, stack) for one in _files(path)]
+
+
+@contextmanager
+def open_files(files: Sequence[Path]) -> Iterator[Bag]:
+    """Open the files of a bag one after the other as one recording."""
     with ExitStack() as stack:
-        files = [_plain(one, stack) for one in _files(path)]
         bags = [
             stack.enter_context(open_mcap(one) if one.suffix == ".mcap" else _open_sqlite(one))
             for one in files
@@ -128,16 +133,17 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
     own = library_complaints()
     with ExitStack() as stack:
         with damage_told(path, "ROS 2 bag", own):
-            place = f"file:{quote(str(path.absolute()))}?immutable=1"
-            base = stack.enter_context(closing(sqlite3.connect(place, uri=True)))
+            base = stack.enter_context(open_sqlite(path))
+            refuse_programs(path, base)
+            found = base.execute(
+                "SELECT topics.id, name, type, COUNT(messages.id) FROM topics "
+                "LEFT JOIN messages ON messages.topic_id = topics.id GROUP BY topics.id"
+            )
             topics = {
                 number: Topic(str(name), str(kind), count)
-                for number, name, kind, count in base.execute(
-                    "SELECT topics.id, name, type, COUNT(messages.id) FROM topics "
-                    "LEFT JOIN messages ON messages.topic_id = topics.id GROUP BY topics.id"
-                )
+                for number, name, kind, count in rows_of(path, found)
             }
-            definitions = _definitions(base)
+            definitions = _definitions(path, base)
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             chosen = [number for number, topic in topics.items() if topic.name in names]
@@ -148,7 +154,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
                     "ORDER BY timestamp",
                     chosen,
                 )
-                for number, logged_ns, data in rows:
+                for number, logged_ns, data in rows_of(path, rows):
                     topic = topics[number]
                     logged_s = logged_ns * NANOSECOND_S
                     yield RawMessage(topic.name, topic.type, logged_s, unpacked_message(data), True)
@@ -165,7 +171,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
         yield Bag("ROS 2 bag", merged(iter(topics.values())), messages, decoded)
 
 
-def _definitions(base: sqlite3.Connection) -> dict[str, Any]:
+def _definitions(path: Path, base: sqlite3.Connection) -> dict[str, Any]:
     """Definitions of messages by type, where the recorder wrote them."""
     tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
     if "message_definitions" not in tables:
@@ -175,6 +181,6 @@ def _definitions(base: sqlite3.Connection) -> dict[str, Any]:
     )
     return {
         name: SimpleNamespace(name=name, encoding=encoding, data=text.encode())
-        for name, encoding, text in rows
+        for name, encoding, text in rows_of(path, rows)
         if encoding in ("ros2msg", "ros2idl")
     }

@@ -1,17 +1,21 @@
 """Robot recordings: ROS 1 bags, ROS 2 bags and MCAP files, as topics and serialised messages.
 
-rosbags reads the bags and decodes the messages, mcap the MCAP files. Only what is asked for is
-decoded, and only when it is asked for.
+rosbags reads the bags and decodes the messages, mcap the MCAP files. Both unpack and make whatever
+a file says, so that they do it in another process.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import fields, is_dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from clearway.base.errors import InputError, MissingExtraError
+from clearway.io.apart import apart, items_apart
 from clearway.io.foreign_errors import damage_told
 from clearway.io.scans.bag import (
     NANOSECOND_S,
@@ -22,27 +26,97 @@ from clearway.io.scans.bag import (
     merged,
     ros2_types,
 )
-from clearway.io.scans.bag_files import open_files, without_metadata
+from clearway.io.scans.bag_files import open_files, plain_files, without_metadata
 from clearway.io.scans.bag_mcap import open_mcap
 from clearway.io.what_file import require_file
 
+LIBRARIES = ("mcap", "rosbags")
+LOADED_APART = (
+    "lz4.frame",
+    "mcap.reader",
+    "rosbags.highlevel",
+    "rosbags.typesys.stores.ros2_galactic",
+    "rosbags.typesys.stores.ros2_humble",
+    "zstandard",
+)
+
 
 @contextmanager
-def open_bag(path: Path) -> Iterator[Bag]:
+def open_bag(path: Path, *, decoded: bool = True) -> Iterator[Bag]:
     """Open a .bag, the folder or .db3 of a ROS 2 bag, with or without metadata, or an .mcap,
     packed by zstd or not.
 
-    Raises MissingExtraError without the packages of [lidar], InputError where it is damaged or not
-    there.
+    It is read in a process of its own, by `io.apart`, so that no file takes all memory, or time
+    without end. decoded: whether `Bag.decoded` will be asked for. Raises MissingExtraError without
+    the packages of [lidar], InputError where it is damaged or not there.
     """
     require_file(path)
+    if any(find_spec(name) is None for name in LIBRARIES):
+        raise MissingExtraError(f"reading {path}", "lidar")
+    with ExitStack() as stack:
+        files = tuple(plain_files(path, stack)) if without_metadata(path) else None
+        size = sum(one.stat().st_size for one in files or _read_by_name(path))
+        kind, topics = apart(path, "recording", _contents, path, files, size=size)
+
+        def messages(names: Sequence[str]) -> Iterator[RawMessage]:
+            asked = (path, files, tuple(names), decoded)
+            return items_apart(path, kind, _messages, *asked, size=size)
+
+        yield Bag(kind, topics, messages, _value)
+
+
+def _read_by_name(path: Path) -> list[Path]:
+    """The files of a recording; those of a ROS 2 bag with metadata lie beside each other."""
+    folder = path if path.is_dir() else path.parent
+    is_alone = path.suffix.lower() in (".bag", ".mcap") and not path.is_dir()
+    return [path] if is_alone else [one for one in folder.iterdir() if one.is_file()]
+
+
+def _value(message: RawMessage) -> Any:
+    if isinstance(message.value, Exception):
+        raise message.value
+    return message.value
+
+
+def _contents(path: Path, files: tuple[Path, ...] | None) -> tuple[str, tuple[Topic, ...]]:
+    """Kind and topics of a recording; in the other process."""
+    with _opened(path, files) as bag:
+        return bag.kind, bag.topics
+
+
+def _messages(
+    path: Path, files: tuple[Path, ...] | None, names: tuple[str, ...], decoded: bool
+) -> Iterator[RawMessage]:
+    """Messages of some topics with their values; in the other process."""
+    with _opened(path, files) as bag:
+        for message in bag.messages(names):
+            yield message._replace(value=_decoded(bag, message)) if decoded else message
+
+
+def _decoded(bag: Bag, message: RawMessage) -> Any:
     try:
-        import mcap.reader  # noqa: F401
-        import rosbags.highlevel  # noqa: F401
-    except ImportError as cause:
-        raise MissingExtraError(f"reading {path}", "lidar") from cause
-    opened = open_files if without_metadata(path) else _open_rosbag
-    with (open_mcap if path.suffix.lower() == ".mcap" else opened)(path) as bag:
+        return _plain(bag.decoded(message))
+    except InputError as error:
+        return error
+
+
+def _plain(value: Any) -> Any:
+    """A message without the class that was made for its type, which nobody else knows."""
+    if is_dataclass(value):
+        return SimpleNamespace(
+            **{one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+        )
+    return [_plain(one) for one in value] if isinstance(value, list) else value
+
+
+@contextmanager
+def _opened(path: Path, files: tuple[Path, ...] | None) -> Iterator[Bag]:
+    """A recording; files: plain ones to be read by themselves."""
+    if files is not None:
+        opened = open_files(files)
+    else:
+        opened = (open_mcap if path.suffix.lower() == ".mcap" else _open_rosbag)(path)
+    with opened as bag:
         yield bag
 
 
