@@ -185,6 +185,7 @@ def _from_file(label: str, file: Path) -> ModuleType:
     while (root / "__init__.py").is_file():
         root, parts = root.parent, [root.name, *parts]
     if str(root) not in sys.path:
+        _lack_the_same()
         sys.path.append(str(root))
         importlib.invalidate_caches()
     dotted = ".".join(parts)
@@ -193,6 +194,14 @@ def _from_file(label: str, file: Path) -> ModuleType:
     if len(parts) > 1 or file.name == "__init__.py":
         raise OwnCodeError(label, f"{file}: another package {parts[0]!r} hides it; rename it")
     return _apart(label, file)
+
+
+def _lack_the_same() -> None:
+    """Python's own modules that this machine lacks stay so: some of Python's others would else
+    import a file of the folder by such a name, as `winreg`."""
+    for name in sys.stdlib_module_names:
+        if name not in sys.modules and importlib.util.find_spec(name) is None:
+            sys.modules[name] = None  # type: ignore[assignment]
 
 
 def _origin(dotted: str) -> Path | None:

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
-from clearway.base.errors import InputError
+from clearway.base.errors import InputError, naming
 from clearway.io.foreign_errors import damage_told
 from clearway.io.scans.bag import (
     METADATA,
@@ -92,7 +92,8 @@ def _plain(path: Path, stack: ExitStack) -> Path:
             str(path),
             f"packed by zstd, but no file of a bag; valid: {' or '.join(SUFFIXES)} before {PACKED}",
         )
-    folder = Path(stack.enter_context(TemporaryDirectory(prefix="clearway-")))
+    with naming("TMPDIR", "written"):
+        folder = Path(stack.enter_context(TemporaryDirectory(prefix="clearway-")))
     with damage_told(path, "zstd file", library_complaints()):
         return unpacked_file(path, folder)
 
