@@ -128,7 +128,7 @@ def test_a_full_disk_of_temporary_files_is_no_damage(tmp_path, monkeypatch):
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most[1]))
     try:
         with pytest.raises(
-            InputError, match="cannot be unpacked into .*File too large; let TMPDIR"
+            InputError, match=r"cannot be unpacked into .*File too large; let TMPDIR"
         ):
             open_scans(path)
     finally:
