@@ -148,7 +148,9 @@ def test_a_run_writes_nothing_that_links_of_its_folder_lead_to(tmp_path: Path, n
     assert mine.read_text() == "mine"
 
 
-@pytest.mark.parametrize("files", [[1], [None], [["x"]], ["\0"], {"a": 1}, "summary.json"])
+@pytest.mark.parametrize(
+    "files", [[1], [None], [["x"]], ["\0"], ["x" * 256], {"a": 1}, "summary.json"]
+)
 def test_a_list_of_what_is_no_name_is_none(tmp_path: Path, files: object) -> None:
     (tmp_path / "summary.json").write_text("{}")
     (tmp_path / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": files}))

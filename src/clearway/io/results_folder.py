@@ -22,6 +22,8 @@ from clearway.io.staging import leads_elsewhere, nearest_folder, staged
 
 LIST = ".clearway.json"
 """Beside the results: what they are of, and their names."""
+LONGEST_NAME_BYTES = 255
+"""Of a file or folder, on all usual file systems."""
 MOST_LIST_BYTES = 10_000_000
 """Of a list: one of 100,000 files has half of that."""
 TELLING = (
@@ -221,4 +223,5 @@ def _listed(folder: Path) -> dict[str, Any] | None:
 def _is_inside(name: str) -> bool:
     parts = Path(name).parts
     inside = bool(parts) and not Path(name).is_absolute() and ".." not in parts
-    return inside and "\0" not in name
+    longest = max((len(part.encode("utf-8", "surrogatepass")) for part in parts), default=0)
+    return inside and "\0" not in name and longest <= LONGEST_NAME_BYTES
