@@ -36,13 +36,13 @@ def staged(folder: str | Path) -> Iterator[Path]:
     target = Path(folder).absolute()
     with naming(folder, "written"):
         existing = nearest_folder(target)
-        scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=existing))
+        scratch = _scratch(target, existing)
     try:
         with naming(folder, "written"):
             yield scratch
             _move(scratch, target)
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        _drop(scratch)
 
 
 @contextmanager
@@ -60,14 +60,35 @@ def staged_file(path: str | Path) -> Iterator[Path]:
     with naming(path, "written"):
         target = Path(path).absolute()
         into = nearest_folder(target.parent)
-        scratch = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=into))
+        scratch = _scratch(target, into)
     try:
         with naming(path, "written"):
             yield scratch / target.name
             target.parent.mkdir(parents=True, exist_ok=True)
             os.replace(scratch / target.name, target)
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        _drop(scratch)
+
+
+def _scratch(target: Path, folder: Path) -> Path:
+    made = Path(tempfile.mkdtemp(prefix=f".{target.name}-", suffix=".part", dir=folder))
+    _there.add(made)
+    return made
+
+
+def _drop(scratch: Path) -> None:
+    shutil.rmtree(scratch, ignore_errors=True)
+    _there.discard(scratch)
+
+
+def remove_scratch() -> None:
+    """Remove all scratch folders, before a process ends without leaving its blocks."""
+    for scratch in tuple(_there):
+        _drop(scratch)
+
+
+_there: set[Path] = set()
+"""Scratch folders of blocks that have not ended."""
 
 
 def _is_stream(path: Path) -> bool:
