@@ -19,6 +19,12 @@ MATPLOTLIBRC = (
 NUMBA_CONFIG = "disable_jit: 1\ncuda_use_nvidia_binding: 1\n"
 OWN_CODE = "own_"
 """Begins the modules of the samples that a user names, whose folder is meant to be looked into."""
+MINE = """
+import json, mimetypes, numpy
+from mpl_toolkits import mplot3d
+def beams(craft):
+    raise ValueError(numpy.__name__)
+"""
 CHOSEN = (
     "traffic log.ulg",
     "assess --scan sweep.laz --range 20",
@@ -112,10 +118,8 @@ def test_a_module_that_is_named_runs_and_its_neighbours_replace_nothing(
 ) -> None:
     here = tmp_path / "here"
     here.mkdir()
-    marker = plant(here, {"numpy", "numba", "clearway", "pydantic", "json", "signal"})
-    (here / "mine.py").write_text(
-        "import json, numpy\ndef beams(craft):\n    raise ValueError(numpy.__name__)\n"
-    )
+    marker = plant(here, {"numpy", "numba", "clearway", "mpl_toolkits", "json", "signal", "winreg"})
+    (here / "mine.py").write_text(MINE)
     done = run(program, "fly static-obstacles --planner mine:beams --no-plots", here)
     assert done.returncode == 2
     assert "mine" in done.stderr

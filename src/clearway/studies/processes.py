@@ -12,6 +12,8 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
+from clearway.base.own_code import look_beside, looked_beside
+
 SAFE_PATH = "PYTHONSAFEPATH"
 """Of the environment: as `-P` of Python, for all that multiprocessing starts."""
 Job = TypeVar("Job")
@@ -37,8 +39,9 @@ def in_processes(
         return
     others = set(active_children())
     # Fresh processes: forked ones would inherit the threads of a progress bar.
+    initargs = (looked_beside(), begin, given)
     with _own_modules_only():
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (begin, given))
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, initargs)
     try:
         # Processes begin with the first jobs, and inherit both.
         with _own_modules_only(), _interrupts_held():
@@ -80,9 +83,12 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, held)
 
 
-def _begin(begin: Callable[..., None] | None, given: tuple[Any, ...]) -> None:
+def _begin(
+    folders: tuple[str, ...], begin: Callable[..., None] | None, given: tuple[Any, ...]
+) -> None:
     """In each worker, which ends with its parent: one that was killed must not leave workers behind
     that wait for it for ever."""
+    look_beside(folders)
     parent = parent_process()
     if parent is not None:
         sentinel = parent.sentinel
