@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tools.fuzz.made import DATA
 
@@ -203,3 +204,19 @@ def test_recordings_that_once_took_everything(name: str, tmp_path: Path) -> None
     assert "Traceback" not in said
     assert size_mb < 1000
     assert cpu_s < 30
+
+
+def test_results_that_unpack_to_far_more_than_they_take_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    from clearway.studies.campaigns.results import read_results
+
+    path = tmp_path / "results.parquet"
+    zeros = pyarrow.table({"planner": pyarrow.array(np.zeros(LARGE // 8))})
+    parquet.write_table(zeros, path, compression="zstd")
+    assert path.stat().st_size < LARGE / 100
+    monkeypatch.setattr("clearway.io.apart.MEMORY_BYTES", 200_000_000)
+    with pytest.raises(InputError, match=r"results\.parquet"):
+        read_results(path)
