@@ -3,8 +3,12 @@
 import gc
 import sys
 
+from clearway.base.stray_settings import ignore_stray_settings
+
 NEW_OBJECTS = 250_000
 """So many more objects than before are looked through for what nothing leads to any more."""
+
+ignore_stray_settings()  # In worker processes too: they load this module, and nothing of it runs.
 
 
 def main() -> None:

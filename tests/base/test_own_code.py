@@ -12,6 +12,7 @@ import pytest
 
 from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells, rating_named
 from clearway.avoidance.planner import AvoidanceSettings
+from clearway.base import own_code
 from clearway.base.errors import ClearwayError, InputError, MissingExtraError, OwnCodeError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.own_code import load_own, shown
@@ -30,11 +31,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder of the user's, the current one; what is imported from it is forgotten again."""
     monkeypatch.chdir(tmp_path)
     modules, path = set(sys.modules), list(sys.path)
+    beside = list(own_code.looked_beside())
     yield tmp_path
     for name in set(sys.modules) - modules:
         if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]
     sys.path[:] = path
+    own_code._NEIGHBOURS.folders[:] = beside
 
 
 def written(folder: Path, name: str, text: str) -> None:

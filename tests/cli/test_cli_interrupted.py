@@ -63,3 +63,44 @@ def test_while_pictures_are_drawn_the_flight_is_there(tmp_path: Path) -> None:
     assert not [name for name in left if name.endswith((".png", ".part"))]
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["reached"]
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+BUSY = """
+import signal, sys, time
+from clearway.base.kernels.interrupts import signals_waiting
+from clearway.cli.interrupts import end_soon_on_interrupt
+from clearway.io.staging import staged
+end_soon_on_interrupt()
+{before}
+with staged("out") as scratch, signals_waiting():
+    (scratch / "half.txt").write_text("half")
+    print("ready", flush=True)
+    until = time.monotonic() + {lasts_s}
+    while time.monotonic() < until:
+        time.sleep(0.01)
+"""
+
+
+def interrupted(script: str, cwd: Path) -> tuple[int, str]:
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=120)
+    return process.returncode, told
+
+
+def test_while_a_library_looks_at_no_signal(tmp_path: Path) -> None:
+    """It would for ever; the process is ended where it is, and leaves nothing half done."""
+    assert interrupted(BUSY.format(before="", lasts_s=1e9), tmp_path) == (130, "interrupted\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_session_that_ends_by_itself_is_left_to_do_so(tmp_path: Path) -> None:
+    before = "signal.signal(signal.SIGINT, lambda *_: print('landing', file=sys.stderr))"
+    status, told = interrupted(BUSY.format(before=before, lasts_s=2.5), tmp_path)
+    assert (status, told) == (0, "landing\n")
+    assert (tmp_path / "out" / "half.txt").read_text() == "half"

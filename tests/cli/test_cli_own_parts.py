@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from clearway.base import own_code
 from in_process import clearway
 from repository import REPOSITORY
 
@@ -55,11 +56,13 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     (tmp_path / "broken.py").write_text(BROKEN)
     (tmp_path / "short.toml").write_text(SHORT)
     modules, path = set(sys.modules), list(sys.path)
+    beside = list(own_code.looked_beside())
     yield tmp_path
     for name in set(sys.modules) - modules:
         if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]
     sys.path[:] = path
+    own_code._NEIGHBOURS.folders[:] = beside
 
 
 def answer(folder: Path, *arguments: str | Path, code: int = 0) -> dict[str, Any]:

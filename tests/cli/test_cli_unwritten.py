@@ -85,6 +85,15 @@ def test_a_result_is_told_although_its_files_cannot_be_written(
     assert not [one for one in samples.iterdir() if one.name.startswith(("out", ".out"))]
 
 
+def test_a_recording_that_cannot_be_written_is_one_line(samples: Path) -> None:
+    """Room for the logs, none for all of run.mcap."""
+    done = on_a_full_disk("fly my-mission.toml --no-plots --out run", samples, 150_000)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.splitlines()[-1] == "run: cannot be written: File too large"
+    assert not [line for line in done.stderr.splitlines() if "cap" in line or "panicked" in line]
+    assert not (samples / "run").exists()
+
+
 def test_a_picture_that_cannot_be_written_costs_no_log(samples: Path) -> None:
     """Room for the logs, none for a picture of many dots."""
     line = "fly my-mission.toml --no-mcap --dpi 600 --out drawn"

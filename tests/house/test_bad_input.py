@@ -33,6 +33,10 @@ COMMANDS = {
     ".daa": ("daa",),
     ".geojson": ("geojson",),
     ".pcap": ("pcap",),
+    ".bag": ("bag",),
+    ".db3": ("db3", "gpkg"),
+    ".gz": ("traffic-gzip",),
+    ".jsonl": ("aircraft-json", "geojson"),
     ".json": ("cityjson", "trajectories"),
 }
 """Every command that could take a file, by formats of the fuzzer."""

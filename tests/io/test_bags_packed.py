@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import struct
 from pathlib import Path
 
@@ -119,3 +120,19 @@ def test_a_message_that_unpacks_without_end_is_refused(monkeypatch):
     assert zstd.unpacked_message(ZstdCompressor().compress(bytes(1000))) == bytes(1000)
     with pytest.raises(ValueError, match="more than 1,000 bytes"):
         zstd.unpacked_message(ZstdCompressor().compress(bytes(10**6)))
+
+
+def test_a_full_disk_of_temporary_files_is_no_damage(tmp_path, monkeypatch):
+    path = made(tmp_path / "packed", recordings.write_bag2_packed)
+    most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most[1]))
+    try:
+        with pytest.raises(
+            InputError, match=r"cannot be unpacked into .*File too large; let TMPDIR"
+        ):
+            open_scans(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, most)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "absent"))
+    with pytest.raises(InputError, match="TMPDIR: cannot be written: No such file"):
+        open_scans(path)

@@ -144,3 +144,18 @@ def test_what_cannot_be_flown_is_refused(inside, head, cause, tmp_path):
 def test_a_document_too_deep_is_refused(tmp_path):
     with pytest.raises(InputError, match="deeper than"):
         mission_of(kml(tmp_path, "<a>" * 5000))
+
+
+def test_of_members_of_the_same_name_the_last_one_alone_is_unpacked(tmp_path):
+    """A small file could hold thousands that each unpack to far more than it takes."""
+    plans.write_wpml(tmp_path / "whole.kmz", NOBODY)
+    path = tmp_path / "a.kmz"
+    whole_path = tmp_path / "whole" / "a.kmz"
+    whole_path.parent.mkdir()
+    (tmp_path / "whole.kmz").rename(whole_path)
+    with zipfile.ZipFile(whole_path) as whole, zipfile.ZipFile(path, "w") as made:
+        made.writestr("first/waylines.wpml", b"unpacked")
+        for name in whole.namelist():
+            made.writestr(name, whole.read(name))
+    path.write_bytes(path.read_bytes().replace(b"unpacked", b"damaged!"))
+    assert mission_of(path).tables == mission_of(whole_path).tables

@@ -354,3 +354,24 @@ def test_missing_package_names_the_extra(
     without(monkeypatch, package)
     with pytest.raises(MissingExtraError, match=r"clearway\[lidar\]"):
         read_points(path)
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+@pytest.mark.parametrize("text", [b"", b"\0", b" \0", b"\n", b"\0 \0"])
+@pytest.mark.parametrize("extended", [False, True])
+def test_an_empty_wkt_record_is_none_and_counted(suffix, text, extended, tmp_path):
+    laspy = pytest.importorskip("laspy")
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = [0.01] * 3
+    las = laspy.LasData(header)
+    las.x = las.y = las.z = np.arange(5.0)
+    record = laspy.vlrs.vlr.VLR("LASF_Projection", 2112, "OGC WKT", text)
+    if extended:
+        las.evlrs = laspy.vlrs.vlrlist.VLRList([record])
+    else:
+        las.vlrs.append(record)
+    las.write(str(tmp_path / f"a{suffix}"))
+    cloud = read_points(tmp_path / f"a{suffix}")
+    assert len(cloud.points_m) == 5
+    assert cloud.notes == ("no CRS in the file: metres assumed",
+                           "empty WKT records in the header: 1")  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -99,6 +100,82 @@ def test_a_list_never_removes_what_lies_elsewhere(tmp_path: Path, name: str) -> 
     (out / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": [name]}))
     write(ResultsFolder.checked(out, "fly", "a"), "flight.png")
     assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+def planted(tmp_path: Path, files: list[object]) -> tuple[Path, Path]:
+    """A stranger's run folder with a link to somebody's file and to its folder; that file."""
+    mine = tmp_path / "home" / "mine.txt"
+    mine.parent.mkdir()
+    mine.write_text("mine")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "inner").symlink_to(mine.parent)
+    (out / "flight.png").symlink_to(mine)
+    (out / "track.csv").hardlink_to(mine)
+    (out / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": files}))
+    return out, mine
+
+
+@pytest.mark.parametrize(
+    "name", ["inner/mine.txt", "flight.png", "inner", "track.csv", "./inner/../inner/mine.txt"]
+)
+def test_a_run_removes_nothing_that_links_of_its_folder_lead_to(tmp_path: Path, name: str) -> None:
+    out, mine = planted(tmp_path, [name, "summary.json"])
+    (out / "summary.json").write_text("{}")
+    if ".." in name:
+        with pytest.raises(InputError, match="is there already"):
+            ResultsFolder.checked(out, "fly", "a")
+    else:
+        write(ResultsFolder.checked(out, "fly", "a"), "run.mcap")
+        assert not (out / "summary.json").exists()
+    assert [one.name for one in mine.parent.iterdir()] == ["mine.txt"]
+    assert mine.read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["flight.png", "track.csv", "inner/mine.txt", "inner/new.txt"])
+def test_a_run_writes_nothing_that_links_of_its_folder_lead_to(tmp_path: Path, name: str) -> None:
+    out, mine = planted(tmp_path, ["summary.json"])
+    folder = ResultsFolder.checked(out, "fly", "a")
+    if name.startswith("inner"):
+        with pytest.raises(InputError, match="inner: cannot be written into: it is a link"):
+            write(folder, "summary.json", name)
+        assert not (out / "summary.json").exists()
+    else:
+        write(folder, "summary.json", name)
+        assert (out / name).read_text() == f"a {name}"
+        assert not (out / name).is_symlink()
+    assert [one.name for one in mine.parent.iterdir()] == ["mine.txt"]
+    assert mine.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "files", [[1], [None], [["x"]], ["\0"], ["x" * 256], {"a": 1}, "summary.json"]
+)
+def test_a_list_of_what_is_no_name_is_none(tmp_path: Path, files: object) -> None:
+    (tmp_path / "summary.json").write_text("{}")
+    (tmp_path / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": files}))
+    with pytest.raises(InputError, match="is there already"):
+        ResultsFolder.checked(tmp_path, "fly", "a")
+
+
+def test_a_list_is_a_file_of_its_own(tmp_path: Path) -> None:
+    """Neither a pipe, which to open blocks, nor one of somebody else's, nor one without end."""
+    elsewhere = tmp_path / "list.json"
+    elsewhere.write_text(json.dumps({"command": "fly", "of": "a", "files": []}))
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "summary.json").write_text("{}")
+    for plant in (
+        lambda path: path.symlink_to(elsewhere),
+        lambda path: path.symlink_to("/dev/zero"),
+        os.mkfifo,
+        lambda path: path.write_text("[" * 100_000),
+        lambda path: path.write_bytes(b" " * 20_000_000),
+    ):
+        plant(out / LIST)
+        with pytest.raises(InputError, match="is there already"):
+            ResultsFolder.checked(out, "fly", "a")
+        (out / LIST).unlink()
 
 
 def test_an_error_leaves_the_run_before(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.io.staging import RESULTS, folder_of, staged, staged_file
+from clearway.io.staging import RESULTS, folder_of, growing_file, staged, staged_file
 
 
 def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
@@ -67,6 +67,37 @@ def test_a_file_takes_the_place_of_another_whole_or_not_at_all(tmp_path: Path) -
         file.write_text("after")
     assert table.read_text() == "after"
     assert list(tmp_path.iterdir()) == [table]
+
+
+def test_a_link_is_replaced_and_not_what_it_leads_to(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    (tmp_path / "page.html").symlink_to(mine)
+    with staged_file(tmp_path / "page.html") as file:
+        file.write_text("page")
+    assert not (tmp_path / "page.html").is_symlink()
+    assert ((tmp_path / "page.html").read_text(), mine.read_text()) == ("page", "mine")
+
+
+def test_a_file_that_grows_is_no_link_no_pipe_and_has_no_other_name(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    (tmp_path / "link").symlink_to(mine)
+    (tmp_path / "nowhere").symlink_to(tmp_path / "new")
+    (tmp_path / "hard").hardlink_to(mine)
+    os.mkfifo(tmp_path / "pipe")
+    for name in ("link", "nowhere", "hard", "pipe"):
+        with (
+            pytest.raises(InputError, match="cannot be written: it is"),
+            growing_file(tmp_path / name) as file,
+        ):
+            file.write(b"journal")
+    assert mine.read_text() == "mine"
+    assert not (tmp_path / "new").exists()
+    for _ in range(2):
+        with growing_file(tmp_path / "own") as file:
+            file.write(b"row\n")
+    assert (tmp_path / "own").read_bytes() == b"row\nrow\n"
 
 
 def test_a_file_in_the_way(tmp_path: Path) -> None:

@@ -346,3 +346,17 @@ def test_damage_is_refused_or_counted(
     for report in recording.reports:
         assert abs(report.latitude_deg) <= 90.0
         assert np.isfinite(report.time_s)
+
+
+def test_a_gzip_file_of_many_members_is_read_in_one_go(tmp_path):
+    """Of 20 bytes each, as are those of 100,000 empty ones; what takes each of them anew never
+    ends."""
+    empty = gzip.compress(b"", mtime=0)
+    whole = empty * 100_000 + gzip.compress(row().encode(), mtime=0) + empty * 50_000
+    (tmp_path / "many.jsonl.gz").write_bytes(whole)
+    assert len(read_traffic(tmp_path / "many.jsonl.gz").reports) == 1
+    (tmp_path / "none.jsonl.gz").write_bytes(empty * 100_000)
+    with pytest.raises(InputError, match="the file is empty"):
+        read_traffic(tmp_path / "none.jsonl.gz")
+    (tmp_path / "cut.jsonl.gz").write_bytes(whole[:-3])
+    assert "end in the middle" in read_traffic(tmp_path / "cut.jsonl.gz").notes[0]

@@ -15,8 +15,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from tools.fuzz.hostile import is_intact
 from tools.fuzz.judge import Outcome, faults
-from tools.fuzz.mutate import mutated
 from tools.fuzz.seeds import FORMATS, Format
 
 INTERRUPTED_S = 1.0
@@ -31,7 +31,7 @@ class Case:
         random = Random(f"{name}:{seed}:{number}")
         whole = random.choice(seeds)
         others = tuple(one for one in seeds if one is not whole)
-        self.data = mutated(whole, random, others or (whole,))
+        self.data = FORMATS[name].damage(whole, random, others or (whole,))
 
     @property
     def format(self) -> Format:
@@ -63,6 +63,9 @@ def _command() -> Any:
 def placed(form: Format, name: str, data: bytes, folder: Path) -> tuple[list[str], tuple[str, ...]]:
     """The file and those beside it in a folder; the command line, and the names of the files."""
     path = folder / f"damaged-file{form.suffix}"
+    if form.plant is not None:
+        form.plant(folder, data)
+        return list(form.command), (path.stem, "out")
     path.write_bytes(data)
     for suffix, content in beside(name).items():
         (folder / (f"{path.stem}{suffix}" if suffix.startswith(".") else suffix)).write_bytes(
@@ -78,7 +81,10 @@ def tried(name: str, data: bytes) -> tuple[Outcome, list[str]]:
         folder = Path(scratch)
         words, names = placed(FORMATS[name], name, data, folder)
         outcome = called(words, folder)
-    return outcome, faults(outcome, names)
+        found = faults(outcome, names)
+        if FORMATS[name].plant is not None and not is_intact(folder):
+            found.append("changed what lies outside of its folder")
+    return outcome, found
 
 
 def called(words: list[str], folder: Path) -> Outcome:

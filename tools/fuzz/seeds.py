@@ -6,6 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from tools.fuzz.hostile import (
+    Damage,
+    chunks_lying,
+    list_changed,
+    lists,
+    members,
+    packed_nothing,
+    planted,
+    schema_changed,
+)
 from tools.fuzz.made import (
     beast_files,
     bin_files,
@@ -35,6 +45,7 @@ from tools.fuzz.made import (
     with_real,
     zstd_files,
 )
+from tools.fuzz.mutate import mutated
 from tools.fuzz.texts import (
     AIRCRAFT,
     AVR,
@@ -71,6 +82,10 @@ class Format(NamedTuple):
     """Whole files that lie beside it, by suffix or name."""
     apart: bool = False
     """Whether a case takes a while, as where it is read in a process of its own."""
+    damage: Damage = mutated
+    """From a whole file to one of the cases."""
+    plant: Callable[[Path, bytes], None] | None = None
+    """Fills the scratch folder, where a file alone is no case."""
 
 
 SCAN = ("assess", "--scan", "{}", *SMALL, "--no-plots", "--out", "out")
@@ -97,6 +112,21 @@ FORMATS: dict[str, Format] = {
     ),
     "livox": Format(".bag", SCAN, sample_files("livox.bag")),
     "livox-db3": Format(".db3", SCAN, sample_files("livox/livox.db3")),
+    "db3-schema": Format(".db3", SCAN, robot_files("bag2_bare"), apart=True, damage=schema_changed),
+    "mcap-chunks": Format(
+        ".mcap",
+        SCAN,
+        both(robot_files("mcap2"), robot_files("mcap2_plain"), packed_nothing),
+        apart=True,
+        damage=chunks_lying,
+    ),
+    "results": Format(
+        ".json",
+        ("assess", "damaged-file.toml", "--no-plots", "--out", "out"),
+        lists,
+        damage=list_changed,
+        plant=planted,
+    ),
     "db3-zstd": Format(".db3.zstd", SCAN, zstd_files(robot_files("bag2_bare"))),
     "pcap": Format(".pcap", SCAN, ouster_files, metadata_beside, apart=True),
     "pcap-json": Format(
@@ -130,6 +160,7 @@ FORMATS: dict[str, Format] = {
     "hgt": Format(".hgt", MAP, sample_files("N50E008.hgt"), apart=True),
     "dted": Format(".dt0", MAP, sample_files("n50.dt0")),
     "gpkg": Format(".gpkg", MAP, sample_files("houses.gpkg")),
+    "gpkg-schema": Format(".gpkg", MAP, sample_files("houses.gpkg"), damage=schema_changed),
     "shp": Format(".shp", MAP, sample_files("houses.shp"), shapefile_beside(".dbf", ".prj")),
     "dbf": Format(
         ".dbf",
@@ -151,6 +182,7 @@ FORMATS: dict[str, Format] = {
     "daa": Format(".daa", TRAFFIC, with_real(text_files(DAA), "daa/daidalus/Scenarios/*.daa")),
     "bluesky": Format(".scn", TRAFFIC, with_real(text_files(SCN), "daa/bluesky/*.scn")),
     "traffic-gzip": Format(".gz", TRAFFIC, gzip_files),
+    "traffic-members": Format(".gz", TRAFFIC, gzip_files, apart=True, damage=members),
     "tlog": Format(".tlog", TRAFFIC, sample_files("flight.tlog")),
     "dataflash": Format(".bin", TRAFFIC, sample_files("copter.bin"), apart=True),
     "gdl90": Format(".gdl90", TRAFFIC, sample_files("tablet.gdl90")),

@@ -11,6 +11,7 @@ import struct
 from pathlib import Path
 from typing import NamedTuple
 
+from clearway.base.cache_folder import make_own
 from clearway.base.errors import ClearwayError
 
 _REST = "I32s32s"
@@ -36,7 +37,7 @@ def write_kept(path: Path, kind: KeptKind, key: bytes, payload: bytes) -> None:
     Raises OSError where that cannot be done.
     """
     checksum = hashlib.sha256(payload).digest()
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_own(path.parent)
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         part.write_bytes(kind.header.pack(*kind, key, checksum) + payload)

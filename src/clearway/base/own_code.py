@@ -16,6 +16,7 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from importlib.machinery import ModuleSpec, PathFinder
 from itertools import islice
 from pathlib import Path
 from types import ModuleType
@@ -184,15 +185,49 @@ def _from_file(label: str, file: Path) -> ModuleType:
     root, parts = file.parent, [] if file.name == "__init__.py" else [file.stem]
     while (root / "__init__.py").is_file():
         root, parts = root.parent, [root.name, *parts]
-    if str(root) not in sys.path:
-        sys.path.append(str(root))
-        importlib.invalidate_caches()
+    look_beside([str(root)])
     dotted = ".".join(parts)
     if _origin(dotted) == file:
         return importlib.import_module(dotted)
     if len(parts) > 1 or file.name == "__init__.py":
         raise OwnCodeError(label, f"{file}: another package {parts[0]!r} hides it; rename it")
     return _apart(label, file)
+
+
+class _Neighbours:
+    """Finds modules beside those that users named, after all others have found nothing.
+
+    On `sys.path` their folder would let a file take the place of a package without `__init__`, or
+    of a module of Python's that this machine lacks.
+    """
+
+    def __init__(self) -> None:
+        self.folders: list[str] = []
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if path is not None or name in sys.stdlib_module_names:
+            return None
+        return PathFinder.find_spec(name, self.folders, target)
+
+
+_NEIGHBOURS = _Neighbours()
+
+
+def look_beside(folders: Sequence[str]) -> None:
+    """Have modules found in these folders too, by whatever is imported from here on."""
+    new = [each for each in folders if each not in (*sys.path, *_NEIGHBOURS.folders)]
+    if new:
+        _NEIGHBOURS.folders += new
+        importlib.invalidate_caches()
+    if _NEIGHBOURS.folders and _NEIGHBOURS not in sys.meta_path:
+        sys.meta_path.append(_NEIGHBOURS)
+
+
+def looked_beside() -> tuple[str, ...]:
+    """The folders of `look_beside`, for another process."""
+    return tuple(_NEIGHBOURS.folders)
 
 
 def _origin(dotted: str) -> Path | None:

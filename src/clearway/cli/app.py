@@ -27,6 +27,7 @@ from clearway.cli.encounters import encounters
 from clearway.cli.faults import faults
 from clearway.cli.fly import fly
 from clearway.cli.guard import guard
+from clearway.cli.interrupts import end_soon_on_interrupt
 from clearway.cli.map import show_map
 from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
@@ -103,6 +104,7 @@ def _options(
 
 def main() -> None:
     """Entry point of the `clearway` command."""
+    end_soon_on_interrupt()
     began_as(sys.argv[1:])
     atexit.register(_free_nothing)
     run(_only(next(iter(sys.argv[1:]), "")))

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from clearway.base.errors import ClearwayError, InputError
-from clearway.io.readers import ALONE, Reader, reader
+from clearway.io.foreign_errors import TOO_MUCH
+from clearway.io.readers import ALONE, Reader, folder, reader
 
 MEMORY_BYTES, MEMORY_PER_BYTE = 700_000_000, 30
 """Of data, for the libraries and for each byte of the file."""
@@ -31,23 +32,44 @@ LENGTH = struct.Struct("<Q")
 Result = TypeVar("Result")
 
 
-def apart(path: Path, kind: str, function: Callable[..., Result], *arguments: object) -> Result:
+def apart(
+    path: Path,
+    kind: str,
+    function: Callable[..., Result],
+    *arguments: object,
+    size: int | None = None,
+) -> Result:
     """What a function of a module returns, called elsewhere; it may raise ClearwayErrors.
 
-    path, kind: the file that it reads, and what the file is called. Raises InputError where the
-    call ends the process, or takes too much memory or time.
+    path, kind: the file that it reads, and what the file is called. size: bytes of all files that
+    it reads, where these are others. Raises InputError where the call ends the process, or takes
+    too much memory or time.
     """
     module = _module_of(function)
-    with contextlib.closing(_answers(path, kind, module, _one, function, *arguments)) as answers:
+    work = (_one, function, *arguments)
+    with contextlib.closing(_answers(path, kind, module, _size(path, size), *work)) as answers:
         result: Result = next(answers)
         return result
 
 
 def items_apart(
-    path: Path, kind: str, function: Callable[..., Iterator[Result]], *arguments: object
+    path: Path,
+    kind: str,
+    function: Callable[..., Iterator[Result]],
+    *arguments: object,
+    size: int | None = None,
 ) -> Generator[Result, None, None]:
     """The same of a function that yields: one item after the other, as they are asked for."""
-    return _answers(path, kind, _module_of(function), function, *arguments)
+    return _answers(path, kind, _module_of(function), _size(path, size), function, *arguments)
+
+
+def _size(path: Path, known: int | None) -> int:
+    if known is not None:
+        return known
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
 
 
 def _module_of(function: Callable[..., object]) -> str:
@@ -59,12 +81,8 @@ def _one(function: Callable[..., Result], *arguments: object) -> Iterator[Result
 
 
 def _answers(
-    path: Path, kind: str, module: str, function: Any, *arguments: object
+    path: Path, kind: str, module: str, size: int, function: Any, *arguments: object
 ) -> Generator[Any, None, None]:
-    try:
-        size = path.stat().st_size
-    except OSError:
-        size = 0
     limits = (MEMORY_BYTES + MEMORY_PER_BYTE * size, int(CPU_S + CPU_S_PER_BYTE * size))
     (receiving, sending), (asked, asking) = os.pipe(), os.pipe()
     try:
@@ -78,7 +96,7 @@ def _answers(
         os.close(asked)
     try:
         with contextlib.suppress(BrokenPipeError), os.fdopen(asking, "wb") as ask:
-            pickle.dump((limits, _folder(), {**os.environ, **ALONE}), ask, protocol=5)
+            pickle.dump((limits, folder(), {**os.environ, **ALONE}), ask, protocol=5)
             pickle.dump((function, arguments), ask, protocol=5)
         with os.fdopen(receiving, "rb", buffering=0) as pipe:
             while True:
@@ -95,14 +113,6 @@ def _answers(
                 yield value
     finally:
         process.close()
-
-
-def _folder() -> str:
-    """Where relative paths begin; "" where that is gone."""
-    try:
-        return os.getcwd()
-    except OSError:
-        return ""
 
 
 def _end_of(process: Reader) -> str:
@@ -147,14 +157,14 @@ def serve(asked: int, sending: int) -> None:
     """What runs in the other process: call what is asked for, send what comes."""
     with os.fdopen(asked, "rb") as asking, os.fdopen(sending, "wb") as pipe:
         try:
-            (memory_bytes, cpu_s), folder, environment = pickle.load(asking)
+            (memory_bytes, cpu_s), place, environment = pickle.load(asking)
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes, memory_bytes))
             resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
             os.environ.clear()
             os.environ.update(environment)
             with contextlib.suppress(OSError):
-                os.chdir(folder)
+                os.chdir(place)
             function, arguments = pickle.load(asking)
             for item in function(*arguments):
                 _send(pipe, ("item", item))
@@ -162,7 +172,7 @@ def serve(asked: int, sending: int) -> None:
         except ClearwayError as error:
             _send(pipe, ("error", error))
         except MemoryError:
-            _send(pipe, ("damage", "it takes more memory than such a file can need"))
+            _send(pipe, ("damage", TOO_MUCH))
         except BaseException as error:  # a panic in Rust is no Exception
             reason = " ".join(str(error).split())[:160]
             _send(pipe, ("damage", f"{type(error).__name__}: {reason}"))

@@ -27,6 +27,8 @@ COMPLAINTS: tuple[type[Exception], ...] = (
     sqlite3.Error,
 )
 LONGEST = 160
+TOO_MUCH = "it takes more memory than such a file can need"
+"""Of a message about a file."""
 
 
 @contextmanager
@@ -49,6 +51,8 @@ def damage_told(
         raise
     except (*COMPLAINTS, *further) as cause:
         reason = " ".join(str(cause).split())[:LONGEST]
+        if isinstance(cause, MemoryError):
+            reason = TOO_MUCH
         raise InputError(
             str(path), f"damaged or truncated {kind} ({type(cause).__name__}: {reason})"
         ) from cause

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from clearway.base.errors import InputError, naming
+from clearway.io.staging import LINK, leads_elsewhere
 
 FOLDER = "CLEARWAY_DATA"
 """Environment variable: a folder of data, looked into for files that are nowhere else."""
@@ -177,6 +178,9 @@ def fetched(
     if is_there(file, folder):
         return False
     target = folder / file.name
+    link = leads_elsewhere(folder, file.name)
+    if link is not None:
+        raise InputError(str(link), f"cannot be written into: it is {LINK}")
     with naming(target, "written"):
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(

@@ -74,13 +74,15 @@ class Keeper:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             process = subprocess.Popen(
-                [sys.executable, "-W", "ignore", "-c", START.format(theirs.fileno()),
-                 json.dumps(sys.path)],
+                # -P: no module of the working folder takes the place of Python's own.
+                [sys.executable, "-P", "-W", "ignore", "-c", START.format(theirs.fileno()),
+                 json.dumps([os.path.join(folder(), each) for each in sys.path])],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 pass_fds=(theirs.fileno(),),
                 env={**os.environ, **ALONE},
+                cwd="/",  # Readers go to the folder of whoever asks, once all is loaded.
             )  # fmt: skip
         return cls(ours, process, _asker())
 
@@ -110,6 +112,14 @@ _starting = threading.Lock()
 def _asker() -> tuple[int, tuple[str, ...]]:
     """Who asks: what was forked, or looks for modules elsewhere, asks a process of its own."""
     return os.getpid(), tuple(sys.path)
+
+
+def folder() -> str:
+    """Where relative paths begin; empty where that is gone."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
 
 
 def reader(module: str, asking: int, sending: int) -> Reader:

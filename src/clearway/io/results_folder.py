@@ -18,10 +18,14 @@ from typing import Any
 from clearway.base.errors import InputError, naming, special_kind
 from clearway.base.provenance import sha256_of
 from clearway.base.version import SCHEMA_VERSION
-from clearway.io.staging import nearest_folder, staged
+from clearway.io.staging import leads_elsewhere, nearest_folder, staged
 
 LIST = ".clearway.json"
 """Beside the results: what they are of, and their names."""
+LONGEST_NAME_BYTES = 255
+"""Of a file or folder, on all usual file systems."""
+MOST_LIST_BYTES = 10_000_000
+"""Of a list: one of 100,000 files has half of that."""
 TELLING = (
     "mission.toml",
     "scene.toml",
@@ -129,7 +133,7 @@ class ResultsFolder:
             (scratch / LIST).write_text(text + "\n")
         if not self.adds:
             for name in set(before) - set(files):
-                (self.path / name).unlink(missing_ok=True)
+                _remove(self.path, name)
 
     def _left_by_then(self) -> Sequence[str]:
         """The files of the run before, as they are listed now."""
@@ -185,24 +189,39 @@ def refuse_unwritable_file(path: Path, option: str) -> None:
     refuse_unwritable(path.absolute().parent, option)
 
 
+def _remove(folder: Path, name: str) -> None:
+    """Remove a file of an earlier run, unless something else has its name now."""
+    path = folder / name
+    if leads_elsewhere(folder, name) is None and not path.is_symlink() and path.is_file():
+        path.unlink(missing_ok=True)
+
+
 def _list_text(folder: Path) -> str | None:
+    path = folder / LIST
     try:
-        return (folder / LIST).read_text()
+        if path.is_symlink() or not path.is_file() or path.stat().st_size > MOST_LIST_BYTES:
+            return None
+        return path.read_text()
     except (OSError, ValueError):
         return None
 
 
 def _listed(folder: Path) -> dict[str, Any] | None:
     """What the list of a folder says; None where there is none, or one that nobody can read."""
+    text = _list_text(folder)
     try:
-        listed: dict[str, Any] = json.loads((folder / LIST).read_text())
-        listed["command"], listed["of"]
-        inside = all(_is_inside(name) for name in listed["files"])
-    except (OSError, ValueError, KeyError, TypeError):
+        listed: dict[str, Any] = json.loads(text or "")
+        names = listed["files"]
+        told = isinstance(names, list) and [listed["command"], listed["of"], *names]
+    except (ValueError, KeyError, TypeError, RecursionError):
         return None
-    return listed if inside else None
+    if not told or not all(isinstance(one, str) for one in told):
+        return None
+    return listed if all(map(_is_inside, names)) else None
 
 
 def _is_inside(name: str) -> bool:
     parts = Path(name).parts
-    return bool(parts) and not Path(name).is_absolute() and ".." not in parts
+    inside = bool(parts) and not Path(name).is_absolute() and ".." not in parts
+    longest = max((len(part.encode("utf-8", "surrogatepass")) for part in parts), default=0)
+    return inside and "\0" not in name and longest <= LONGEST_NAME_BYTES

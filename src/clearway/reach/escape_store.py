@@ -47,14 +47,15 @@ def load_or_search(
     """Load from what ships or from the cache `folder` (default: the user's); search and store what
     is not there. A folder that cannot be written only means searching again the next time."""
     key = content_key(automaton, legs)
-    kept = (folder or cache_folder()) / name_of(key)
-    for path in (SHIPPED / kept.name, kept):
+    name, place = name_of(key), folder or cache_folder()
+    for path in [each / name for each in (SHIPPED, place) if each is not None]:
         try:
             return _parsed(read_kept(path, KIND, key), len(legs.following))
         except (OSError, ClearwayError):
             continue
     found = search(automaton, legs)
-    store(kept, key, found)
+    if place is not None:
+        store(place / name, key, found)
     return found
 
 

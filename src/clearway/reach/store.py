@@ -109,13 +109,14 @@ class ReachLibrary:
         for lattice in _rooted(every):
             key = content_key(lattice, grid, method, tuning)
             name = f"reach-{key.hex()[:32]}.bin"
-            path = (folder or cache_folder()) / name
+            place = folder or cache_folder()
             reach_sets = _loaded(SHIPPED / name, key, lattice, grid, notice)
-            if reach_sets is None:
-                reach_sets = _loaded(path, key, lattice, grid, notice)
+            if reach_sets is None and place is not None:
+                reach_sets = _loaded(place / name, key, lattice, grid, notice)
             if reach_sets is None:
                 reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
-                _store(path, key, reach_sets, notice)
+                if place is not None:
+                    _store(place / name, key, reach_sets, notice)
             found += reach_sets
         return cls(automaton, grid, method, _told_apart(found, automaton))
 

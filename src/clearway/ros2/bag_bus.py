@@ -30,7 +30,7 @@ class BagBus:
         """What would have been published, by topic."""
         self._kinds: dict[str, str] = {}
         self._stack = ExitStack()
-        self._bag = self._stack.enter_context(open_bag(path))
+        self._bag = self._stack.enter_context(open_bag(path, decoded=False))
         if self._bag.kind == "ROS 1 bag":
             self.close()
             raise InputError(str(path), "is a ROS 1 bag; one of ROS 2 is needed")

@@ -12,6 +12,10 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
+from clearway.base.own_code import look_beside, looked_beside
+
+SAFE_PATH = "PYTHONSAFEPATH"
+"""Of the environment: as `-P` of Python, for all that multiprocessing starts."""
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
@@ -35,9 +39,12 @@ def in_processes(
         return
     others = set(active_children())
     # Fresh processes: forked ones would inherit the threads of a progress bar.
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (begin, given))
+    initargs = (looked_beside(), begin, given)
+    with _own_modules_only():
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, initargs)
     try:
-        with _interrupts_held():  # Processes begin with the first jobs, and inherit that.
+        # Processes begin with the first jobs, and inherit both.
+        with _own_modules_only(), _interrupts_held():
             waiting = [pool.submit(work, job) for job in jobs]
         for done in as_completed(waiting):
             yield done.result()
@@ -51,6 +58,21 @@ def in_processes(
 
 
 @contextmanager
+def _own_modules_only() -> Iterator[None]:
+    """Processes that begin in the block take no module from the working folder, where a file of
+    anybody's may have the name of one of Python's own."""
+    before = os.environ.get(SAFE_PATH)
+    os.environ[SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[SAFE_PATH]
+        else:
+            os.environ[SAFE_PATH] = before
+
+
+@contextmanager
 def _interrupts_held() -> Iterator[None]:
     """Ctrl-C waits until the block ends. A terminal sends it to workers too: they never see it,
     since it is for the process that began them to end them."""
@@ -61,9 +83,12 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, held)
 
 
-def _begin(begin: Callable[..., None] | None, given: tuple[Any, ...]) -> None:
+def _begin(
+    folders: tuple[str, ...], begin: Callable[..., None] | None, given: tuple[Any, ...]
+) -> None:
     """In each worker, which ends with its parent: one that was killed must not leave workers behind
     that wait for it for ever."""
+    look_beside(folders)
     parent = parent_process()
     if parent is not None:
         sentinel = parent.sentinel

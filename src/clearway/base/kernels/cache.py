@@ -21,7 +21,14 @@ from numba.core import config
 from numba.core.caching import _Cache
 
 from clearway.base.errors import ClearwayError
-from clearway.base.kernels.folders import SHIPPED, Turns, read_folders, write_whole, written_folder
+from clearway.base.kernels.folders import (
+    SHIPPED,
+    Turns,
+    opened_own,
+    read_folders,
+    write_whole,
+    written_folder,
+)
 from clearway.base.kernels.interrupts import let_no_signal_in, signals_waiting
 from clearway.base.kernels.names import number_apart
 from clearway.base.kernels.news import NEWS, nowhere_to_keep
@@ -180,7 +187,7 @@ def _part(opened: BinaryIO) -> bytes | None:
 def _read(path: Path, key: Key) -> KeptCode | None:
     """What a file holds for a key; None where there is none, or it is damaged."""
     try:
-        with path.open("rb") as opened:
+        with opened_own(path) as opened:
             part = _part(opened)
             if part is None or not _ends_well(opened):
                 return None
@@ -201,7 +208,7 @@ def _ends_well(opened: BinaryIO) -> bool:
 def _bitcode(path: Path) -> bytes:
     """What other code is linked from; where that is damaged, the file goes, to be made anew."""
     part = None
-    with suppress(OSError), path.open("rb") as opened:
+    with suppress(OSError), opened_own(path) as opened:
         if _part(opened) is not None:
             part = _part(opened)
     if part is None:

@@ -8,8 +8,9 @@ import time
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
+from typing import BinaryIO
 
-from clearway.base.cache_folder import cache_folder
+from clearway.base.cache_folder import NAMED, cache_folder, is_own, is_own_file, make_own
 from clearway.base.kernels.stamp import PACKAGE
 
 SHIPPED = Path(__file__).parent / "shipped"
@@ -23,10 +24,10 @@ LONGEST_WAIT_S = 120.0
 @lru_cache(maxsize=1)
 def written_folder() -> Path | None:
     """Where compiled code is written to: `CLEARWAY_CACHE`, else beside the package, else in the
-    user's cache; None where none of them can be written."""
-    for folder in _places():
+    user's cache; None where none of them can be written, or others can write into them too."""
+    for folder in read_folders():
         with suppress(OSError):
-            folder.mkdir(parents=True, exist_ok=True)
+            make_own(folder)
             if os.access(folder, os.W_OK | os.X_OK):
                 return folder
     return None
@@ -37,19 +38,31 @@ def read_folders() -> tuple[Path, ...]:
     """Where compiled code is looked for: what another user has compiled beside the package is there
     to be read for whoever cannot write to it. Those too that are not there yet: processes that
     begin side by side find what each of them keeps."""
-    return tuple(_places())
-
-
-def _places() -> list[Path]:
     beside, users = PACKAGE / "__pycache__", cache_folder()
-    places = [users, beside] if os.environ.get("CLEARWAY_CACHE") else [beside, users]
-    return [place / "compiled" for place in places]
+    places = [users, beside] if os.environ.get(NAMED) else [beside, users]
+    folders = [place / "compiled" for place in places if place is not None]
+    return tuple(folder for folder in folders if is_own(folder, _package(folder)))
+
+
+def opened_own(path: Path) -> BinaryIO:
+    """A file of compiled code, open; raises OSError, as where anybody else may have written it."""
+    package = _package(path)
+    file = path.open("rb")
+    if is_own(path.parent, package) and is_own_file(os.fstat(file.fileno()), package):
+        return file
+    file.close()
+    raise PermissionError(f"{path}: others can write it")
+
+
+def _package(path: Path) -> Path | None:
+    """The package, of what lies within it."""
+    return PACKAGE if path.is_relative_to(PACKAGE) else None
 
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write beside the target and move into place; raises OSError."""
     if not path.parent.is_dir():
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_own(path.parent)
         _forget_old(path.parent)
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:

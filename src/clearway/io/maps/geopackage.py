@@ -5,23 +5,20 @@ from __future__ import annotations
 import sqlite3
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import quote
 
 from clearway.base.errors import InputError
 from clearway.io.maps.coordinates import Projection, projection
 from clearway.io.maps.map_features import ParsedMap
 from clearway.io.maps.rectangles import shapely_or_refuse
 from clearway.io.maps.vector_features import VectorRow, vector_map
+from clearway.io.sqlite_file import INTERRUPTED, open_sqlite, rows_of
 
 MAGIC, HEAD = b"GP", 8
 ENVELOPES = (0, 32, 48, 48, 64)
 """Bytes, by three bits of the head's flags."""
 DAMAGED = "geometry that cannot be read"
-STEPS, STEPS_A_BYTE, MOST_STEPS = 1_000_000, 20, 50_000_000
-"""Of SQLite's machine: how often it is looked at, and what a file of its size may need."""
 
 
 class FeatureTable(NamedTuple):
@@ -36,10 +33,8 @@ class FeatureTable(NamedTuple):
 def read_geopackage(path: Path, radius_m: float) -> ParsedMap:
     """All tables of features, each in its own reference system; errors as of `vector_map`."""
     shapely_or_refuse(f"reading {path}")
-    place = f"file:{quote(str(path.absolute()))}?immutable=1"
-    with closing(sqlite3.connect(place, uri=True)) as base:
+    with open_sqlite(path) as base:
         base.text_factory = lambda data: data.decode("utf-8", "replace")
-        _bounded(base, MOST_STEPS + STEPS_A_BYTE * path.stat().st_size)
         tables = _tables(path, base)
         counts: Counter[str] = Counter()
         rows = (row for table in tables for row in _rows(path, base, table, counts))
@@ -53,26 +48,17 @@ def read_geopackage(path: Path, radius_m: float) -> ParsedMap:
     return parsed
 
 
-def _bounded(base: sqlite3.Connection, most_steps: int) -> None:
-    """A view may compute without end: then its query is ended."""
-    done = 0
-
-    def look() -> int:
-        nonlocal done
-        done += STEPS
-        return int(done > most_steps)
-
-    base.set_progress_handler(look, STEPS)
-
-
 def _tables(path: Path, base: sqlite3.Connection) -> list[FeatureTable]:
     try:
-        found = base.execute(
+        rows = base.execute(
             "SELECT g.table_name, g.column_name, s.organization, s.organization_coordsys_id, "
             "s.definition FROM gpkg_geometry_columns g "
             "LEFT JOIN gpkg_spatial_ref_sys s ON s.srs_id = g.srs_id ORDER BY g.table_name"
-        ).fetchall()
+        )
+        found = list(rows_of(path, rows))
     except sqlite3.OperationalError as cause:
+        if INTERRUPTED in str(cause):
+            raise
         raise InputError(
             str(path), f"no GeoPackage with features: {cause}; a robot recording is for --scan"
         ) from cause
@@ -100,7 +86,7 @@ def _rows(
     columns = [str(one[0]) for one in cursor.description]
     if table.column not in columns:
         raise InputError(str(path), f"table {table.name}: no column {table.column!r}")
-    for number, values in enumerate(cursor, start=1):
+    for number, values in enumerate(rows_of(path, cursor), start=1):
         told = dict(zip(columns, values, strict=True))
         blob = told.pop(table.column)
         geometry = None if blob is None else _geometry(shapely, blob)

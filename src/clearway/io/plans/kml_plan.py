@@ -62,7 +62,9 @@ def read_kmz(path: Path) -> FlightPlan:
         zipfile.ZipFile(path) as packed,
     ):
         names = [one.filename for one in packed.infolist()[:MOST_MEMBERS]]
-        wanted = [n for n in names if n.rpartition("/")[2] in (WAYLINES, TEMPLATE)]
+        # One of each, since each may unpack to far more than it takes.
+        last = {n.rpartition("/")[2]: n for n in names}
+        wanted = [last[name] for name in (WAYLINES, TEMPLATE) if name in last]
         wanted = wanted or [n for n in names if n.lower().endswith(".kml")][:1]
         if not wanted:
             held = ", ".join(names[:6]) or "nothing"

@@ -42,6 +42,8 @@ class RawMessage(NamedTuple):
     """Whether `raw` is CDR, and not ROS 1's serialisation."""
     damage: str = ""
     """Why it could not be read: `raw` is empty then."""
+    value: Any = None
+    """As it was decoded where it was read, in plain values; or the InputError of that."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,14 +6,13 @@ import re
 import sqlite3
 import struct
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
-from urllib.parse import quote
 
-from clearway.base.errors import InputError
+from clearway.base.errors import InputError, naming
 from clearway.io.foreign_errors import damage_told
 from clearway.io.scans.bag import (
     METADATA,
@@ -30,6 +29,7 @@ from clearway.io.scans.bag_mcap import open_mcap
 from clearway.io.scans.lost_chunks import read_sqlite_rows, try_unpack
 from clearway.io.scans.zstd import SUFFIX as PACKED
 from clearway.io.scans.zstd import unpacked_file
+from clearway.io.sqlite_file import open_sqlite, refuse_programs, rows_of
 
 SUFFIXES = (".db3", ".mcap")
 PROMISED = re.compile(r"^  message_count:\s*(\d+)", re.M)
@@ -41,14 +41,19 @@ def is_bag_file(path: Path) -> bool:
     return Path(path.name.removesuffix(PACKED)).suffix in SUFFIXES
 
 
-@contextmanager
-def open_files(path: Path) -> Iterator[Bag]:
-    """Open the files of a bag one after the other as one recording; packed ones are unpacked aside.
+def plain_files(path: Path, stack: ExitStack) -> list[Path]:
+    """The files of a bag in the order of recording; packed ones are unpacked aside, into a folder
+    that goes with the stack.
 
     Raises InputError where one that the metadata name is missing, or none is there.
     """
+    return [_plain(one, stack) for one in _files(path)]
+
+
+@contextmanager
+def open_files(path: Path, files: Sequence[Path]) -> Iterator[Bag]:
+    """Open the plain files of a bag one after the other as one recording; path: the bag."""
     with ExitStack() as stack:
-        files = [_plain(one, stack) for one in _files(path)]
         bags = [
             stack.enter_context(open_mcap(one) if one.suffix == ".mcap" else _open_sqlite(one))
             for one in files
@@ -89,7 +94,8 @@ def _plain(path: Path, stack: ExitStack) -> Path:
             str(path),
             f"packed by zstd, but no file of a bag; valid: {' or '.join(SUFFIXES)} before {PACKED}",
         )
-    folder = Path(stack.enter_context(TemporaryDirectory(prefix="clearway-")))
+    with naming("TMPDIR", "written"):
+        folder = Path(stack.enter_context(TemporaryDirectory(prefix="clearway-")))
     with damage_told(path, "zstd file", library_complaints()):
         return unpacked_file(path, folder)
 
@@ -131,21 +137,22 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
     with ExitStack() as stack:
         with damage_told(path, "ROS 2 bag", own):
             _check_size(path)
-            place = f"file:{quote(str(path.absolute()))}?immutable=1"
-            base = stack.enter_context(closing(sqlite3.connect(place, uri=True)))
+            base = stack.enter_context(open_sqlite(path))
+            refuse_programs(path, base)
+            found = base.execute(
+                "SELECT topics.id, name, type, COUNT(messages.id) FROM topics "
+                "LEFT JOIN messages ON messages.topic_id = topics.id GROUP BY topics.id"
+            )
             topics = {
                 number: Topic(str(name), str(kind), count)
-                for number, name, kind, count in base.execute(
-                    "SELECT topics.id, name, type, COUNT(messages.id) FROM topics "
-                    "LEFT JOIN messages ON messages.topic_id = topics.id GROUP BY topics.id"
-                )
+                for number, name, kind, count in rows_of(path, found)
             }
-            definitions = _definitions(base)
+            definitions = _definitions(path, base)
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             chosen = [number for number, topic in topics.items() if topic.name in names]
             with damage_told(path, "ROS 2 bag", own):
-                for number, logged_ns, data, why in read_sqlite_rows(base, chosen):
+                for number, logged_ns, data, why in read_sqlite_rows(path, base, chosen):
                     topic = topics[number]
                     logged_s = logged_ns * NANOSECOND_S
                     raw, damage = (b"", why) if why else try_unpack(data)
@@ -176,7 +183,7 @@ def _check_size(path: Path) -> None:
             raise InputError(str(path), f"truncated: {path.stat().st_size} of {whole} bytes")
 
 
-def _definitions(base: sqlite3.Connection) -> dict[str, Any]:
+def _definitions(path: Path, base: sqlite3.Connection) -> dict[str, Any]:
     """Definitions of messages by type, where the recorder wrote them."""
     tables = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
     if "message_definitions" not in tables:
@@ -186,6 +193,6 @@ def _definitions(base: sqlite3.Connection) -> dict[str, Any]:
     )
     return {
         name: SimpleNamespace(name=name, encoding=encoding, data=text.encode())
-        for name, encoding, text in rows
+        for name, encoding, text in rows_of(path, rows)
         if encoding in ("ros2msg", "ros2idl")
     }

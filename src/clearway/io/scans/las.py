@@ -15,6 +15,7 @@ from clearway.io.apart import apart
 from clearway.io.scans.laz_chunks import check_chunks
 from clearway.io.scans.pointcloud import PointCloud
 
+BLANKS = " \t\r\n\0"
 NOISE_CLASSES = (7, 18)
 """ASPRS low and high noise."""
 GEOTIFF_UNITS = {
@@ -165,6 +166,25 @@ def _cloud(path: Path, las: Any, reference: Reference) -> PointCloud:
 
 def _reference(path: Path, las: Any) -> Reference:
     """Units by the CRS, else by the GeoTIFF keys, else metres and a note."""
+    empty = _emptied(las.header)
+    found = _reference_told(path, las)
+    return found if not empty else found._replace(notes=(*found.notes, *empty))
+
+
+def _emptied(header: Any) -> tuple[str, ...]:
+    """A note of how many WKT records hold nothing but blanks, which are none for pyproj then."""
+    records = [
+        one
+        for some in (header.vlrs, header.evlrs or ())
+        for one in some
+        if type(one).__name__ == "WktCoordinateSystemVlr" and not one.string.strip(BLANKS)
+    ]
+    for one in records:
+        one.string = ""
+    return (f"empty WKT records in the header: {len(records)}",) if records else ()
+
+
+def _reference_told(path: Path, las: Any) -> Reference:
     try:
         crs: Any = las.header.parse_crs()
     except (ValueError, RuntimeError) as cause:

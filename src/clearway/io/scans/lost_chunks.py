@@ -7,11 +7,13 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import islice
+from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from clearway.io.foreign_errors import COMPLAINTS, LONGEST
 from clearway.io.scans.bag import library_complaints
 from clearway.io.scans.zstd import unpacked_message
+from clearway.io.sqlite_file import INTERRUPTED, rows_of
 
 RECORD_HEAD = 9
 """Bytes of an MCAP record before its content: what it is, and how long."""
@@ -128,7 +130,7 @@ def _unpacks(reader: Any, chunk: Any) -> bool:
 
 
 def read_sqlite_rows(
-    base: sqlite3.Connection, topics: Sequence[int]
+    path: Path, base: sqlite3.Connection, topics: Sequence[int]
 ) -> Iterator[tuple[int, int, bytes, str]]:
     """Yield (topic, nanoseconds, bytes, why not) of the messages of a .db3 in the order of time.
 
@@ -139,16 +141,22 @@ def read_sqlite_rows(
     chosen = f"FROM messages WHERE topic_id IN ({marks}) ORDER BY timestamp"
     done = 0
     try:
-        for row in base.execute(f"SELECT topic_id, timestamp, data {chosen}", topics):
+        rows = base.execute(f"SELECT topic_id, timestamp, data {chosen}", topics)
+        for row in rows_of(path, rows):
             done += 1
             yield (*row, "")
         return
-    except sqlite3.DatabaseError:
-        listed = base.execute(f"SELECT rowid, topic_id, timestamp {chosen}", topics).fetchall()
+    except sqlite3.DatabaseError as cause:
+        if INTERRUPTED in str(cause):
+            raise
+        rows = base.execute(f"SELECT rowid, topic_id, timestamp {chosen}", topics)
+        listed = list(rows_of(path, rows))
     for number, topic, logged_ns in listed[done:]:
         try:
             ((data,),) = base.execute("SELECT data FROM messages WHERE rowid = ?", (number,))
         except (sqlite3.DatabaseError, ValueError) as cause:
+            if INTERRUPTED in str(cause):
+                raise
             yield topic, logged_ns, b"", describe(cause)
         else:
             yield topic, logged_ns, data, ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 from clearway.base.errors import InputError
@@ -14,6 +15,8 @@ MOST_MESSAGE_BYTES = 500_000_000
 MOST_FILE_BYTES, MOST_RATIO = 1_000_000_000, 50
 """Unpacked, of a small file and for each byte of a larger one: scans shrink to a third at best."""
 PIECE_BYTES = 1 << 20
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What the system says of a disk that is full."""
 
 
 def unpacked_message(data: bytes) -> bytes:
@@ -40,13 +43,22 @@ def unpacked_file(path: Path, folder: Path) -> Path:
     most, written = MOST_FILE_BYTES + MOST_RATIO * size, 0
     target = folder / path.name.removesuffix(SUFFIX)
     unpacker = ZstdDecompressor().decompressobj(read_across_frames=False)
-    with path.open("rb") as packed, target.open("wb") as plain:
-        while piece := packed.read(PIECE_BYTES):
-            part = unpacker.decompress(piece)
-            written += len(part)
-            plain.write(part)
-            if written > most:
-                raise InputError(str(path), f"unpacks to more than {most:,} bytes")
+    try:
+        with path.open("rb") as packed, target.open("wb") as plain:
+            while piece := packed.read(PIECE_BYTES):
+                part = unpacker.decompress(piece)
+                written += len(part)
+                plain.write(part)
+                if written > most:
+                    raise InputError(str(path), f"unpacks to more than {most:,} bytes")
+    except OSError as cause:
+        if cause.errno not in NO_ROOM:
+            raise
+        raise InputError(
+            str(path),
+            f"cannot be unpacked into {folder}: {cause.strerror}; "
+            "let TMPDIR name a folder with more space",
+        ) from cause
     if not unpacker.eof:
         raise InputError(
             str(path), f"truncated: the zstd data end after {written:,} bytes unpacked"

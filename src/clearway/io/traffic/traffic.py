@@ -12,6 +12,8 @@ from clearway.io.what_file import what_content
 from clearway.traffic.recorded.report import TrafficRecording
 
 GZIP = b"\x1f\x8b"
+FIRST_PIECE, LARGEST_PIECE = 256, 1 << 20
+"""Bytes of a gzip member that are unpacked at once: a file may be of many, of 20 bytes each."""
 MOST_BYTES, MOST_RATIO = 40_000_000, 4
 """Unpacked, of a small file and for each byte of a larger one: reading takes twenty times as much
 memory, and a small file may unpack to more than there is."""
@@ -67,26 +69,29 @@ def read_traffic(path: str | Path) -> TrafficRecording:
 def _unpacked(source: str, content: bytes) -> tuple[bytes, str]:
     """What gzip has packed, all members of it, and where it is cut off, in words, if it is."""
     parts: list[bytes] = []
-    most = max(MOST_BYTES, MOST_RATIO * len(content))
-    while content:
-        unpacker = zlib.decompressobj(wbits=31)
-        try:
-            parts.append(unpacker.decompress(content, most - sum(map(len, parts))))
-        except zlib.error as cause:
-            raise InputError(source, f"damaged gzip file: {cause}") from cause
-        if sum(map(len, parts)) >= most:
-            raise InputError(
-                source,
-                f"unpacks to {most:,} bytes or more; valid: the file unpacked (gunzip), which may "
-                "be of any size, or a shorter time cut out of it",
-            )
+    most, total, at = max(MOST_BYTES, MOST_RATIO * len(content)), 0, 0
+    while at < len(content):
+        unpacker, piece = zlib.decompressobj(wbits=31), FIRST_PIECE
+        while at < len(content) and not unpacker.eof:
+            try:
+                part = unpacker.decompress(content[at : at + piece], most - total)
+            except zlib.error as cause:
+                raise InputError(source, f"damaged gzip file: {cause}") from cause
+            parts.append(part)
+            total += len(part)
+            if total >= most:
+                raise InputError(
+                    source,
+                    f"unpacks to {most:,} bytes or more; valid: the file unpacked (gunzip), which "
+                    "may be of any size, or a shorter time cut out of it",
+                )
+            at = min(at + piece, len(content)) - len(unpacker.unused_data)
+            piece = min(2 * piece, LARGEST_PIECE)
         if not unpacker.eof:
-            count = sum(map(len, parts))
-            cut = f"the gzip data end in the middle, after {count} bytes unpacked"
-            if not count:
+            cut = f"the gzip data end in the middle, after {total} bytes unpacked"
+            if not total:
                 raise InputError(source, f"truncated: {cut}")
             return b"".join(parts), cut
-        content = unpacker.unused_data
     unpacked = b"".join(parts)
     if not unpacked:
         raise InputError(source, "the file is empty (0 bytes, unpacked)")

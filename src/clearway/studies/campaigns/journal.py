@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from clearway.base.errors import InputError, naming
+from clearway.io.staging import growing_file
 from clearway.studies.campaigns.row import FlightRow
 
 
@@ -41,9 +42,7 @@ def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
     """
     with naming(path, "written"):
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Unbuffered: what a full disk refused is not tried again when the file is closed.
-        file = path.open("a+b", buffering=0)
-    with file:
+    with growing_file(path) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if not path.exists() or not os.path.samestat(os.fstat(file.fileno()), path.stat()):

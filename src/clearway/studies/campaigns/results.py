@@ -10,9 +10,12 @@ from typing import Any, get_args
 
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.version import SCHEMA_VERSION
+from clearway.io.apart import apart
+from clearway.io.staging import staged_file
 from clearway.io.what_file import require_file
 from clearway.studies.campaigns.row import COLUMNS, FlightRow
 
+LOADED_APART = ("pyarrow.parquet",)
 META = "clearway_"
 ADDED = ("hidden",)
 """Columns that results of 0.1.0 do not have."""
@@ -40,13 +43,10 @@ def write_results(path: Path, rows: Sequence[FlightRow], settings: dict[str, str
     about = {META + name: value for name, value in settings.items()}
     schema = schema.with_metadata({"schema_version": str(SCHEMA_VERSION), **about})
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=schema)
-    scratch = path.with_name(f".{path.name}.part")
-    with naming(path, "written"):
-        with scratch.open("wb") as file:
-            pq.write_table(table, file, compression="zstd")
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(scratch, path)
+    with staged_file(path) as scratch, scratch.open("wb") as file:
+        pq.write_table(table, file, compression="zstd")
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
@@ -56,12 +56,16 @@ def read_results(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
     """
     require_file(path)
     need_parquet()
+    return apart(path, "Parquet file", _read, path)
+
+
+def _read(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
         with naming(path, "read"):
-            table = pq.read_table(path)
+            table = pq.read_table(path, use_threads=False)  # A forked process has none.
     except pa.ArrowException as cause:
         raise InputError(str(path), f"no Parquet file: {cause}") from cause
     missing = [name for name in NEEDED if name not in table.column_names]

@@ -11,6 +11,7 @@ from typing import Any
 from clearway.base.errors import InputError, naming
 from clearway.base.provenance import sha256_of
 from clearway.base.version import __version__
+from clearway.io.staging import growing_file
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.flight import Separation
 from clearway.studies.risk.outcome import RiskOutcome
@@ -42,7 +43,7 @@ class RiskJournal:
         }
         # As JSON has it: tuples are lists there.
         self._study = json.loads(json.dumps(study))
-        with naming(path, "written"):
+        with growing_file(path), naming(path, "written"):
             self.outcomes: tuple[RiskOutcome, ...] = self._read()
         """What was flown before."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import re
 from importlib.resources import files
 
 from clearway.view.replay.packing import pack
@@ -52,10 +53,8 @@ def page_of(recording: Recording, beside: Recording | None = None) -> str:
         "beside": "" if beside is None else base64.b64encode(pack(beside)).decode(),
         "script": script,
     }
-    text = _part("page.html")
-    for name, part in parts.items():
-        text = text.replace("{{" + name + "}}", part, 1)
-    return text
+    # All at once: a mission may be called as a place of the page is.
+    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], _part("page.html"))
 
 
 def _part(name: str) -> str:

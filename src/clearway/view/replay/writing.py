@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 from pydantic_core import to_json
@@ -47,7 +48,8 @@ def write_mcap(
     path: Path,
     scans: Sequence[Scan] = (),
 ) -> None:
-    """Write the file; raises MissingExtraError without the extra `foxglove`.
+    """Write the file; raises MissingExtraError without the extra `foxglove`, OSError where the disk
+    refuses it.
 
     mission_toml: the effective mission, kept as an attachment, from which it can be flown again.
     scans: raw readings to be kept too. The flight begins when the mission says, by its zones or its
@@ -60,7 +62,11 @@ def write_mcap(
         raise MissingExtraError("writing run.mcap", "foxglove") from cause
     context = foxglove.Context()
     options = MCAPWriteOptions(chunk_size=CHUNK_BYTES, compression_threads=0)
-    with foxglove.open_mcap(str(path), context=context, writer_options=options) as file:
+    with (
+        path.open("wb") as disk,
+        _Sink(disk) as sink,
+        foxglove.open_mcap(cast(BinaryIO, sink), context=context, writer_options=options) as file,
+    ):
         begins = setup.place.begins or datetime.now(UTC).replace(microsecond=0)
         writer = _Writer(run, setup, context, begins)
         start = writer.nanoseconds(float(run.time_s[0]))
@@ -73,6 +79,46 @@ def write_mcap(
             data=mission_toml.encode(),
         )
         writer.write(scans)
+
+
+class _Sink:
+    """A file whose first refusal is raised at the end: foxglove, whose calls do not fail, would
+    print a line for each message after it."""
+
+    def __init__(self, disk: BinaryIO) -> None:
+        self._disk = disk
+        self._at = self._end = 0
+        self._refused: OSError | None = None
+
+    def __enter__(self) -> _Sink:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._refused is not None:
+            raise self._refused
+
+    def write(self, data: bytes) -> int:
+        """Write all of it, or nothing after a refusal."""
+        self._do(self._disk.write, data)
+        self._at += len(data)
+        self._end = max(self._end, self._at)
+        return len(data)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a place, and return it from the start."""
+        self._at = offset + {os.SEEK_CUR: self._at, os.SEEK_END: self._end}.get(whence, 0)
+        self._do(self._disk.seek, self._at)
+        return self._at
+
+    def _do(self, ask: Callable[[Any], object], what: object) -> None:
+        if self._refused is None:
+            try:
+                ask(what)
+            except OSError as cause:
+                self._refused = cause
+
+    def flush(self) -> None:
+        """Nothing to do: it is flushed when it is closed."""
 
 
 def _metadata(run: Run[Steering], setup: FlightSetup, begins: datetime) -> dict[str, str]:

@@ -1,0 +1,61 @@
+"""Ctrl-C that ends a command soon, whatever a library is doing at that moment."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from types import FrameType
+
+GRACE_S = 1.0
+"""How long a command may take to come to Ctrl-C, before it is ended where it is."""
+INTERRUPTED = 130
+KERNELS = "clearway.base.kernels.interrupts"
+
+
+def end_soon_on_interrupt() -> None:
+    """Raise KeyboardInterrupt at Ctrl-C as ever, but end the process where that does not come.
+
+    Compilers and parsers look at no signal before they are done. A thread ends the process then,
+    after it has removed the scratch folders. A handler that takes the place of this one, as of a
+    live session, is left alone.
+    """
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        return
+    raised = threading.Event()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raised.set()
+        signal.default_int_handler(number, frame)
+
+    signal.signal(signal.SIGINT, interrupt)
+    told, telling = os.pipe()
+    os.set_blocking(telling, False)
+    signal.set_wakeup_fd(telling, warn_on_full_buffer=False)
+    # The thread takes no signal itself: whoever blocks one in this thread means the process.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    threading.Thread(target=_watch, args=(told, raised, interrupt), daemon=True).start()
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _watch(told: int, raised: threading.Event, handler: object) -> None:
+    while numbers := os.read(told, 64):
+        if signal.SIGINT in numbers and not raised.wait(GRACE_S) and _is_due(handler):
+            _end()
+
+
+def _is_due(handler: object) -> bool:
+    """Whether the handler is there, or waits until compiled code is made."""
+    waits = getattr(sys.modules.get(KERNELS), "waits", None)
+    return signal.getsignal(signal.SIGINT) is handler or (
+        waits is not None and waits(signal.SIGINT) is handler
+    )
+
+
+def _end() -> None:
+    from clearway.io.staging import remove_scratch
+
+    remove_scratch()
+    os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)
