@@ -112,10 +112,9 @@ class AlarmWatch:
         if self.within is None or self.begun is None or facts.had_escape:
             return None
         automaton = self.planner.automaton
-        radius_m = automaton.room_to_turn_m
-        turning = int(np.ceil(np.pi * radius_m / max(automaton.step_m, 1e-9)))
+        turning = np.ceil(np.pi * automaton.room_to_turn_m / max(automaton.step_m, 1e-9))
         flown = (facts.decision.state.time_s - self.begun.time_s) / self._movement_s
-        if flown < self.within + (turning if np.isfinite(radius_m) else 0) + 0.5:
+        if flown < self.within + turning + 0.5:
             return None
         why = (
             f"no escape through seen space is held after {flown:.0f} movements; the pre-flight "
