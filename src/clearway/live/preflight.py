@@ -193,7 +193,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
             more = f"; {FARTHER}: {start_free_m:.3g} m about the start count as free"
         if needed_m > (start_free_m or declared_m or step_m):
             more = f"{more}{stays}"
-    first = f"from movement {after + 1} on, straight on where nothing stands in the way"
+    first = f"from movement {after + 1} on straight ahead in empty air"
     return EscapePlan(
         asked,
         Escape.STRICT,
