@@ -3,37 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from clearway.avoidance.planner import AvoidanceSettings, Planner
 from clearway.base.state import State
-from clearway.live import AvoidanceSystem
+from clearway.live import AvoidanceSystem, FlightDecision
 from clearway.live.explain import NOT_REACHABLE
-from clearway.live.mission import Mode
+from clearway.live.mission import Mode, Progress
 from clearway.live.modes import ModeState
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sensors import simulate_scan
-from clearway.sim.run import METRICS
+from clearway.sim.endings import reason_of
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIBRARY, LIDAR, mission, planner
 
 
-def test_a_summary_says_that_a_flight_held_short_of_its_goal() -> None:
-    def held(*modes: Mode, reached: bool = False) -> object:
-        states = [ModeState(mode, "") for mode in modes]
-        flights = [SimpleNamespace(mode=state.mode, mode_state=state) for state in states]
-        entries = [SimpleNamespace(flight=flight) for flight in flights]
-        return METRICS["reason"].of(SimpleNamespace(decisions=entries, reached=reached))
+def test_a_summary_says_why_a_flight_did_not_arrive() -> None:
+    """It held short of its goal, or its time was up; there is always a reason."""
 
-    assert held(Mode.NAVIGATION, Mode.HOLD) == NOT_REACHABLE
-    assert held(Mode.HOLD, Mode.ESCAPE) == NOT_REACHABLE
-    assert held(Mode.HOLD, Mode.NAVIGATION) is None
-    assert held(Mode.HOLD, reached=True) is None
-    assert held() is None
+    def ended(*modes: Mode) -> str:
+        flights = [
+            FlightDecision(0.0, ModeState(mode, ""), 0, None, None, False, 0.0, {})  # type: ignore[arg-type]
+            for mode in modes
+        ]
+        return reason_of(flights, mission((30.0, 0.0, 0.0)), Progress(), np.zeros(3))
+
+    assert ended(Mode.NAVIGATION, Mode.HOLD) == NOT_REACHABLE
+    assert ended(Mode.HOLD, Mode.ESCAPE) == NOT_REACHABLE
+    assert ended(Mode.HOLD, Mode.NAVIGATION) == "its time was up 30 m from goal 1 of 1"
+    assert ended() == "its time was up 30 m from goal 1 of 1"
 
 
 def test_whose_sensor_dies_stays_where_it_has_looked_and_says_so() -> None:

@@ -31,10 +31,11 @@ def lidar(place_m: tuple[float, float, float], down_rad: float = 0.0) -> Lidar:
     return Lidar("front", PATTERN, Mounting(np.array(place_m), np.array([0.0, down_rad, 0.0])))
 
 
-def test_from_the_middle_a_movement_is_enough(stops: Planner) -> None:
-    plan = escape_plan(stops, [lidar((0.0, 0.0, 0.0))])
+def test_of_a_small_body_a_movement_is_enough(stops: Planner) -> None:
+    small = replace(stops, settings=replace(stops.settings, body_radius_m=0.1))
+    plan = escape_plan(small, [lidar((0.0, 0.0, 0.0))])
     assert (plan.within, plan.start_free_m) == (0, None)
-    assert plan.flown_by(stops) is stops
+    assert plan.flown_by(small) is small
 
 
 @pytest.mark.parametrize(
@@ -69,7 +70,7 @@ def test_who_asks_for_less_is_told_what_would_do(stops: Planner) -> None:
     less = replace(stops, settings=replace(stops.settings, start_free_m=1.0))
     plan = escape_plan(less, [lidar((0.2, 0.0, 0.1))])
     assert plan.start_free_m is None
-    assert "it may stay, start_free_m = 1." in plan.why
+    assert "it may stay where it starts, start_free_m = 1." in plan.why
 
 
 def test_who_cannot_stop_flies_on_as_before() -> None:

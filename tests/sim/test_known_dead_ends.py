@@ -19,7 +19,8 @@ def flown(label: str, seed: int) -> Run:
     section = next(one for one in CAMPAIGN.family if one.name == label)
     changes = CAMPAIGN.changes_of(section, "clearway-known")
     assert changes["safety"]["escape"] == "known"
-    case = make_case(section.family, seed, section.parameters, changes, Path())
+    as_made = section.parameters | {"anywhere": False}
+    case = make_case(section.family, seed, as_made, changes, Path())
     return case.setup.fly_with("clearway")
 
 

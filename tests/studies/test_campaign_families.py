@@ -12,6 +12,7 @@ import pytest
 
 from campaign_for_tests import SMALL
 from clearway.base.errors import InputError
+from clearway.base.frames import world_from_body
 from clearway.cli.campaign_table import print_tables
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
 from clearway.studies.campaigns.engines import in_processes
@@ -221,3 +222,24 @@ def test_bad_campaign_files_say_where_and_what_is_valid(
     with pytest.raises(InputError, match=re.escape(said)):
         run_campaign(read_campaign(str(path)), tmp_path / "out", in_processes(1))
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("family", ["dead-end", "balls", "street"])
+def test_a_world_anywhere_is_the_same_seen_from_its_start(family: str) -> None:
+    """Moved and turned, with start and goals: no start is at whole metres, or along an axis."""
+    made, moved = (
+        make_case(family, 4, {"anywhere": anywhere}, {}, Path()).setup for anywhere in (False, True)
+    )
+    ways = []
+    for setup in (made, moved):
+        start = setup.mission.start
+        turn = world_from_body(start.attitude_rad)
+        seen = np.array([[3.0, 1.0, 0.5], [9.0, -2.0, 1.0], [20.0, 4.0, -2.0]])
+        goals = (setup.mission.goals_m - start.position_m) @ turn
+        ways.append((setup.world.distance_m(start.position_m + seen @ turn.T), goals))
+    for one, other in zip(*ways, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+    start = moved.mission.start
+    assert np.abs(start.position_m - np.round(start.position_m)).min() > 1e-6
+    again = make_case(family, 4, {"anywhere": True}, {}, Path()).setup
+    assert np.array_equal(again.mission.start.vector, start.vector)

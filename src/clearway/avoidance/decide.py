@@ -193,6 +193,7 @@ def _leaving(at_hand: BeforeChoice, found: Priced, choose_among: ChooseAmong) ->
         had_certain=before.had_certain or (held is not None and held.certain),
         blind=before.blind,
         best=found.best,
+        stood=before.stood,
     )
 
 
@@ -200,7 +201,7 @@ def _taken(leaving: Leaving, hazards: Hazards, *, nothing_leads_on: bool) -> Tak
     """What is flown: the best that leaves a way out, or else the way out in hand."""
     stay = leaving.stay(hazards, nothing_leads_on=nothing_leads_on)
     taken = stay or choose_for_manoeuvres(hazards, leaving.choose)
-    return taken if taken.good else leaving.fall_back(taken, hazards)
+    return leaving.look_all_round(taken if taken.good else leaving.fall_back(taken, hazards))
 
 
 def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Taken]) -> Taken:

@@ -23,6 +23,9 @@ from clearway.avoidance.ways_out import WaysOut
 
 SHORTER = (0.25, 0.125, 0.0625)
 """Shares of the time for which ways out that drift are verified, where none lasts half of it."""
+TO_AND_FRO = 8
+"""Decisions in a row that led nowhere, after which a vehicle looks all round: as many as an eighth
+of a turn each needs for a whole one."""
 ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
 """The best of some candidates, with a share of the margin."""
 
@@ -77,6 +80,8 @@ class Leaving:
     """As of `Commitment`."""
     best: Choice | None = None
     """The best of all candidates with the whole margin, where that was found with them."""
+    stood: int = 0
+    """As of `Commitment`."""
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
@@ -162,6 +167,29 @@ class Leaving:
         if beside is not None:
             return beside
         return self._unseen(ways, taken, hazards) if ways.strict else taken
+
+    def look_all_round(self, taken: Taken) -> Taken:
+        """A turn on the spot, always to the same side, in place of a movement that stands where
+        many before have come to nothing: to look to and fro, or to hold, shows nothing new. Where
+        something moves, holding may be worth its time."""
+        ways = self.ways
+        if ways is None or self.stood <= TO_AND_FRO or len(taken.hazards.moving.radius_m):
+            return taken
+        turns = ways.standing_turns()
+        stands = ways.library.automaton.stands[self.prepared.first_movement[taken.choice.node]]
+        if not (turns and stands and taken.good) or taken.finishes is not None:
+            return taken
+        left = max(turns, key=lambda movement: turns[movement])
+        allowed = among(
+            self.candidates, self.prepared.first_movement[self.candidates.nodes] == left
+        )
+        way = ways.after(left)
+        if way is None or not len(allowed.nodes):
+            return taken
+        choice = self.choose_among(taken.hazards, allowed, 1.0)
+        if choice.basis is Basis.EMERGENCY:
+            return taken
+        return Taken(choice, taken.hazards, way, taken.banned)
 
     def _no_nearer(self, ways: WaysOut, stays: Taken) -> Taken | None:
         """What leads on from a place that noise has brought too near to something, and comes no

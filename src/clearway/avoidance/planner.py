@@ -117,8 +117,8 @@ class AvoidanceSettings(EvidenceSettings):
     least."""
     start_free_m: float | None = None
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
-    where the vehicle stands; None for the length of a movement, or as far as `live.preflight` finds
-    that a vehicle that can stop needs to leave it."""
+    where the vehicle stands; None for the length of a movement, or as far as a vehicle that can
+    stop needs to leave any start, by `live.straight_trial`."""
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """What is known of the wind before take-off, world frame; own states tell it from then on."""
     prices: Prices = field(default_factory=Prices)

@@ -156,7 +156,7 @@ def flown_with_bar(
     scans: list[Scan] | None = None,
 ) -> Run[Steering]:
     """Fly with a progress bar: the share of the straight way that is behind."""
-    total = setup.mission.straight_length_m
+    total, wrong = setup.mission.straight_length_m, set[str]()
     with progress_bar(setup.mission.name, total, beside=("status", "elapsed")) as bar:
 
         def show(entry: LoggedDecision[Steering], progress: MissionProgress) -> None:
@@ -170,6 +170,11 @@ def flown_with_bar(
                 change = mode_change(flight)
                 if change:
                     bar.print_above(f"{flight.time_s:.1f} s: {change}", "magenta")
+            alarms = alarms_in_words(flight)
+            for kind in alarms.keys() - wrong:
+                bar.print_above(f"{flight.time_s:.1f} s: ALARM: {alarms[kind]}", "red")
+            wrong.clear()
+            wrong.update(alarms)
 
         return setup.fly_with(planner, show, folder, scans)
 
@@ -179,6 +184,14 @@ def mode_change(flight: Steering) -> str:
     from clearway.live import FlightDecision
 
     return flight.mode_state.transition if isinstance(flight, FlightDecision) else ""
+
+
+def alarms_in_words(flight: Steering) -> dict[str, str]:
+    """What is wrong at a decision, by kind."""
+    from clearway.live import FlightDecision
+
+    alarms = flight.alarms if isinstance(flight, FlightDecision) else ()
+    return {str(alarm.kind): alarm.why for alarm in alarms}
 
 
 def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
@@ -223,7 +236,11 @@ def _in_words(run: Run[Steering]) -> str:
     if run.crashed_s is not None:
         lines.insert(2, f"CRASHED            at {run.crashed_s:.2f} s")
     elif not run.reached:
-        lines.insert(2, f"why not            {run.summary()['reason'] or 'its time was up'}")
+        lines.insert(2, f"why not            {run.summary()['reason']}")
+    lines += [
+        f"ALARM              from {alarm['time_s']:.1f} s on: {alarm['why']}"
+        for alarm in run.summary()["alarms"]
+    ]
     if run.counts:
         lines.append(
             "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())

@@ -9,6 +9,7 @@ from clearway.avoidance.decision import Decision
 from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table
 from clearway.base.state import State
+from clearway.live.alarms import Alarm
 from clearway.live.alerting import TrafficPicture
 from clearway.live.explain import explanation
 from clearway.live.mission import Mode
@@ -39,6 +40,8 @@ class FlightDecision:
     blind_s: float | None = None
     """For how long no range sensor has told anything; None while one does, or where there is
     none."""
+    alarms: tuple[Alarm, ...] = ()
+    """What is wrong with the flight: a promise not kept, a goal that is left."""
 
     @cached_property
     def explanation(self) -> str:
@@ -50,7 +53,7 @@ class FlightDecision:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
         if self.traffic is not None and self.traffic.alerts.level:
             words += f"; {self.traffic.in_words}"
-        return words
+        return "; ".join([words, *(f"ALARM: {alarm.why}" for alarm in self.alarms)])
 
     def __repr__(self) -> str:
         return one_line(

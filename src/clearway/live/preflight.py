@@ -1,7 +1,7 @@
 """Before take-off: whether what the sensors see leaves a way out in hand at every decision.
 
-It is tried, not calculated: in the emptiest world there is, the vehicle flies straight on, and at
-every movement a way out through what was seen is looked for. What cannot hold there holds nowhere.
+It is tried, not calculated: in the emptiest world there is, the vehicle flies straight on from its
+true start (`straight_trial`). What cannot hold there holds nowhere.
 """
 
 from __future__ import annotations
@@ -9,38 +9,34 @@ from __future__ import annotations
 import hashlib
 import pickle
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from clearway.avoidance.costs import price_of
-from clearway.avoidance.evidence import in_reach
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import Escape
 from clearway.avoidance.way_out_terms import in_wind_s
-from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.doubts import over_drop_outs, over_unsure, over_wide_margin
-from clearway.live.range_sensing import free_space_for, voxel_m
+from clearway.live.range_sensing import voxel_m
+from clearway.live.straight_trial import ORIGIN, settles, start_ball_m, with_start_ball
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
-from clearway.sensors import AnySensor, Lidar, Scan, range_sensors
+from clearway.sensors import AnySensor, Lidar
 
 WIDER = (1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 """Ranges that are tried where the sensor's own does not do, in its own."""
 MOST_PLANS = 64
 """Kept in a process."""
-NEARLY = 0.03
-"""Slope and turn (rad) that a measured movement straight on may have."""
-SETTLED = 6
-"""Movements in a row that must have a way out in hand."""
-WIDER_START, START_STEPS = 3.0, 32
-"""In movements, how far about the start is declared free at most where less would leave a vehicle
-that can stop where it is for ever; and in how many steps that is tried."""
+WIDER_START = 3.0
+"""In movements, or margins where these are longer, how far about the start is declared free at most
+where less would leave a vehicle that can stop where it is for ever."""
 UNSURE = "what nobody has seen counts as free: no guarantee"
+T = TypeVar("T")
 FARTHER = "sensors see the body's whole way only from farther on"
 
 
@@ -95,9 +91,10 @@ def escape_plan(
 ) -> EscapePlan:
     """What the sensors, the vehicle, the margin and the map allow of what was asked for.
 
-    start: tells how far off own states are declared to be.
+    start: where the flight begins and heads, which is where it is tried, and how far off own states
+    are declared to be; None for the origin, ahead.
     """
-    plan = _escape_plan_of(planner, sensors, obstacle_map)
+    plan = _escape_plan_of(planner, sensors, obstacle_map, start or ORIGIN)
     doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
     if start is not None and plan.flown == Escape.STRICT:
         doubts += over_unsure(planner, start)
@@ -105,23 +102,34 @@ def escape_plan(
 
 
 def _escape_plan_of(
-    planner: Planner, sensors: Sequence[AnySensor], obstacle_map: ObstacleMap | None
+    planner: Planner,
+    sensors: Sequence[AnySensor],
+    obstacle_map: ObstacleMap | None,
+    start: State,
 ) -> EscapePlan:
-    key = _content(planner, sensors)
     complete_m = None if obstacle_map is None else obstacle_map.complete_m
     if planner.settings.escape == Escape.MAPPED and complete_m is not None:
-        return _by_map(planner, tuple(sensors), complete_m)
-    if key is None:
-        return _escape_plan(planner, tuple(sensors))
-    if key not in _plans:
-        while len(_plans) >= MOST_PLANS:
-            del _plans[next(iter(_plans))]
-        _plans[key] = _escape_plan(planner, tuple(sensors))
-    return _plans[key]
+        return _by_map(planner, tuple(sensors), complete_m, start)
+    place = start.position_m.tobytes() + start.attitude_rad[2:].tobytes()
+    key = _content(planner, sensors)
+    return _kept(_plans, key and key + place, lambda: _escape_plan(planner, tuple(sensors), start))
 
 
 _plans: dict[bytes, EscapePlan] = {}
 """What was tried in this process: campaigns and batches fly one vehicle a thousand times."""
+_start_balls_m: dict[bytes, float] = {}
+"""How wide the start ball of a vehicle that can stop has to be, from wherever it starts."""
+
+
+def _kept(kept: dict[bytes, T], key: bytes | None, find: Callable[[], T]) -> T:
+    """What is kept under a key, or found now; without a key always the latter."""
+    if key is None:
+        return find()
+    if key not in kept:
+        while len(kept) >= MOST_PLANS:
+            del kept[next(iter(kept))]
+        kept[key] = find()
+    return kept[key]
 
 
 def _content(planner: Planner, sensors: Sequence[AnySensor]) -> bytes | None:
@@ -135,7 +143,15 @@ def _content(planner: Planner, sensors: Sequence[AnySensor]) -> bytes | None:
     return hashlib.sha256(told + (b"" if library is None else library.key)).digest()
 
 
-def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
+def _start_ball_of(
+    planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...]
+) -> float:
+    """By `start_ball_m`, once for all starts."""
+    key = _content(planner, sensors)
+    return _kept(_start_balls_m, key, lambda: start_ball_m(planner, library, sensors))
+
+
+def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> EscapePlan:
     asked = planner.settings.escape
     library = planner.escapes
     if asked == Escape.OFF or not planner.settings.verify:
@@ -145,7 +161,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
         )
     if asked == Escape.KNOWN:
-        return _known(planner, sensors)
+        return _known(planner, sensors, start)
     unmapped = "no map is declared complete; " if asked == Escape.MAPPED else ""
     if not sensors:
         return EscapePlan(
@@ -153,34 +169,44 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan
             Escape.KNOWN,
             f"{unmapped}no range sensor sees what is free: no guarantee",
         )
-    after = settles(planner, library, sensors)
-    if after is not None:
-        stays = after > 0 and planner.automaton.can_stop
-        start_free_m = _wider_start_m(planner, library, sensors) if stays else None
-        more = ""
-        if stays and start_free_m is None:
-            more = f"; {FARTHER}, and it may stay where it starts"
-        elif start_free_m is not None and planner.settings.start_free_m is None:
-            more, after = f"; {FARTHER}: {start_free_m:.3g} m about the start count as free", 0
-        elif start_free_m is not None:
-            more = f"; {FARTHER}: it may stay, start_free_m = {start_free_m:.3g} would do"
-            start_free_m = None
-        first = f"from movement {after + 1} on where nothing stands in the way"
-        return EscapePlan(
-            asked,
-            Escape.STRICT,
-            f"{unmapped}every decision keeps a way out through space seen to be free, "
-            f"{first}{_over_drift(planner)}{more}",
-            within=after,
-            start_free_m=start_free_m,
-        )
-    past_blind = _past_blind(planner, sensors)
-    if past_blind is not None:
-        return past_blind
-    return EscapePlan(asked, Escape.KNOWN, unmapped + _what_lacks(planner, library, sensors))
+    after = settles(planner, library, sensors, start)
+    if after is None:
+        past_blind = _past_blind(planner, sensors, start)
+        if past_blind is not None:
+            return past_blind
+        why = unmapped + _what_lacks(planner, library, sensors, start)
+        return EscapePlan(asked, Escape.KNOWN, why)
+    more, start_free_m = "", None
+    if planner.automaton.can_stop:
+        declared_m, step_m = planner.settings.start_free_m, planner.automaton.step_m
+        needed_m = _start_ball_of(planner, library, sensors)
+        would = "no ball about the start would do, a wider field of view may"
+        if needed_m < np.inf:
+            would = f"start_free_m = {needed_m:.3g} would do"
+        stays = f"; {FARTHER}: it may stay where it starts, {would}"
+        if declared_m is None and needed_m > step_m:
+            most_m = WIDER_START * max(step_m, planner.settings.safety_margin_m)
+            start_free_m = min(needed_m, most_m)
+            after = settles(with_start_ball(planner, start_free_m), library, sensors, start)
+            if after != 0:
+                return EscapePlan(asked, Escape.KNOWN, f"{unmapped}{stays[2:]}; {UNSURE}")
+            more = f"; {FARTHER}: {start_free_m:.3g} m about the start count as free"
+        if needed_m > (start_free_m or declared_m or step_m):
+            more = f"{more}{stays}"
+    first = f"from movement {after + 1} on straight ahead in empty air"
+    return EscapePlan(
+        asked,
+        Escape.STRICT,
+        f"{unmapped}every decision keeps a way out through space seen to be free, "
+        f"{first}{_over_drift(planner)}{more}",
+        within=after,
+        start_free_m=start_free_m,
+    )
 
 
-def _past_blind(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan | None:
+def _past_blind(
+    planner: Planner, sensors: tuple[AnySensor, ...], start: State
+) -> EscapePlan | None:
     """Where sensors are blind nearer than some distance, and no ball about the start tells what is
     there: a wider one, declared free unasked; None where that is not what lacks."""
     settings, lidars = planner.settings, [one for one in sensors if isinstance(one, Lidar)]
@@ -193,13 +219,16 @@ def _past_blind(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan 
     declared_m = settings.start_free_m
     least_m = planner.automaton.step_m if declared_m is None else declared_m
     needed_m = max(blind_m, default=0.0)
-    if not least_m < needed_m <= max(WIDER_START * planner.automaton.step_m, least_m):
+    most_m = max(WIDER_START * planner.automaton.step_m, least_m)
+    if not least_m < needed_m <= most_m:
         return None
-    wider = replace(planner, settings=replace(settings, start_free_m=needed_m))
-    plan = _escape_plan(wider, sensors)
-    if plan.flown != Escape.STRICT:
+    wider, library = with_start_ball(planner, needed_m), planner.escapes
+    if planner.automaton.can_stop and library is not None:
+        needed_m = _start_ball_of(wider, library, sensors)
+        wider = with_start_ball(planner, needed_m)
+    plan = _escape_plan(wider, sensors, start)
+    if plan.flown != Escape.STRICT or needed_m > most_m:
         return None
-    needed_m = plan.start_free_m or needed_m
     if declared_m is not None:
         why = f"sensors are blind near the start; start_free_m = {needed_m:.3g} would do; {UNSURE}"
         return EscapePlan(plan.asked, Escape.KNOWN, why)
@@ -207,22 +236,26 @@ def _past_blind(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan 
     return replace(plan, why=why, start_free_m=needed_m)
 
 
-def _known(planner: Planner, sensors: tuple[AnySensor, ...]) -> EscapePlan:
+def _known(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> EscapePlan:
     """Where what nobody has seen may count as free; what can stop, and who pays nothing for want of
     room, insists on no more than that."""
+    unsure = EscapePlan(Escape.KNOWN, Escape.KNOWN, UNSURE)
+    if planner.automaton.can_stop or price_of(planner.prices.no_room) == 0.0:
+        return unsure
     strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
-    seen = _escape_plan(strict, sensors)
-    free = price_of(planner.prices.no_room) == 0.0
-    if seen.flown != Escape.STRICT or planner.automaton.can_stop or free:
-        return EscapePlan(Escape.KNOWN, Escape.KNOWN, UNSURE)
+    seen = _escape_plan(strict, sensors, start)
+    if seen.flown != Escape.STRICT:
+        return unsure
     why = f"through space seen to be free while these lead on; where they do not, {UNSURE}"
     return replace(seen, asked=Escape.KNOWN, flown=Escape.KNOWN, why=why, insists=True)
 
 
-def _by_map(planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray) -> EscapePlan:
+def _by_map(
+    planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray, start: State
+) -> EscapePlan:
     """Where a map is declared complete."""
     strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
-    seen = _escape_plan_of(strict, sensors, None)
+    seen = _escape_plan_of(strict, sensors, None, start)
     if seen.flown == Escape.OFF:
         return replace(seen, asked=Escape.MAPPED)
     if np.all(np.isinf(complete_m)):
@@ -246,98 +279,9 @@ def _over_drift(planner: Planner) -> str:
     return f", verified for {in_wind_s(library):.3g} s in a wind of {speed:.3g} m/s"
 
 
-def settles(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]) -> int | None:
-    """Movements straight on, where nothing stands, until there is a way out in hand for good,
-    wherever the wind that is known comes from; None where that never is."""
-    after = 0
-    for wind_mps in _winds(planner):
-        settled = _settles(planner, library, sensors, wind_mps)
-        if settled is None:
-            return None
-        after = max(after, settled)
-    return after
-
-
-def _wider_start_m(
-    planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]
-) -> float | None:
-    """How far about the start has to count as free for a vehicle that can stop to leave it; None
-    where it need not, or where that is farther than may be declared unasked.
-
-    Between the ball about the vehicle and where sensors see the body's whole way, farther on where
-    they are mounted ahead of its middle or above, lies what nobody can look at. A vehicle that
-    cannot stop flies through it before it has a way out; one that can has one, and would stay.
-    """
-    least_m = planner.settings.start_free_m
-    least_m = planner.automaton.step_m if least_m is None else least_m
-    most_m = max(WIDER_START * planner.automaton.step_m, least_m)
-    tried = (least_m + (most_m - least_m) * np.arange(1, START_STEPS + 1) / START_STEPS).tolist()
-
-    def leaves(start_free_m: float) -> bool:
-        settings = replace(planner.settings, start_free_m=start_free_m)
-        return settles(replace(planner, settings=settings), library, sensors) == 0
-
-    first = bisect_left(tried, True, key=leaves)
-    return float(tried[first]) if first < len(tried) else None
-
-
-def _winds(planner: Planner) -> list[FloatArray]:
-    """The wind that is known before take-off, from all sides."""
-    x, y, z = planner.settings.wind_mps
-    speed = float(np.hypot(x, y))
-    if not speed:
-        return [np.array([0.0, 0.0, z])]
-    return [np.array([a * speed, b * speed, z]) for a, b in ((1, 0), (0, 1), (-1, 0), (0, -1))]
-
-
-def _settles(
-    planner: Planner,
-    library: EscapeLibrary,
-    sensors: Sequence[AnySensor],
-    wind_mps: FloatArray,
-) -> int | None:
-    straight = _straight(library)
-    if straight is None:
-        return None
-    begun, attitude = 0, np.zeros(3)
-    pairs = library.automaton.pairs
-    if pairs is not None:
-        attitude[0] = pairs.label_of(library.automaton.names[straight])
-        begun = library.nearest(float(attitude[0]), 0.0)
-    step = library.legs.path[begun, straight, -1, :3]
-    duration = float(library.legs.duration_s[straight])
-    step = step + duration * wind_mps
-    free = free_space_for(planner, np.zeros(3))
-    by_name = range_sensors(sensors)
-    reach = planner.grid.range_m + planner.escape_reach_m
-    most = SETTLED + int(np.ceil(2.0 * reach / max(float(np.linalg.norm(step)), 1e-9)))
-    held = 0
-    for at in range(min(most, 200)):
-        state = State(at * step, attitude, time_s=at * duration)
-        for name, sensor in by_name.items():
-            free.take(sensor, Scan(np.zeros((0, 3)), state.time_s, sensor=name), state)
-        situation = Situation(state, target_m=1e3 * step + 1.0, seen=free.seen, wind_mps=wind_mps)
-        ways = WaysOut(planner, library, situation, in_reach(planner, situation))
-        held = held + 1 if ways.after(straight) is not None else 0
-        if held == SETTLED:
-            return at + 1 - SETTLED
-    return None
-
-
-def _straight(library: EscapeLibrary) -> int | None:
-    """The movement that leads farthest straight on in level flight."""
-    ends = library.legs.path[0, :, -1]
-    if library.automaton.pairs is not None:  # No measured way is quite straight, or quite level.
-        level = np.abs(ends[:, 2]) <= NEARLY * ends[:, 0]
-        ahead = (np.abs(ends[:, 3]) <= NEARLY) & level
-    else:
-        ahead = (np.abs(ends[:, 3]) < 1e-9) & (library.legs.following[0] == 0)
-    if not ahead.any():
-        return None
-    return int(np.argmax(np.where(ahead, ends[:, 0], -np.inf)))
-
-
-def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...]) -> str:
+def _what_lacks(
+    planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...], start: State
+) -> str:
     """Why no way out can be kept in hand, and which range would do."""
     lidars = [one for one in sensors if isinstance(one, Lidar)]
     reach = max((one.clears_to_m for one in lidars), default=0.0)
@@ -351,7 +295,7 @@ def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySens
     first = bisect_left(
         WIDER,
         True,
-        key=lambda factor: settles(planner, library, _reaching(lidars, factor)) is not None,
+        key=lambda factor: settles(planner, library, _reaching(lidars, factor), start) is not None,
     )
     if lidars and first < len(WIDER):
         return f"{lacks}; a range of {WIDER[first] * reach:.3g} m would do"

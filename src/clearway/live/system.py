@@ -25,6 +25,7 @@ from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
 from clearway.base.errors import ClearwayError
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
+from clearway.live.alarms import AlarmFacts, AlarmWatch
 from clearway.live.alerting import TrafficPicture, traffic_picture
 from clearway.live.boldness import Insistence
 from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
@@ -125,6 +126,8 @@ class AvoidanceSystem:
         self._volumes = volumes
         self._alerts = Alerts()
         self._mode: ModeState | None = None
+        promised = self.escape.within if self.escape.flown == Escape.STRICT else None
+        self._alarm_watch = AlarmWatch(planner, tuple(lidars), promised)
         self._watch = PlanWatch(planner, self._known)
         self._told: dict[str, int] = {}
         if is_new(self._kind):
@@ -318,6 +321,9 @@ class AvoidanceSystem:
         bold = self._insistence is not None and self._insistence.bold and blind_s is None
         facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold)
         self._mode = mode_after(self._mode, facts)
+        had_escape, alarm_watch = self._plan.had_certain, self._alarm_watch
+        wrong = AlarmFacts(decision, self._mode, self.progress, self.mission, had_escape)
+        self._alarm_watch = alarm_watch.after(wrong) if self.followed else alarm_watch.afresh()
         told = self._told  # By hand: to subtract counters takes five times as long.
         fresh = {
             why: n - told.get(why, 0) for why, n in self.counts.items() if n > told.get(why, 0)
@@ -337,6 +343,7 @@ class AvoidanceSystem:
             fresh,
             picture,
             self._known.blind_s(now),
+            self._alarm_watch.alarms,
         )
 
     def leave_plan(self) -> None:

@@ -57,11 +57,13 @@ class Sayings:
     _mode_s: float = -math.inf
     _said_s: dict[int, float] = field(default_factory=dict)
     _texts: int = 0
+    _alarms: frozenset[str] = frozenset()
 
     def of_decision(
         self, flight: FlightDecision, close: Iterable[PredictedApproach]
     ) -> list[Message]:
-        """COLLISION of every aircraft once a second, STATUSTEXT of a change of mode."""
+        """COLLISION of every aircraft once a second, STATUSTEXT of a change of mode and of what is
+        wrong with the flight, once for as long as it lasts."""
         now = flight.time_s
         messages = [collision_message(a) for a in close if self._is_new(a.address, now)]
         lately = now - self._mode_s < MODE_S
@@ -74,6 +76,10 @@ class Sayings:
             if math.isfinite(choice.clearance_m):
                 words += f"; {choice.clearance_m:.1f} of {flight.decision.margin_m:.1f} m clear"
             messages += self.text(words, SEVERITY[flight.mode])
+        for alarm in flight.alarms:
+            if alarm.kind not in self._alarms:
+                messages += self.text(f"ALARM: {alarm.why}")
+        self._alarms = frozenset(alarm.kind for alarm in flight.alarms)
         return messages
 
     def text(self, words: str, severity: int = WARNING) -> list[Message]:

@@ -195,8 +195,8 @@ class SafetySection(Section):
     the summary say from when to when."""
     start_free_m: NotNegative | None = None
     """Radius of the ball about the start that counts as seen to be free, never over a return;
-    default: the length of a movement, or for a vehicle that can stop as far as it takes to where
-    sensors see the whole body's way, three movements at most, which is said."""
+    default: the length of a movement, or for a vehicle that can stop as far as it takes to leave
+    any start, three movements or margins at most, which is said."""
     ground_height_m: float | None = None
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5

@@ -137,6 +137,7 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "rules": [asdict(note) for note in choice.rules],
         **({} if flight.traffic is None else {"traffic": flight.traffic.as_dict()}),
         **({} if decision.long_range is None else {"long_range": _afar(decision.long_range)}),
+        **({"alarms": [alarm.why for alarm in flight.alarms]} if flight.alarms else {}),
         "scan_age_s": rounded(flight.scan_age_s),
         "data_left_out": flight.counts,
         "decide_within_s": rounded(decision.decide_within_s),

@@ -20,6 +20,7 @@ from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.preflight import EscapePlan
 from clearway.obstacles.world import World
 from clearway.sim.contact import what_stands
+from clearway.sim.endings import alarms_of, reason_of
 from clearway.sim.metrics import FlightMetrics
 from clearway.sim.pilot import CLEARWAY, D, Steering
 
@@ -152,8 +153,8 @@ class Run(Generic[D]):
         """The summary as one flat row of a table, and whether the flight was safe.
 
         Columns as of `summary` without `provenance`, the three decision times apart
-        (`decision_ms_p50` ...), and in place of the reasons the number of data left out, of spans
-        without a way out their length. A list of rows makes a DataFrame of pandas.
+        (`decision_ms_p50` ...), and in place of the reasons the number of data left out and of
+        alarms, of spans without a way out their length. A list of rows makes a DataFrame of pandas.
         """
         row = self.summary()
         row.pop("provenance")
@@ -163,6 +164,7 @@ class Run(Generic[D]):
             **row,
             "safe": self.safe,
             **{f"decision_ms_{name}": value for name, value in times.items()},
+            "alarms": len(row["alarms"]),
             "data_left_out": sum(left_out.values()),
             "no_guarantee_s": round(sum(end - begin for begin, end in spans), 6),
         }
@@ -199,9 +201,11 @@ def _without_way_out(run: Run[Any]) -> int | None:
 
 
 def _guarantee(run: Run[Any]) -> bool:
-    """Whether a certain way out was in hand from the first decision on that found one."""
-    certain = run.ways_out is not None and run.ways_out.flown in CERTAIN
-    return certain and _without_way_out(run) == 0
+    """Whether a certain way out was in hand from the first decision on that found one, which came
+    no later than was promised, and led on."""
+    if run.ways_out is None or run.ways_out.flown not in CERTAIN or _without_way_out(run) != 0:
+        return False
+    return not any(alarm["breaks_promise"] for alarm in _alarms(run))
 
 
 def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
@@ -222,13 +226,18 @@ def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
     return spans
 
 
-def _held(run: Run[Any]) -> str | None:
-    """Why a flight that did not arrive held at its end; None where it did not."""
-    flights = (entry.flight for entry in reversed(run.decisions))
-    last = next((flight for flight in flights if flight.mode is not Mode.ESCAPE), None)
-    if run.reached or last is None or last.mode is not Mode.HOLD:
+def _reason(run: Run[Any]) -> str | None:
+    """Why a flight did not arrive; None where it did."""
+    if run.reached:
         return None
-    return str(last.mode_state.held)
+    if run.crashed_s is not None:
+        return f"it crashed at {run.crashed_s:.1f} s"
+    flights = [entry.flight for entry in run.decisions]
+    return reason_of(flights, run.mission, run.progress, run.states[-1, :3])
+
+
+def _alarms(run: Run[Any]) -> list[dict[str, Any]]:
+    return alarms_of([entry.flight for entry in run.decisions])
 
 
 def _nearest_intruder(run: Run[Any]) -> float | None:
@@ -297,14 +306,18 @@ METRICS: Variants[Metric] = Variants(
         "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
         "decisions_without_escape": Metric("Decisions after that without one.", _without_way_out),
         "guarantee": Metric(
-            "Whether every decision after that had one, through space seen or mapped to be free.",
+            "Whether every decision after that had one, through space seen or mapped to be free, "
+            "and what the pre-flight check promised was kept.",
             _guarantee,
         ),
         "no_guarantee_s": Metric(
             "From when to when there was none, after the first: [[from, to], ...].",
             _no_guarantee_s,
         ),
-        "reason": Metric("Why it gave a goal up, and held short of it at its end.", _held),
+        "reason": Metric("Why it did not arrive; null where it did.", _reason),
+        "alarms": Metric(
+            "What was wrong on its way: [{time_s, kind, why, breaks_promise}, ...].", _alarms
+        ),
         "decisions": Metric("How many.", lambda run: len(run.decisions)),
         "decision_ms": Metric(
             "Time from the sensor's arrays to the explained decision: p50, p99, max.",

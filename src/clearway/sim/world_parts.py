@@ -26,6 +26,8 @@ ROOM_M = 5.0
 """Around start and waypoints, where nothing is put: a turning radius and its margin."""
 WALL_M = 0.5
 """Thickness of walls."""
+AWAY_M = 100.0
+"""Along each axis, how far worlds that may lie anywhere are moved at most."""
 
 
 def leg(
@@ -64,6 +66,28 @@ def placed(
         )
         for part in parts
     ]
+
+
+def anywhere(made: MadeWorld, seed: int) -> MadeWorld:
+    """Return a world and its mission moved and turned at random, by the seed: what stands where,
+    seen from the start, stays the same. Nothing begins at whole metres, or along an axis."""
+    world, mission = made
+    rng = np.random.default_rng([seed, 60])
+    shift_m, yaw_rad = rng.uniform(-AWAY_M, AWAY_M, 3), float(rng.uniform(-np.pi, np.pi))
+    turn = world_from_body((0.0, 0.0, yaw_rad))
+    start = mission.start
+    roll, pitch, yaw = start.attitude_rad.tolist()
+    heading = float(np.remainder(yaw + yaw_rad + np.pi, 2.0 * np.pi) - np.pi)
+    moved = replace(
+        mission,
+        start=replace(
+            start,
+            position_m=shift_m + turn @ start.position_m,
+            attitude_rad=np.array([roll, pitch, heading]),
+        ),
+        waypoints_m=shift_m + mission.waypoints_m @ turn.T,
+    )
+    return ObstacleMap(placed(world.obstacles, shift_m, (0.0, 0.0, yaw_rad))), moved
 
 
 def roomy(mission: Mission, place_m: FloatArray, radius_m: float, room_m: float = ROOM_M) -> bool:

@@ -13,7 +13,7 @@ from clearway.missions.mission_file import MissionFile
 from clearway.missions.sections import NotNegative
 from clearway.missions.world_file import mission_of
 from clearway.sim import clutter, dead_ends, worlds
-from clearway.sim.world_parts import MadeWorld
+from clearway.sim.world_parts import MadeWorld, anywhere
 
 Length = Annotated[float, Field(gt=0.0, le=1000.0)]
 Span = Annotated[tuple[Length, Length], Field(strict=False)]
@@ -23,6 +23,10 @@ Numbers = Annotated[tuple[Number, Number], Field(strict=False)]
 
 class WorldParameters(Section):
     """Of a family of made-up worlds; pairs are the least and the greatest that a seed draws."""
+
+    anywhere: bool = False
+    """Whether world and flight lie anywhere and head anywhere, by the seed; else as they are made,
+    most with their start at the origin and their way along x."""
 
     @model_validator(mode="after")
     def _ascend(self) -> Self:
@@ -152,8 +156,10 @@ class MadeFamily(NamedTuple):
     def mission(self, seed: int, parameters: Any) -> MissionFile:
         """The mission through the world of a seed; parameters: a section of the family's kind."""
         given = {name: getattr(parameters, name) for name in type(parameters).model_fields}
+        moved = given.pop("anywhere")
         smallest_m = parameters.thickness_m if isinstance(parameters, NetParameters) else None
-        return mission_of(*self.make(seed, **given), seed, smallest_m)
+        made = self.make(seed, **given)
+        return mission_of(*(anywhere(made, seed) if moved else made), seed, smallest_m)
 
 
 MADE: Mapping[str, MadeFamily] = MappingProxyType(
