@@ -92,3 +92,23 @@ def test_what_is_left_when_nothing_is_free() -> None:
 def test_nobody_at_all(vehicle: str) -> None:
     found = bands(SMALL, PERFORMANCES[vehicle], np.zeros(3), OWN, [], 0.0)
     assert not found.heading.levels.any()
+
+
+@pytest.mark.parametrize("course_deg", [0.0, 37.0, 90.0, 225.0])
+def test_headings_for_machines_are_compass_degrees_clockwise_from_north(course_deg: float) -> None:
+    """One ahead and to the right: taken is the own course and what lies right of it, not left."""
+    course = np.radians(course_deg)
+    ahead = np.array([np.sin(course), np.cos(course), 0.0])
+    right = np.array([np.cos(course), -np.sin(course), 0.0])
+    stands = Intruder(1500.0 * ahead + 500.0 * right, np.zeros(3), name="x")
+    found = bands(SMALL, WING, np.zeros(3), 25.0 * ahead, [stands], 0.0)
+    compass = found.compass
+    assert (np.diff(compass.values) > 0.0).all()
+    assert 0.0 <= compass.values[0] < compass.values[-1] < 360.0
+    taken = compass.values[compass.levels >= AlertLevel.CORRECTIVE]
+    from_course = (taken - course_deg + 180.0) % 360.0 - 180.0
+    assert from_course.min() == pytest.approx(0.0, abs=12.0)
+    assert from_course.max() > 30.0
+    runs = found.as_dict()["heading_deg"]
+    assert runs[0]["from"] == pytest.approx(compass.values[0], abs=0.01)
+    assert runs[-1]["to"] == pytest.approx(compass.values[-1], abs=0.01)

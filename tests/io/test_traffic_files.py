@@ -247,6 +247,21 @@ def test_a_zero_that_nothing_contradicts_is_an_altitude(tmp_path: Path) -> None:
         assert recording.reports[-1].altitude_kind == kind
 
 
+def test_columns_of_daidalus_files_that_are_not_used_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.daa"
+    path.write_text(
+        "NAME lat lon alt trk gs vs time s_EW_std s_NS_std sz_std alerter\n"
+        "[none] [deg] [deg] [ft] [deg] [knot] [fpm] [s] [m] [m] [ft] [none]\n"
+        "one 0.5 0.25 1000 2.0 3.0 4.0 1.0 30 30 20 2\n"
+    )
+    recording = read_traffic(path)
+    assert len(recording.reports) == 1
+    uncertain, other = recording.notes
+    assert "3 columns of uncertainties" in uncertain
+    assert "s_ew_std, s_ns_std, sz_std" in uncertain
+    assert "alerter" in other
+
+
 def test_units_of_daidalus_files(tmp_path: Path) -> None:
     path = tmp_path / "a.daa"
     body = "one 0.5 0.25 1000 2.0 3.0 4.0 1.0\n"

@@ -10,6 +10,7 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS
+from clearway.io.moments import GPS_EPOCH_S, moment, utc_of_gps
 from clearway.io.samples import dataflash, radio, telemetry
 from clearway.io.samples.encounter import AIRCRAFT, BEGIN_S, LATITUDE, row_at
 from clearway.io.traffic.gdl90 import checksum
@@ -178,6 +179,26 @@ def test_an_encounter_in_a_log_of_ardupilot(tmp_path):
     assert (own.altitude_kind, own.altitude_m) == ("barometric", pytest.approx(120.0, abs=0.5))
     assert own.geometric_altitude_m == pytest.approx(168.0)
     assert read.messages == sum(read.of_use.values()) + len(read.reports)
+
+
+@pytest.mark.parametrize(
+    ("date", "ahead_s"),
+    [
+        ("1980-01-06T00:00:00Z", 0), ("1981-06-30T23:59:59Z", 0), ("1981-07-01T00:00:00Z", 1),
+        ("1990-06-01T00:00:00Z", 6), ("2000-01-01T00:00:00Z", 13), ("2008-12-31T23:59:59Z", 14),
+        ("2012-06-30T23:59:59Z", 15), ("2014-05-17T12:00:00Z", 16), ("2016-12-31T23:59:59Z", 17),
+        ("2017-01-01T00:00:00Z", 18), ("2026-01-01T00:00:00Z", 18),
+    ],
+)  # fmt: skip
+def test_gps_is_ahead_of_utc_by_the_leap_seconds_of_the_date(tmp_path, monkeypatch, date, ahead_s):
+    utc_s = moment("test", date).timestamp()
+    assert utc_of_gps(utc_s - GPS_EPOCH_S + ahead_s) == utc_s
+    pytest.importorskip("pymavlink")
+    if ahead_s == 16:
+        monkeypatch.setattr(dataflash, "BEGIN_S", utc_s)
+        monkeypatch.setattr(dataflash, "LEAP_S", ahead_s)
+        read = read_traffic(made(tmp_path / "old.bin", dataflash.write_dataflash))
+        assert of(read, "own")[60].time_s == pytest.approx(utc_s + 60.0, abs=0.01)
 
 
 def test_a_log_without_time_and_with_bytes_lost(tmp_path):

@@ -23,6 +23,8 @@ from clearway.traffic.recorded import (
     aircraft_of,
     closest_pairs,
     local_reports,
+    proximity,
+    take_part,
 )
 from clearway.traffic.recorded.geodesy import planar_offset_m
 from clearway.traffic.recorded.ghosts import ghosts_of, without_ghosts
@@ -129,6 +131,63 @@ def test_what_is_not_in_flight_is_left_out() -> None:
     assert len(sample(aircraft, slowest_mps=0.0)) == 40
 
 
+@pytest.mark.parametrize("stands", [{"ground_speed_mps": 0.0}, {"ground_speed_mps": None}])
+def test_who_hovers_or_drifts_is_in_pairs_and_marked(stands: dict[str, float | None]) -> None:
+    """A helicopter that stands in the air below a flight, and a balloon that drifts at 5 m/s."""
+    times = np.arange(0.0, 60.0, 3.0)
+    flies = flown("aaaaaa", eastward, times)
+    stays = flown("bbbbbb", lambda _: (1500.0, 90.0, 480.0), times, **stands)
+    drifts = flown("cccccc", lambda t: (1500.0, -5.0 * t, 700.0), times, ground_speed_mps=5.0)
+    also = flown("dddddd", lambda t: (60.0 * t, 4000.0, 500.0), times)
+    parked = flown(
+        "eeeeee", lambda _: (1500.0, 0.0, 0.0), times, altitude_m=None, altitude_kind="ground"
+    )
+    pairs = closest_pairs(aircraft_of(recording(*flies, *stays, *drifts, *also, *parked)))
+    slow = {(one.first.address, one.second.address): one.slow for one in pairs}
+    assert slow == {
+        ("aaaaaa", "dddddd"): (),
+        ("aaaaaa", "bbbbbb"): ("bbbbbb",),
+        ("aaaaaa", "cccccc"): ("cccccc",),
+        ("bbbbbb", "cccccc"): ("bbbbbb", "cccccc"),
+        ("bbbbbb", "dddddd"): ("bbbbbb",),
+        ("cccccc", "dddddd"): ("cccccc",),
+    }
+    assert pairs[0].slow == (), "what both fly fast comes first, however far apart"
+    hovering = next(one for one in pairs if one.slow == ("bbbbbb",))
+    with pytest.raises(InputError, match="--as aaaaaa"):
+        take_part(hovering, "bbbbbb")
+    assert (hovering.time_s, hovering.distance_m) == pytest.approx((25.0, 90.0), abs=0.05)
+
+
+def test_pairs_are_the_same_alone_and_among_others() -> None:
+    """Closest points of all pairs are worked out together; each is what it is by itself."""
+    rng = np.random.default_rng(3)
+    flights = []
+    for number in range(9):
+        start, velocity = rng.uniform(-4000, 4000, 3), rng.uniform(-80, 80, 3)
+        times = np.sort(rng.uniform(0.0, 60.0, 14))
+        flights.append(flown(f"{number:06x}", lambda t, s=start, v=velocity: s + v * t, times))
+    told: list[tuple[float, float]] = []
+    together = closest_pairs(
+        aircraft_of(recording(*(one for each in flights for one in each))),
+        progress=lambda done, total: told.append((done, total)),
+    )
+    assert told[-1] == (len(together), len(together)), "a bar ends where all is done"
+    assert len(together) > 20
+    for pair in together:
+        one, two = (flights[int(side.address, 16)] for side in (pair.first, pair.second))
+        (alone,) = closest_pairs(aircraft_of(recording(*one, *two)))
+        assert (alone.time_s, alone.distance_m, alone.height_m, alone.together_s, alone.slow) == (
+            pair.time_s, pair.distance_m, pair.height_m, pair.together_s, pair.slow,
+        )  # fmt: skip
+    own = closest_pairs(
+        aircraft_of(recording(*(one for each in flights for one in each))), "000003"
+    )
+    assert [one.time_s for one in own] == [
+        one.time_s for one in together if "000003" in (one.first.address, one.second.address)
+    ]
+
+
 def test_unknown_heights_make_no_pair_and_geometric_ones_do() -> None:
     times = range(20)
     low = flown("aaaaaa", eastward, times)
@@ -137,7 +196,11 @@ def test_unknown_heights_make_no_pair_and_geometric_ones_do() -> None:
         "cccccc", eastward, times, altitude_kind="geometric", geometric_altitude_m=800.0
     )
     also = flown("dddddd", eastward, times, geometric_altitude_m=900.0)
-    pairs = closest_pairs(aircraft_of(recording(*low, *unknown, *geometric, *also)))
+    made = recording(*low, *unknown, *geometric, *also)
+    pairs = closest_pairs(aircraft_of(made))
+    assert set(air_picture(made).without_height) == {
+        ("aaaaaa", "bbbbbb"), ("aaaaaa", "cccccc"), ("bbbbbb", "cccccc"), ("bbbbbb", "dddddd"),
+    }  # fmt: skip
     heights = {(p.first.address, p.second.address): p.height_m for p in pairs}
     assert heights == {
         ("aaaaaa", "dddddd"): 0.0,
@@ -196,6 +259,15 @@ def test_a_radar_s_track_beside_an_aircraft_is_its_ghost() -> None:
     assert [one.address for one in without_ghosts(aircraft)] == ["aaaaaa", "~2b0004"]
 
 
+@pytest.mark.parametrize("source", ["flarm", "remote id"])
+def test_who_reports_itself_under_no_address_of_a_state_is_no_radar_s_track(source: str) -> None:
+    one = flown("aaaaaa", eastward, range(20))
+    other = flown("~2b0001", eastward, range(20), source=source)
+    aircraft = aircraft_of(recording(*one, *other))
+    assert len(without_ghosts(aircraft)) == 2
+    assert len(closest_pairs(without_ghosts(aircraft))) == 1
+
+
 coordinate = st.floats(-0.1, 0.1)
 
 
@@ -228,6 +300,7 @@ def test_offsets_are_those_of_the_geodesic(
     within_m=st.sampled_from([500.0, 3000.0, 1e6]),
 )
 def test_meetings_are_those_of_brute_force(seed: int, flights: int, within_m: float) -> None:
+    """Whether all pairs of a second are looked at, or a tree is asked for those that are near."""
     rng = np.random.default_rng(seed)
     reports: list[TrafficReport] = []
     for number in range(flights):
@@ -240,6 +313,11 @@ def test_meetings_are_those_of_brute_force(seed: int, flights: int, within_m: fl
         )
     samples = sample(aircraft_of(recording(*reports)), slowest_mps=0.0)
     met = proximity_pairs(samples, within_m)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(proximity, "FEW", 1)
+        by_tree = proximity_pairs(samples, within_m)
+    for name in ("first", "second", "horizontal_m", "height_m"):
+        np.testing.assert_array_equal(getattr(by_tree, name), getattr(met, name))
     found = set(zip(met.first.tolist(), met.second.tolist(), strict=True))
     wanted = set()
     for a in range(len(samples)):

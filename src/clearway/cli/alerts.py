@@ -11,13 +11,22 @@ import typer
 from clearway.cli import picture_options as drawn
 from clearway.cli.report import print_json, say, show, sourced
 
+MOST_LINES = 20
+"""Of what is not judged."""
+
 if TYPE_CHECKING:
     from clearway.missions.alert_history import AlertHistory
 
 
 def alerts(
     file: Annotated[Path, typer.Argument(help="Recording: {traffic}; gzip too.")],
-    own: Annotated[str, typer.Option(help="Address or callsign of the own aircraft.")] = "Ownship",
+    own: Annotated[
+        str | None,
+        typer.Option(
+            help="Address or callsign of the own aircraft; default: the one that the recording "
+            "names as its own."
+        ),
+    ] = None,
     volumes: Annotated[
         str,
         typer.Option(help="{volumes}, or a .toml file with tables [\\[volume]]."),
@@ -34,11 +43,13 @@ def alerts(
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
-    """Tell alerts about all other aircraft, and bands of heading, climb and speed, each second."""
+    """Tell alerts about all other aircraft, and bands of heading, climb and speed, each second.
+
+    Aircraft that could not be judged are counted and named, with the reason.
+    """
     from clearway.io.traffic.traffic import read_traffic
-    from clearway.missions.alert_history import alert_history
+    from clearway.missions.alert_history import judge_recording
     from clearway.missions.volume_section import volumes_named
-    from clearway.traffic.recorded import aircraft_of, without_ghosts
     from clearway.vehicle.performance import PERFORMANCES
 
     pictures, folder = drawn.pictures_of(form, dpi), None
@@ -47,7 +58,7 @@ def alerts(
 
         folder = ResultsFolder.checked(out, "alerts", file.name)
     kept, able = volumes_named(volumes), PERFORMANCES.named(vehicle)
-    history = alert_history(without_ghosts(aircraft_of(read_traffic(file))), own, kept, able)
+    history = judge_recording(read_traffic(file), own, kept, able)
     told = sourced(history.as_dict() | {"vehicle": vehicle}, [file])
     if as_json:
         print_json(told)
@@ -65,10 +76,22 @@ def alerts(
 
 
 def _lines(history: AlertHistory) -> list[str]:
-    changes = history.changes()
-    if not changes:
-        return [f"{history.volumes.name}: no alert in {len(history.seconds)} s"]
-    lines = [f"{history.volumes.about}"]
+    """The text: changes of level, what was not judged, and notes."""
+    changes, missed = history.changes(), history.not_judged
+    count, seconds = len(history.judged), len(history.seconds)
+    judged = f"{count} other aircraft judged in {seconds} s"
+    if changes:
+        lines = [f"{history.volumes.about}: {judged}"]
+    elif missed:
+        lines = [f"{history.volumes.name}: nothing to alert on among {judged}"]
+    else:
+        lines = [f"{history.volumes.name}: no alert in {seconds} s, {count} other aircraft judged"]
     for time_s, name, level in changes:
         lines.append(f"{time_s:10.0f} s  {level.name.lower():10}  {name}")
-    return lines
+    if missed:
+        lines.append(f"not judged ({len(missed)}): each may have been near without an alert above")
+    for one in missed[:MOST_LINES]:
+        lines.append(f"{one.seconds:10d} s  {one.address or '(no address)'}: {one.reason}")
+    if len(missed) > MOST_LINES:
+        lines.append(f"{'':12}... and {len(missed) - MOST_LINES} more; --json lists all")
+    return lines + [f"note: {note}" for note in history.notes]

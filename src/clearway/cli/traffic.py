@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 OUTPUT, FLYING = "Output", "Flying an encounter"
 UTC_LENGTH = 19
+SLOW_PAIRS = "closest pairs with an aircraft at 40 kt or less, marked *"
 
 
 def traffic(
@@ -121,6 +122,7 @@ def traffic(
 
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
     """Air pictures of all files; raises SeveralErrors, one for each file that is of no use."""
+    from clearway.cli.progress import progress_bar
     from clearway.io.public_data import found
     from clearway.io.traffic.traffic import read_traffic
     from clearway.traffic.recorded.picture import air_picture
@@ -128,7 +130,9 @@ def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
     pictures, problems = [], []
     for file in files:
         try:
-            pictures.append(air_picture(read_traffic(found(file)), own))
+            recording = read_traffic(found(file))
+            with progress_bar(f"closest pairs of {file.name}", beside=("elapsed",)) as bar:
+                pictures.append(air_picture(recording, own, bar.show))
         except ClearwayError as error:
             problems.append(error)
     if problems:
@@ -197,11 +201,21 @@ def _in_words(recording: Mapping[str, Any], most: int) -> str:
     parts = ["\n".join(f"{name:<12}{text}" for name, text in lines)]
     aircraft = sorted(recording["aircraft"], key=lambda one: -one["reports"])
     parts.append(_table("aircraft", _aircraft_rows(aircraft, most), len(aircraft), most))
-    pairs = recording["pairs"]
-    if pairs:
-        parts.append(_table("closest pairs", _pair_rows(pairs, most), len(pairs), most))
-    else:
-        parts.append("closest pairs: none within 10 km in flight")
+    fast = [pair for pair in recording["pairs"] if not pair["slow"]]
+    slow = [pair for pair in recording["pairs"] if pair["slow"]]
+    for title, pairs in (("closest pairs", fast), (SLOW_PAIRS, slow)):
+        if pairs:
+            parts.append(_table(title, _pair_rows(pairs, most), len(pairs), most))
+    if not fast:
+        parts.insert(2, "closest pairs: none within 10 km in flight above 40 kt")
+    unknown = recording["pairs_without_height"]
+    if unknown:
+        some = ", ".join(" x ".join(names) for names in unknown[: most or None])
+        more = " ..." if most and len(unknown) > most else ""
+        parts.append(
+            f"not listed: {len(unknown)} pairs within 10 km whose heights are unknown, or "
+            f"barometric against geometric: {some}{more}"
+        )
     return "\n\n".join(parts)
 
 
@@ -280,7 +294,7 @@ def _pair_rows(pairs: Sequence[Mapping[str, Any]], most: int) -> list[list[str]]
         step = f" +-{pair['height_step_m']:.0f}" if pair["height_step_m"] else ""
         speed = pair["relative_mps"]
         names = [
-            " ".join(dict.fromkeys(filter(None, both)))
+            " ".join(dict.fromkeys(filter(None, both))) + "*" * (both[0] in pair["slow"])
             for both in zip(pair["addresses"], pair["callsigns"], strict=True)
         ]
         rows.append(

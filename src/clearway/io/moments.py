@@ -3,12 +3,36 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from datetime import UTC, datetime
 
 from clearway.base.errors import InputError
 
 MOST_SECONDS = 1e11
 """Since 1970; later moments are in no calendar."""
+
+GPS_EPOCH_S = 315_964_800.0
+"""1980-01-06 in seconds since 1970: when the seconds of GPS begin."""
+LEAPS = (
+    "1981-07", "1982-07", "1983-07", "1985-07", "1988-01", "1990-01", "1991-01", "1992-07",
+    "1993-07", "1994-07", "1996-01", "1997-07", "1999-01", "2006-01", "2009-01", "2012-07",
+    "2015-07", "2017-01",
+)  # fmt: skip
+"""Months before which UTC was held for a second, all since GPS began (IERS Bulletin C)."""
+
+
+def _leap_s(number: int) -> float:
+    """Seconds of GPS at which UTC has been held for so many seconds."""
+    month = datetime.fromisoformat(f"{LEAPS[number - 1]}-01").replace(tzinfo=UTC)
+    return month.timestamp() - GPS_EPOCH_S + number
+
+
+_LEAPS_S = tuple(_leap_s(number) for number in range(1, len(LEAPS) + 1))
+
+
+def utc_of_gps(gps_s: float) -> float:
+    """Seconds since 1970 in UTC of seconds since the GPS epoch, by the leap seconds of the date."""
+    return GPS_EPOCH_S + gps_s - bisect_right(_LEAPS_S, gps_s)
 
 
 def moment(source: str, text: str) -> datetime:

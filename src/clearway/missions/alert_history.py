@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from clearway.avoidance.long_range.bands import Bands, bands
-from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
-from clearway.traffic import Intruder
-from clearway.traffic.recorded import Aircraft
-from clearway.traffic.recorded.geodesy import planar_offset_m
-from clearway.traffic.recorded.playing import CLIMB_WINDOW_S
-from clearway.traffic.recorded.samples import Samples, sample
+from clearway.base.errors import InputError
+from clearway.io.traffic.traffic_rows import NO_ADDRESS
+from clearway.missions.judged_traffic import (
+    OWN_SILENT,
+    POSITIONS_TELL,
+    JudgedSecond,
+    OtherTracks,
+    judge_at,
+)
+from clearway.missions.own_aircraft import find_own_aircraft
+from clearway.traffic.recorded import TrafficRecording, aircraft_of
+from clearway.traffic.recorded.aircraft import Aircraft
+from clearway.traffic.recorded.ghosts import ghosts_of
+from clearway.traffic.recorded.placed import PlacedTrack, place_aircraft
 from clearway.traffic.volumes import AlertLevel, Alerts, VolumeSet, alerts_after
 from clearway.vehicle.performance import Performance
 
-FARTHEST_M = 100_000.0
-"""Aircraft farther away are not looked at."""
+NEVER_PLACED = "heard, but reports no position"
+ALIKE_MPS, ALIKE_SHARE = 10.0, 0.3
+"""Radar tracks lag in turns: so far a velocity, or so much of it, may differ from the own one."""
+OWN_GHOST = "a radar's track (TIS-B) of the own aircraft"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,13 +44,29 @@ class AlertSecond:
     """Where there is an alert."""
 
 
+@dataclass(frozen=True, slots=True)
+class NotJudged:
+    """An aircraft that may have come near, and cannot be judged for some time."""
+
+    address: str
+    """Empty for messages that name no aircraft."""
+    reason: str
+    seconds: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class AlertHistory:
-    """What was alerted when."""
+    """What was alerted when, and what could not be judged."""
 
     own: str
     volumes: VolumeSet
     seconds: tuple[AlertSecond, ...]
+    """Those at which the own aircraft is placed and in flight."""
+    judged: tuple[str, ...]
+    """Addresses of the aircraft that were judged, at all times or some."""
+    not_judged: tuple[NotJudged, ...] = ()
+    notes: tuple[str, ...] = ()
+    """What was assumed, or found odd; to be shown."""
 
     def changes(self) -> list[tuple[float, str, AlertLevel]]:
         """(time, intruder, level) whenever the level of an intruder changes."""
@@ -53,10 +80,17 @@ class AlertHistory:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """For machines: changes of level, and every second that has an alert."""
+        """For machines: changes of level, every second that has an alert, what was not judged."""
         return {
             "own": self.own,
             "volumes": self.volumes.name,
+            "judged_s": len(self.seconds),
+            "judged": list(self.judged),
+            "not_judged": [
+                {"address": one.address, "reason": one.reason, "seconds": one.seconds}
+                for one in self.not_judged
+            ],
+            "notes": list(self.notes),
             "changes": [
                 {"time_s": time_s, "intruder": name, "level": level.name.lower()}
                 for time_s, name, level in self.changes()
@@ -73,84 +107,102 @@ class AlertHistory:
         }
 
 
+def judge_recording(
+    recording: TrafficRecording, own: str | None, volumes: VolumeSet, performance: Performance
+) -> AlertHistory:
+    """`alert_history` of a recording, with what it holds that cannot be placed.
+
+    own: an address or callsign; None for the one that the recording names as its own. Raises
+    InputError where it is not clear which aircraft is the own one.
+    """
+    aircraft = aircraft_of(recording)
+    mine = find_own_aircraft(aircraft, own, recording)
+    history = alert_history(aircraft, mine.address, volumes, performance)
+    seconds = len(history.seconds)
+    there = {one.address for one in aircraft}
+    missed = [
+        NotJudged(name, NEVER_PLACED, seconds) for name in recording.heard if name not in there
+    ]
+    if nameless := recording.left_out.get(NO_ADDRESS, 0):
+        missed.append(NotJudged("", f"{nameless} messages name no aircraft", seconds))
+    return replace(
+        history,
+        not_judged=(*history.not_judged, *sorted(missed, key=lambda one: one.address)),
+        notes=(*recording.notes, *history.notes),
+    )
+
+
 def alert_history(
     aircraft: Sequence[Aircraft], own: str, volumes: VolumeSet, performance: Performance
 ) -> AlertHistory:
-    """Alerts of the aircraft of an address or callsign about all others of a recording.
+    """Alerts of the aircraft of an address or callsign about all others, every whole second.
 
-    Positions are interpolated to whole seconds, heights are barometric where both are known so,
-    else geometric. Raises ClearwayError for an address that is not in it.
+    Every aircraft that can be placed is judged: positions are straight between reports and for
+    30 s after one, a velocity that is not reported comes from positions, a height that is not known
+    counts as the own one. What cannot be judged, though it may have come near, is in `not_judged`.
+    Raises InputError for an own aircraft that is not there, or never flies.
     """
-    names = [one.address for one in aircraft]
-    wanted = own.strip().lower()
-    mine = [
-        n for n, one in enumerate(aircraft) if wanted in (one.address.lower(), one.callsign.lower())
-    ]
-    if not mine:
-        some = ", ".join(names[:8])
-        raise ClearwayError(f"own aircraft {own!r}: is not in the recording; valid: {some}")
-    samples = sample(aircraft, slowest_mps=0.0)
-    climb = _climbs(samples)
+    mine = find_own_aircraft(aircraft, own)
+    here = place_aircraft(mine).until(math.ceil(max(one.time_s[-1] for one in aircraft)))
+    others = [one for one in aircraft if one is not mine]
+    doubles = ghosts_of([mine, *(one for one in others if one.source == "tisb")])
+    there = [place_aircraft(one, here.second) for one in others]
+    ghosts = [one.address for one in there if one.address in doubles and _fly_alike(here, one)]
+    there = [one for one in there if one.address not in ghosts]
+    tracks = OtherTracks.of(here, there)
     now, seconds = Alerts(), []
-    begins = np.flatnonzero(np.diff(samples.second, prepend=-1))
-    for rows in np.split(np.arange(len(samples)), begins[1:]):
-        here = rows[samples.aircraft[rows] == mine[0]]
-        if not len(here) or np.isnan(samples.east_mps[here[0]]):
+    judged: set[str] = set()
+    missed: Counter[tuple[str, str]] = Counter()
+    assumed: Counter[tuple[str, str]] = Counter()
+    if not here.is_believed:
+        assumed[mine.address, POSITIONS_TELL] = len(here.second)
+    for at in range(len(here.second)):
+        seen = judge_at(tracks, at, volumes)
+        missed.update(seen.not_judged.items())
+        if seen.own_doubt:
             continue
-        at = int(here[0])
-        time_s = float(samples.second[at])
-        others = _others(samples, climb, at, rows, names, time_s)
-        velocity = np.array([samples.east_mps[at], samples.north_mps[at], climb[at]])
-        place = np.zeros(3)
-        first = alerts_after(now, volumes, place, velocity, others, time_s)
-        shown = None
-        if first.level:
-            shown = bands(volumes, performance, place, velocity, others, time_s)
-            if shown.saturated:
-                first = alerts_after(now, volumes, place, velocity, others, time_s, saturated=True)
-        now = first
+        time_s = float(here.second[at])
+        assumed.update(seen.assumed)
+        judged.update(seen.covered)
+        now, shown = _alert_on(now, volumes, performance, seen, time_s)
         seconds.append(AlertSecond(time_s, now, shown))
-    return AlertHistory(names[mine[0]], volumes, tuple(seconds))
+    if not seconds:
+        why = judge_at(tracks, 0, volumes).own_doubt if len(here.second) else OWN_SILENT
+        raise InputError(
+            f"own aircraft {mine.address!r}",
+            f"nothing can be judged at any second: {why}; type --own and another address",
+        )
+    missed.update({(ghost, OWN_GHOST): len(seconds) for ghost in ghosts})
+    return AlertHistory(
+        mine.address,
+        volumes,
+        tuple(seconds),
+        tuple(sorted(judged)),
+        tuple(NotJudged(name, why, n) for (name, why), n in sorted(missed.items())),
+        tuple(f"{name}: {what} ({n} s)" for (name, what), n in sorted(assumed.items())),
+    )
 
 
-def _others(
-    samples: Samples,
-    climb: FloatArray,
-    at: int,
-    rows: np.ndarray[Any, np.dtype[np.int64]],
-    names: Sequence[str],
-    time_s: float,
-) -> list[Intruder]:
-    """Everybody else at the second of a row, as seen from there: east, north, above."""
-    found = []
-    for row in rows:
-        if row == at or np.isnan(samples.east_mps[row]):
-            continue
-        east, north = planar_offset_m(
-            samples.latitude_deg[at], samples.longitude_deg[at],
-            samples.latitude_deg[row], samples.longitude_deg[row],
-        )  # fmt: skip
-        above = samples.barometric_m[row] - samples.barometric_m[at]
-        if np.isnan(above):
-            above = samples.geometric_m[row] - samples.geometric_m[at]
-        if np.isnan(above) or np.hypot(east, north) > FARTHEST_M:
-            continue
-        place = np.array([float(east), float(north), above])
-        velocity = np.array([samples.east_mps[row], samples.north_mps[row], climb[row]])
-        name = names[int(samples.aircraft[row])]
-        found.append(Intruder(place, velocity, name=name, time_s=time_s))
-    return found
+def _fly_alike(own: PlacedTrack, other: PlacedTrack) -> bool:
+    """Whether two fly at one velocity, as a radar's track of the own aircraft does, and no other
+    that passes close by."""
+    _, here, there = np.intersect1d(own.second, other.second, return_indices=True)
+    apart_mps = np.linalg.norm(other.level_mps[there] - own.level_mps[here], axis=1)
+    speed_mps = np.linalg.norm(own.level_mps[here], axis=1)
+    known = ~np.isnan(apart_mps)
+    alike_mps = np.maximum(ALIKE_MPS, ALIKE_SHARE * speed_mps[known])
+    return bool(np.mean(apart_mps[known] <= alike_mps) > 0.5) if known.any() else False
 
 
-def _climbs(samples: Samples) -> FloatArray:
-    """[n] climb of each row, m/s: the mean over the last 20 s, since altitudes come in steps."""
-    climb = np.zeros(len(samples))
-    height = np.where(np.isnan(samples.barometric_m), samples.geometric_m, samples.barometric_m)
-    for one in np.unique(samples.aircraft):
-        mine = np.flatnonzero(samples.aircraft == one)
-        second = samples.second[mine].astype(np.float64)
-        then = np.searchsorted(second, second - CLIMB_WINDOW_S)
-        elapsed = second - second[then]
-        changed = height[mine] - height[mine[then]]
-        climb[mine] = np.where(elapsed > 0.0, changed / np.maximum(elapsed, 1.0), 0.0)
-    return np.nan_to_num(climb)
+def _alert_on(
+    before: Alerts, volumes: VolumeSet, performance: Performance, seen: JudgedSecond, time_s: float
+) -> tuple[Alerts, Bands | None]:
+    """Alerts of one second after those before it, and bands where there is one."""
+    origin, own_mps, others = np.zeros(3), seen.own_mps, seen.judged
+    now = alerts_after(before, volumes, origin, own_mps, others, time_s)
+    if not now.level:
+        return now, None
+    shown = bands(volumes, performance, origin, own_mps, others, time_s)
+    if shown.saturated:
+        now = alerts_after(before, volumes, origin, own_mps, others, time_s, saturated=True)
+    return now, shown

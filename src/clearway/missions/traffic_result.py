@@ -16,7 +16,10 @@ from clearway.traffic.recorded.report import Clock
 
 
 def traffic_result(picture: AirPicture) -> dict[str, Any]:
-    """One recording; every aircraft, and every pair that came within 10 km, nearest first."""
+    """One recording; every aircraft, and every pair that came within 10 km, nearest first.
+
+    Pairs of which one is slow (no faster than 40 kt) follow all others.
+    """
     recording, span = picture.recording, picture.span_s
     start, end = span or (None, None)
     clock = recording.clock
@@ -39,6 +42,7 @@ def traffic_result(picture: AirPicture) -> dict[str, Any]:
         "radar_only": picture.radar_only,
         "ghosts": dict(picture.ghosts),
         "pairs": [_pair(pair, clock) for pair in picture.pairs],
+        "pairs_without_height": [list(names) for names in picture.without_height],
     }
 
 
@@ -80,6 +84,7 @@ def _pair(pair: ClosestPair, clock: Clock) -> dict[str, Any]:
         "latitude_deg": round(pair.latitude_deg, 7),
         "longitude_deg": round(pair.longitude_deg, 7),
         "together_s": pair.together_s,
+        "slow": list(pair.slow),
     }
 
 

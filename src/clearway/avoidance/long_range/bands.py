@@ -47,12 +47,12 @@ class Band:
         """Whether every value leads to a corrective alert or worse."""
         return bool((self.levels >= AlertLevel.CORRECTIVE).all())
 
-    def as_runs(self, factor: float = 1.0) -> list[dict[str, Any]]:
-        """Runs of values alike, ends included, for machines; values times `factor`."""
+    def as_runs(self) -> list[dict[str, Any]]:
+        """Runs of values alike, ends included, for machines."""
         runs: list[dict[str, Any]] = []
         for value, level, recovers in zip(self.values, self.levels, self.recovery, strict=True):
             name = "recovery" if recovers else AlertLevel(int(level)).name.lower()
-            end = round(float(value) * factor, 2)
+            end = round(float(value), 2)
             if runs and runs[-1]["level"] == name:
                 runs[-1]["to"] = end
             else:
@@ -67,6 +67,16 @@ class Bands:
     heading: Band
     climb: Band
     speed: Band
+    course_rad: float
+    """Own course in the world frame, from x (east) to the left: what headings count from."""
+
+    @property
+    def compass(self) -> Band:
+        """The band of headings in degrees clockwise from north (y of the world), [0, 360)."""
+        clockwise = 90.0 - np.degrees(self.course_rad + self.heading.values)
+        degrees = np.mod(np.round(clockwise, 6), 360.0)
+        order = np.argsort(degrees)
+        return Band(degrees[order], self.heading.levels[order], self.heading.recovery[order])
 
     @property
     def saturated(self) -> bool:
@@ -74,9 +84,13 @@ class Bands:
         return self.heading.saturated and self.climb.saturated and self.speed.saturated
 
     def as_dict(self) -> dict[str, Any]:
-        """For machines: degrees from the own course, left positive, and m/s."""
+        """For machines: degrees clockwise from north, and m/s.
+
+        The run of headings that goes on over north ends at the last value below 360 and begins
+        again at the first one.
+        """
         return {
-            "heading_deg": self.heading.as_runs(180.0 / math.pi),
+            "heading_deg": self.compass.as_runs(),
             "climb_mps": self.climb.as_runs(),
             "speed_mps": self.speed.as_runs(),
             "saturated": self.saturated,
@@ -114,7 +128,8 @@ def bands(
     ]
     if any(band.saturated for band in made):
         made = _with_recovery(made, volumes, apart, flies, own_mps, able)
-    return Bands(*made)
+    course_rad = math.atan2(float(own_mps[1]), float(own_mps[0]))
+    return Bands(made[0], made[1], made[2], course_rad)
 
 
 @lru_cache(maxsize=16)

@@ -7,7 +7,15 @@ import re
 from collections.abc import Iterator
 
 from clearway.base.units import FOOT_M, KNOT_MPS
-from clearway.io.traffic.traffic_rows import DAMAGED, NO_POSITION, Sieve
+from clearway.io.traffic.traffic_rows import (
+    DAMAGED,
+    FASTEST_MPS,
+    HIGHEST_M,
+    IMPOSSIBLE,
+    LOWEST_M,
+    NO_POSITION,
+    Sieve,
+)
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
 FORM = "BlueSky scenario"
@@ -21,7 +29,7 @@ LARGEST_MACH = 1.0
 GAS_CONSTANT = 287.05287
 """Of air, J/(kg K)."""
 TROPOPAUSE_M = 11_000.0
-LOWEST_M, HIGHEST_M = -1_000.0, 20_000.0
+AIR_LOWEST_M, AIR_HIGHEST_M = -1_000.0, 20_000.0
 """Between these the standard atmosphere is known here."""
 FASTEST_KT = 2_000.0
 
@@ -79,6 +87,11 @@ def _take(place: int, words: list[str], time_s: float, sieve: Sieve) -> None:
     if latitude is None or longitude is None:
         sieve.drop(NO_POSITION, f"line {place}: {callsign} begins at {' '.join(numbers[:2])[:40]}")
         return
+    speed = _speed_mps(numbers[4], altitude or 0.0)
+    # A script that says so is wrong as a whole: no receiver was mistaken here.
+    if not LOWEST_M <= (altitude or 0.0) <= HIGHEST_M or not (speed or 0.0) <= FASTEST_MPS:
+        sieve.drop(IMPOSSIBLE)
+        return
     sieve.take(
         TrafficReport(
             time_s=time_s,
@@ -88,7 +101,7 @@ def _take(place: int, words: list[str], time_s: float, sieve: Sieve) -> None:
             altitude_m=altitude,
             altitude_kind=None if altitude is None else "geometric",
             geometric_altitude_m=altitude,
-            ground_speed_mps=_speed_mps(numbers[4], altitude or 0.0),
+            ground_speed_mps=speed,
             track_rad=None if heading is None else math.radians(heading) % (2.0 * math.pi),
             callsign=callsign,
             source="scripted",
@@ -119,7 +132,7 @@ def _speed_mps(word: str, altitude_m: float) -> float | None:
         return None
     if value > FASTEST_KT:
         return math.inf  # left out as impossible
-    pressure, temperature = _air(min(max(altitude_m, LOWEST_M), HIGHEST_M))
+    pressure, temperature = _air(min(max(altitude_m, AIR_LOWEST_M), AIR_HIGHEST_M))
     if value <= LARGEST_MACH:
         return value * math.sqrt(1.4 * GAS_CONSTANT * temperature)
     density = pressure / (GAS_CONSTANT * temperature)

@@ -26,6 +26,9 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "vz": ("vz",),
     "time": ("time", "tm", "st"),
 }
+UNCERTAIN = re.compile("std|cov|sigma|uncert|accuracy")
+MOST_NAMES = 200
+"""Characters of the names of columns in a note."""
 NEEDED = ("name", "lat", "lon", "alt", "time")
 DEGREE = math.pi / 180.0
 FACTORS = {
@@ -59,7 +62,7 @@ def read_daidalus(source: str, content: bytes) -> TrafficRecording:
         factors, notes = _factors(source, rows[0], columns), []
         rows = rows[1:]
     sieve = Sieve(source)
-    sieve.notes.extend((*notes, *unended(content)))
+    sieve.notes.extend((*notes, *_unused(names, columns), *unended(content)))
     own = None
     for number, (place, words) in enumerate(rows, start=1):
         if len(words) >= len(names) and _is_row(words, columns):
@@ -100,6 +103,22 @@ def _columns(source: str, names: Sequence[str]) -> dict[str, int]:
             + "; valid: name, lat, lon, alt, time, and trk, gs, vs or vx, vy, vz",
         )
     return columns
+
+
+def _unused(names: Sequence[str], columns: Mapping[str, int]) -> list[str]:
+    """A note on the columns that are not read; uncertainties first, which widen nothing here."""
+    unused = [name for at, name in enumerate(names) if name and at not in columns.values()]
+    uncertain = [name for name in unused if UNCERTAIN.search(name)]
+    other = [name for name in unused if name not in uncertain]
+    notes = []
+    if uncertain:
+        notes.append(
+            f"{len(uncertain)} columns of uncertainties are not used, volumes and alerts are not "
+            f"widened by them: {', '.join(uncertain)[:MOST_NAMES]}"
+        )
+    if other:
+        notes.append(f"{len(other)} columns are not used: {', '.join(other)[:MOST_NAMES]}")
+    return notes
 
 
 def _factors(

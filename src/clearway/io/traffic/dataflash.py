@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from clearway.base.errors import MissingExtraError
 from clearway.io.apart import apart
+from clearway.io.moments import utc_of_gps
 from clearway.io.traffic.traffic_rows import (
     DAMAGED,
     NO_ADDRESS,
@@ -28,8 +29,7 @@ FORM = "DataFlash log of ArduPilot (.bin)"
 MAGIC = b"\xa3\x95\x80\x80"
 OWN = "own"
 FIX_3D = 3
-GPS_EPOCH_S, WEEK_S, LEAP_S = 315_964_800.0, 604_800.0, 18.0
-"""1980-01-06 in seconds since 1970, and how far UTC lies behind since 2017."""
+WEEK_S = 604_800.0
 MICROSECOND_S = 1e-6
 FRESH_S = 2.0
 """For how long a pressure and an undulation go with positions."""
@@ -124,7 +124,7 @@ def _boot_s(row: LoggedRow) -> float | None:
     if values["TimeUS"] is None or values["GMS"] is None:
         return None
     gps_s = WEEK_S * values["GWk"] + 1e-3 * values["GMS"]
-    return GPS_EPOCH_S + gps_s - LEAP_S - MICROSECOND_S * values["TimeUS"]
+    return utc_of_gps(gps_s) - MICROSECOND_S * values["TimeUS"]
 
 
 class _Own:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from types import MappingProxyType
 from typing import Any
@@ -98,15 +98,33 @@ class Sieve:
         """A report with a position, if it can be true and is not told twice."""
         key = (report.address, report.time_s)
         last = self._last.get(report.address)
-        if _is_impossible(report):
+        wrong = _impossible_fields(report)
+        twice = key in self._times or (last is not None and _is_same(last, report))
+        if _is_nowhere(report) or (twice and wrong):
             self.drop(IMPOSSIBLE)
-        elif key in self._times or (last is not None and _is_same(last, report)):
+        elif twice:
             self.drop(DUPLICATE)
         else:
             self.messages += 1
             self._times.add(key)
             self._last[report.address] = report
-            self._reports.append(report)
+            self._reports.append(self._without(report, wrong) if wrong else report)
+
+    def _without(self, report: TrafficReport, wrong: Sequence[str]) -> TrafficReport:
+        """The report with fields that cannot be true taken as unknown, and counted.
+
+        To drop it would hide an aircraft: somebody is there all the same.
+        """
+        for name in wrong:
+            what = name.rpartition("_")[0].replace("_", " ")
+            self.odd(f"{what} is impossible, taken as unknown")
+        unknown: dict[str, Any] = dict.fromkeys(wrong)
+        kept = report._replace(**unknown)
+        if "altitude_m" in wrong:
+            height_m = kept.geometric_altitude_m
+            kind: AltitudeKind | None = None if height_m is None else "geometric"
+            kept = kept._replace(altitude_m=height_m, altitude_kind=kind)
+        return kept
 
     def recording(
         self, form: str, clock: Clock = "utc", own_address: str | None = None
@@ -143,20 +161,33 @@ def _time(report: TrafficReport) -> float:
     return report.time_s
 
 
-def _is_impossible(report: TrafficReport) -> bool:
-    """Off the Earth, or beyond what flies; NaN and infinity fail here too."""
-    altitude_m, geometric_m = report.altitude_m, report.geometric_altitude_m
-    speed_mps, rate_mps = report.ground_speed_mps, report.vertical_rate_mps
+def _is_nowhere(report: TrafficReport) -> bool:
+    """Off the Earth, or at no time; NaN and infinity fail here too."""
     return not (
         abs(report.time_s) <= LATEST_S
         and abs(report.latitude_deg) <= 90.0
         and abs(report.longitude_deg) <= 360.0
-        and (altitude_m is None or LOWEST_M <= altitude_m <= HIGHEST_M)
-        and (geometric_m is None or LOWEST_M <= geometric_m <= HIGHEST_M)
-        and (speed_mps is None or 0.0 <= speed_mps <= FASTEST_MPS)
-        and (rate_mps is None or abs(rate_mps) <= STEEPEST_MPS)
-        and (report.track_rad is None or math.isfinite(report.track_rad))
     )
+
+
+def _impossible_fields(report: TrafficReport) -> list[str]:
+    """Names of fields beside time and place that cannot be true; NaN never is."""
+    altitude_m, geometric_m = report.altitude_m, report.geometric_altitude_m
+    speed_mps, rate_mps, track_rad = (
+        report.ground_speed_mps, report.vertical_rate_mps, report.track_rad,
+    )  # fmt: skip
+    found = []
+    if altitude_m is not None and not LOWEST_M <= altitude_m <= HIGHEST_M:
+        found.append("altitude_m")
+    if geometric_m is not None and not LOWEST_M <= geometric_m <= HIGHEST_M:
+        found.append("geometric_altitude_m")
+    if speed_mps is not None and not 0.0 <= speed_mps <= FASTEST_MPS:
+        found.append("ground_speed_mps")
+    if rate_mps is not None and not abs(rate_mps) <= STEEPEST_MPS:
+        found.append("vertical_rate_mps")
+    if track_rad is not None and not math.isfinite(track_rad):
+        found.append("track_rad")
+    return found
 
 
 def _is_same(last: TrafficReport, report: TrafficReport) -> bool:

@@ -83,13 +83,18 @@ class Aircraft:
     @property
     def altitude_step_m(self) -> float:
         """Step in which the barometric altitude is given: 25 or 100 ft; 0 if finer or unknown."""
-        feet = self.barometric_m[~np.isnan(self.barometric_m)] / FOOT_M
-        if not len(feet) or np.any(np.abs(feet - np.round(feet)) > 1e-3):
-            return 0.0
-        step = np.gcd.reduce(np.round(feet).astype(np.int64))
-        if step == 0 or step % WHOLE_FEET:
-            return 0.0
-        return (100.0 if step % 100 == 0 else WHOLE_FEET) * FOOT_M
+        return height_step_m(self.barometric_m)
+
+
+def height_step_m(height_m: FloatArray) -> float:
+    """Step in which heights [n] are given: 25 or 100 ft in metres; 0 if finer or all NaN."""
+    feet = height_m[~np.isnan(height_m)] / FOOT_M
+    if not len(feet) or np.any(np.abs(feet - np.round(feet)) > 1e-3):
+        return 0.0
+    step = np.gcd.reduce(np.round(feet).astype(np.int64))
+    if step == 0 or step % WHOLE_FEET:
+        return 0.0
+    return (100.0 if step % 100 == 0 else WHOLE_FEET) * FOOT_M
 
 
 def aircraft_of(recording: TrafficRecording) -> list[Aircraft]:

@@ -1,150 +1,214 @@
-"""Where two aircraft came nearest, at the exact time: between reports both fly straight."""
+"""Where two aircraft came nearest, at the exact time: between reports both fly straight.
+
+All pairs at once: arrays over pairs, and over the pieces of time between their reports.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from clearway.base.arrays import BoolArray, FloatArray, IntArray
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.geodesy import planar_offset_m
-from clearway.traffic.recorded.samples import SLOWEST_MPS
 
 LEAST_PIECE_S = 1e-6
 """Shorter pieces of two tracks are none."""
 
 
-class ClosestPoint(NamedTuple):
-    """Two aircraft where the straight line between them was shortest."""
+@dataclass(frozen=True, slots=True, eq=False)
+class JoinedTracks:
+    """The reports of all aircraft behind each other; arrays [n] over reports."""
 
-    time_s: float
-    horizontal_m: float
-    height_m: float
+    starts: IntArray
+    """[aircraft + 1] first report of each."""
+    time_s: FloatArray
+    latitude_deg: FloatArray
+    longitude_deg: FloatArray
+    barometric_m: FloatArray
+    geometric_m: FloatArray
+    speed_mps: FloatArray
+    east_mps: FloatArray
+    north_mps: FloatArray
+    segment_mps: FloatArray
+    """To the next report; NaN at the last one."""
+    is_flown: BoolArray
+    """Whether it flies, off the ground, to the next report, without a silence."""
+
+    @classmethod
+    def of(cls, aircraft: Sequence[Aircraft]) -> JoinedTracks:
+        """Of aircraft in their order."""
+
+        def joined(name: str) -> FloatArray:
+            return np.concatenate([np.zeros(0), *(getattr(one, name) for one in aircraft)])
+
+        counts = [len(one.time_s) for one in aircraft]
+        speed, track = joined("ground_speed_mps"), joined("track_rad")
+        segments = [np.append(one.segment_mps, np.nan) for one in aircraft]
+        flown = [
+            np.append(one.heard_of & ~(one.on_ground[:-1] | one.on_ground[1:]), False)
+            for one in aircraft
+        ]
+        return cls(
+            np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            joined("time_s"),
+            joined("latitude_deg"),
+            joined("longitude_deg"),
+            joined("barometric_m"),
+            joined("geometric_m"),
+            speed,
+            speed * np.sin(track),
+            speed * np.cos(track),
+            np.concatenate([np.zeros(0), *segments]),
+            np.concatenate([np.zeros(0, dtype=np.bool_), *flown]),
+        )
+
+    def between(self, values: FloatArray, at: IntArray, time_s: FloatArray) -> FloatArray:
+        """[m] of values [n], at times within the segments that begin with reports `at`."""
+        length = self.time_s[at + 1] - self.time_s[at]
+        share = np.clip((time_s - self.time_s[at]) / length, 0.0, 1.0)
+        mixed = (1.0 - share) * values[at] + share * values[at + 1]
+        # At a report itself its neighbour does not matter, even where unknown.
+        mixed = np.where(share == 0.0, values[at], mixed)
+        return np.where(share == 1.0, values[at + 1], mixed)
+
+    def speed_at(self, at: IntArray, time_s: FloatArray) -> FloatArray:
+        """[m] over ground as reported, or by positions where it is not."""
+        speed = self.between(self.speed_mps, at, time_s)
+        return np.where(np.isnan(speed), self.segment_mps[at], speed)
+
+    def heights(
+        self, one: IntArray, two: IntArray, time_s: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """[m] of both: barometric where both report it, else geometric, else NaN."""
+        low = self.between(self.barometric_m, one, time_s)
+        high = self.between(self.barometric_m, two, time_s)
+        unknown = np.isnan(low) | np.isnan(high)
+        return (
+            np.where(unknown, self.between(self.geometric_m, one, time_s), low),
+            np.where(unknown, self.between(self.geometric_m, two, time_s), high),
+        )
+
+    def apart(self, one: IntArray, two: IntArray, time_s: FloatArray) -> FloatArray:
+        """[m, 3] east, north and up of the second from the first; up is NaN where unknown."""
+        east, north = planar_offset_m(
+            self.between(self.latitude_deg, one, time_s),
+            self.between(self.longitude_deg, one, time_s),
+            self.between(self.latitude_deg, two, time_s),
+            self.between(self.longitude_deg, two, time_s),
+        )
+        low, high = self.heights(one, two, time_s)
+        return np.stack([east, north, high - low], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosestPoints:
+    """Pairs [n] where the straight line between them was shortest; NaN where they never fly."""
+
+    time_s: FloatArray
+    horizontal_m: FloatArray
+    height_m: FloatArray
     """Of the second above the first."""
-    latitude_deg: float
+    latitude_deg: FloatArray
     """Of the first, likewise the longitude."""
-    longitude_deg: float
-    altitude_m: float
+    longitude_deg: FloatArray
+    altitude_m: FloatArray
     """In the middle of both, barometric where both report it."""
-    relative_mps: float | None
-    """Horizontal speed of one as seen from the other; None where one reports none."""
+    relative_mps: FloatArray
+    """Horizontal speed of one as seen from the other; NaN where one reports none."""
+    first_mps: FloatArray
+    """Speed of the first over ground, and of the second."""
+    second_mps: FloatArray
 
     @property
-    def slant_m(self) -> float:
-        """Length of the straight line between them."""
-        return float(np.hypot(self.horizontal_m, self.height_m))
+    def slant_m(self) -> FloatArray:
+        """[n] lengths of the straight lines."""
+        return np.hypot(self.horizontal_m, self.height_m)
 
 
-def closest_point(
-    first: Aircraft, second: Aircraft, from_s: float, to_s: float
-) -> ClosestPoint | None:
-    """The closest point of two tracks within a time; None where they are never in flight together.
+def closest_points(
+    tracks: JoinedTracks, first: IntArray, second: IntArray, from_s: FloatArray, to_s: FloatArray
+) -> ClosestPoints:
+    """The closest points of pairs [n] of aircraft within spans of time.
 
-    Exact for tracks that are straight between reports (of each, over gaps of at most 12 s).
+    Exact for tracks that are straight between reports, over gaps of at most 12 s.
     """
-    start, end = _pieces(first, second, from_s, to_s)
-    one, two = _segments(first, start, end), _segments(second, start, end)
-    flying = _in_flight(first, one, start, end) & _in_flight(second, two, start, end)
-    start, end, one, two = start[flying], end[flying], one[flying], two[flying]
-    before, after = _apart(first, second, one, two, start), _apart(first, second, one, two, end)
+    pair, start, end, one, two = _pieces(tracks, first, second, from_s, to_s)
+    flying = tracks.is_flown[one] & tracks.is_flown[two]
+    pair, one, two = pair[flying], one[flying], two[flying]
+    start, end = start[flying], end[flying]
+    before, after = tracks.apart(one, two, start), tracks.apart(one, two, end)
     way = after - before
     square = np.einsum("ij,ij->i", way, way)
     toward = -np.einsum("ij,ij->i", before, way)
     share = np.clip(np.divide(toward, square, out=np.zeros_like(square), where=square > 0), 0, 1)
     slant = np.linalg.norm(before + share[:, None] * way, axis=1)
-    if not len(slant) or np.isnan(slant).all():
-        return None
-    nearest = np.array([np.nanargmin(slant)])
+    known = np.flatnonzero(~np.isnan(slant))
+    order = known[np.lexsort((slant[known], pair[known]))]
+    pairs, rows = np.unique(pair[order], return_index=True)
+    nearest = order[rows]
     time_s = (start + share * (end - start))[nearest]
-    return _told(first, second, one[nearest], two[nearest], time_s)
+    values = _told(tracks, one[nearest], two[nearest], time_s)
+    found = np.full((len(values), len(first)), np.nan)
+    found[:, pairs] = values
+    return ClosestPoints(*found)
 
 
 def _pieces(
-    first: Aircraft, second: Aircraft, from_s: float, to_s: float
-) -> tuple[FloatArray, FloatArray]:
-    """Starts and ends of the times between which neither reports."""
-    cuts = [np.array([from_s, to_s])]
-    for one in (first, second):
-        low, high = np.searchsorted(one.time_s, (from_s, to_s))
-        cuts.append(one.time_s[low:high])
-    times = np.unique(np.concatenate(cuts))
-    long = np.diff(times) > LEAST_PIECE_S
-    return times[:-1][long], times[1:][long]
-
-
-def _segments(one: Aircraft, start: FloatArray, end: FloatArray) -> IntArray:
-    """Reports before each piece; -1 where it is not heard of before and after."""
-    at = np.searchsorted(one.time_s, 0.5 * (start + end)) - 1
-    return np.where(at < len(one.time_s) - 1, at, -1)
-
-
-def _in_flight(one: Aircraft, at: IntArray, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Whether it is heard of, off the ground, and no slower than what counts as flying."""
-    if len(one.time_s) < 2:
-        return np.zeros(len(at), dtype=np.bool_)
-    grounded = one.on_ground[at] | one.on_ground[at + 1]
-    speed = _between(one, one.ground_speed_mps, at, 0.5 * (start + end))
-    speed = np.where(np.isnan(speed), one.segment_mps[at], speed)
-    flying: BoolArray = (at >= 0) & one.heard_of[at] & ~grounded & (speed > SLOWEST_MPS)
-    return flying
-
-
-def _between(one: Aircraft, values: FloatArray, at: IntArray, time_s: FloatArray) -> FloatArray:
-    """Values at times within the segments that begin with reports `at`."""
-    length = one.time_s[at + 1] - one.time_s[at]
-    share = np.clip((time_s - one.time_s[at]) / length, 0.0, 1.0)
-    mixed = (1.0 - share) * values[at] + share * values[at + 1]
-    # At a report itself its neighbour does not matter, even where unknown.
-    mixed = np.where(share == 0.0, values[at], mixed)
-    return np.where(share == 1.0, values[at + 1], mixed)
-
-
-def _apart(
-    first: Aircraft, second: Aircraft, one: IntArray, two: IntArray, time_s: FloatArray
-) -> FloatArray:
-    """[n, 3] east, north and up of the second from the first, up NaN where it is not known."""
-    east, north = planar_offset_m(
-        _between(first, first.latitude_deg, one, time_s),
-        _between(first, first.longitude_deg, one, time_s),
-        _between(second, second.latitude_deg, two, time_s),
-        _between(second, second.longitude_deg, two, time_s),
-    )
-    low, high = _altitudes(first, second, one, two, time_s)
-    return np.stack([east, north, high - low], axis=-1)
-
-
-def _altitudes(
-    first: Aircraft, second: Aircraft, one: IntArray, two: IntArray, time_s: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Of both: barometric where both report it, else geometric, else NaN."""
-    low = _between(first, first.barometric_m, one, time_s)
-    high = _between(second, second.barometric_m, two, time_s)
-    unknown = np.isnan(low) | np.isnan(high)
+    tracks: JoinedTracks, first: IntArray, second: IntArray, from_s: FloatArray, to_s: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray, IntArray, IntArray]:
+    """Pieces of time in which neither of a pair reports: pair, start, end, last reports of both."""
+    count = np.arange(len(first))
+    events = [(count, from_s, 0 * count, 0 * count), (count, to_s, 0 * count, 0 * count)]
+    lows = []
+    for side, indices in enumerate((first, second)):
+        low, high = np.zeros(len(first), dtype=np.int64), np.zeros(len(first), dtype=np.int64)
+        for n, index in enumerate(indices):
+            times = tracks.time_s[tracks.starts[index] : tracks.starts[index + 1]]
+            low[n], high[n] = tracks.starts[index] + np.searchsorted(times, (from_s[n], to_s[n]))
+        lows.append(low)
+        pair = np.repeat(count, high - low)
+        within = np.arange(len(pair)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
+        ones = np.ones(len(pair), dtype=np.int64)
+        events.append((pair, tracks.time_s[low[pair] + within], ones * (side == 0), ones * side))
+    pair, time_s, of_first, of_second = (np.concatenate(each) for each in zip(*events, strict=True))
+    order = np.lexsort((time_s, pair))
+    pair, time_s = pair[order], time_s[order]
+    at = []
+    for low, indices, counted in zip(lows, (first, second), (of_first, of_second), strict=True):
+        passed = np.cumsum(counted[order])
+        begun = np.searchsorted(pair, count)
+        passed = passed - (passed[begun] - counted[order][begun])[pair]
+        last = low[pair] + passed - 1
+        # Nobody is heard of before the first report, and after the last one.
+        own = last >= tracks.starts[indices][pair]
+        at.append(np.where(own, last, tracks.starts[indices + 1][pair] - 1))
+    long = (pair[1:] == pair[:-1]) & (np.diff(time_s) > LEAST_PIECE_S)
     return (
-        np.where(unknown, _between(first, first.geometric_m, one, time_s), low),
-        np.where(unknown, _between(second, second.geometric_m, two, time_s), high),
-    )
+        pair[:-1][long], time_s[:-1][long], time_s[1:][long], at[0][:-1][long], at[1][:-1][long],
+    )  # fmt: skip
 
 
 def _told(
-    first: Aircraft, second: Aircraft, one: IntArray, two: IntArray, time_s: FloatArray
-) -> ClosestPoint:
-    """All that is said of one moment; arrays of one."""
-    east, north, up = _apart(first, second, one, two, time_s)[0]
-    low, high = _altitudes(first, second, one, two, time_s)
-    across = [
-        _between(plane, plane.ground_speed_mps * turn(plane.track_rad), at, time_s)[0]
-        for plane, at in ((first, one), (second, two))
-        for turn in (np.sin, np.cos)
-    ]
-    relative = float(np.hypot(across[2] - across[0], across[3] - across[1]))
-    return ClosestPoint(
-        time_s=float(time_s[0]),
-        horizontal_m=float(np.hypot(east, north)),
-        height_m=float(up),
-        latitude_deg=float(_between(first, first.latitude_deg, one, time_s)[0]),
-        longitude_deg=float(_between(first, first.longitude_deg, one, time_s)[0]),
-        altitude_m=float(0.5 * (low[0] + high[0])),
-        relative_mps=None if np.isnan(relative) else relative,
+    tracks: JoinedTracks, one: IntArray, two: IntArray, time_s: FloatArray
+) -> list[FloatArray]:
+    """All that is said of moments [n], in the order of the fields of ClosestPoints."""
+    apart = tracks.apart(one, two, time_s)
+    low, high = tracks.heights(one, two, time_s)
+    east, north = (
+        tracks.between(values, two, time_s) - tracks.between(values, one, time_s)
+        for values in (tracks.east_mps, tracks.north_mps)
     )
+    return [
+        time_s,
+        np.hypot(apart[:, 0], apart[:, 1]),
+        apart[:, 2],
+        tracks.between(tracks.latitude_deg, one, time_s),
+        tracks.between(tracks.longitude_deg, one, time_s),
+        0.5 * (low + high),
+        np.hypot(east, north),
+        tracks.speed_at(one, time_s),
+        tracks.speed_at(two, time_s),
+    ]

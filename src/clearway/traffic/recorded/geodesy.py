@@ -29,3 +29,27 @@ def planar_offset_m(
     east = np.radians(longitude) * across_m * np.cos(middle)
     north = np.radians(other_latitude_deg - latitude_deg) * along_m
     return east, north
+
+
+def surface_points(latitude_deg: FloatArray, longitude_deg: FloatArray) -> FloatArray:
+    """[n, 3] points of the ellipsoid in metres from the centre of the Earth."""
+    latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
+    across = SEMI_MAJOR_M / np.sqrt(1.0 - ECCENTRICITY2 * np.sin(latitude) ** 2)
+    return np.stack(
+        [
+            across * np.cos(latitude) * np.cos(longitude),
+            across * np.cos(latitude) * np.sin(longitude),
+            across * (1.0 - ECCENTRICITY2) * np.sin(latitude),
+        ],
+        axis=-1,
+    )
+
+
+def axes_at(surface_m: FloatArray) -> FloatArray:
+    """[3, 3] rows east, north and up at a point near the ellipsoid; at a pole itself, any east."""
+    up = surface_m / np.array([1.0, 1.0, 1.0 - ECCENTRICITY2])
+    up = up / np.linalg.norm(up)
+    east = np.array([-up[1], up[0], 0.0])
+    length = float(np.linalg.norm(east))
+    east = east / length if length > 1e-12 else np.array([0.0, 1.0, 0.0])
+    return np.stack([east, np.cross(up, east), up])

@@ -17,6 +17,8 @@ GHOST_HEIGHT_M = 300.0 * FOOT_M
 GHOST_SHARE = 0.5
 """Of the seconds at which both are heard of: in so many they must lie near each other."""
 LEAST_S = 5
+REPORT_THEMSELVES = ("adsb", "adsr", "flarm", "remote id", "scripted")
+"""Sources of aircraft that are no radar's track, whatever their address."""
 
 
 def ghosts_of(aircraft: Sequence[Aircraft]) -> Mapping[str, str]:
@@ -46,4 +48,4 @@ def without_ghosts(aircraft: Sequence[Aircraft]) -> list[Aircraft]:
     A radar's tracks (TIS-B without an ICAO address) change their addresses, lag behind and mostly
     double an aircraft that reports itself.
     """
-    return [one for one in aircraft if one.is_icao or one.source in ("adsb", "adsr")]
+    return [one for one in aircraft if one.is_icao or one.source in REPORT_THEMSELVES]

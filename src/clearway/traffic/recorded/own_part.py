@@ -19,6 +19,8 @@ BEFORE_S, AFTER_S = 90.0, 90.0
 LONGEST_SILENCE_S = 60.0
 """The route bridges silences up to this; beyond, nobody knows where the aircraft went."""
 LEAST_BEFORE_S = 15.0
+SLOWEST_ROUTE_MPS = 2.0
+"""What is slower hovers or drifts, and has no course to fly."""
 LEG_S = 30.0
 """Of a leg of the route: shorter ones than the look-ahead are flown badly, for a decision knows of
 two waypoints only."""
@@ -83,6 +85,12 @@ def take_part(
     course = corners[1] - corners[0]
     legs_m = np.linalg.norm(np.diff(corners[: closest + 1], axis=0), axis=1)
     speed_mps = float(legs_m.sum() / -time_s[0])
+    if speed_mps < SLOWEST_ROUTE_MPS:
+        raise InputError(
+            own.address,
+            f"it flies at {speed_mps:.1f} m/s before the encounter, and a route needs at least "
+            f"{SLOWEST_ROUTE_MPS:.0f}; type --as {other.address}",
+        )
     leg_m = speed_mps * leg_s
     recorded = played_track(own, origin, from_s, geometric=geometric)
     assert recorded is not None

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.traffic.recorded.aircraft import Aircraft, aircraft_of
-from clearway.traffic.recorded.closest import ClosestPair, closest_pairs
+from clearway.traffic.recorded.closest import ClosestPair, search_pairs
 from clearway.traffic.recorded.ghosts import ghosts_of, without_ghosts
 from clearway.traffic.recorded.report import TrafficRecording
 
@@ -28,8 +28,10 @@ class AirPicture:
     radar_only: int
     """Tracks that only a radar has seen, ghosts included; they are in no pair."""
     pairs: tuple[ClosestPair, ...]
-    """Nearest first; only those of the own aircraft where it is known."""
+    """Nearest first, those with a slow aircraft last; only those of the own one where known."""
     own_address: str | None
+    without_height: tuple[tuple[str, str], ...] = ()
+    """Addresses of pairs that come within 10 km at heights that are unknown or of two kinds."""
 
     __repr__ = brief
 
@@ -40,10 +42,15 @@ class AirPicture:
         return (reports[0].time_s, reports[-1].time_s) if reports else None
 
 
-def air_picture(recording: TrafficRecording, own_address: str | None = None) -> AirPicture:
+def air_picture(
+    recording: TrafficRecording,
+    own_address: str | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> AirPicture:
     """Tracks and closest pairs of a recording; the own address is the file's if not given.
 
-    Raises InputError if the own address is given, but nowhere in the recording.
+    progress: called with what is done and what there is to do. Raises InputError if the own address
+    is given, but nowhere in the recording.
 
     >>> import json
     >>> from pathlib import Path
@@ -66,13 +73,15 @@ def air_picture(recording: TrafficRecording, own_address: str | None = None) -> 
     if own_address is not None and own not in placed:
         raise InputError(recording.source, _unknown(own_address, placed, recording))
     reporting = without_ghosts(aircraft)
+    found = search_pairs(reporting, own, progress=progress)
     return AirPicture(
         recording=recording,
         aircraft=tuple(aircraft),
         unplaced={a: n for a, n in sorted(recording.heard.items()) if a not in placed},
         ghosts=ghosts_of(aircraft),
         radar_only=len(aircraft) - len(reporting),
-        pairs=tuple(closest_pairs(reporting, own)),
+        pairs=found.pairs,
+        without_height=found.without_height,
         own_address=own,
     )
 

@@ -30,6 +30,8 @@ class Samples:
     geometric_m: FloatArray
     east_mps: FloatArray
     north_mps: FloatArray
+    speed_mps: FloatArray
+    """Over ground, by positions where it is not reported."""
 
     def __len__(self) -> int:
         return len(self.second)
@@ -42,16 +44,16 @@ def sample(aircraft: Sequence[Aircraft], slowest_mps: float = SLOWEST_MPS) -> Sa
     say, and not reported as on the ground.
     """
     tables = [_sampled(index, one, slowest_mps) for index, one in enumerate(aircraft)]
-    table = np.concatenate([np.zeros((0, 8)), *tables])
+    table = np.concatenate([np.zeros((0, 9)), *tables])
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     whole = table[:, :2].astype(np.int64)
     return Samples(whole[:, 0], whole[:, 1], *np.ascontiguousarray(table[:, 2:].T))
 
 
 def _sampled(index: int, one: Aircraft, slowest_mps: float) -> FloatArray:
-    """Rows [n, 8] of one aircraft, in the order of the fields of Samples."""
+    """Rows [n, 9] of one aircraft, in the order of the fields of Samples."""
     if len(one.time_s) < 2:
-        return np.zeros((0, 8))
+        return np.zeros((0, 9))
     segment, seconds = _whole_seconds(one)
     share = (seconds - one.time_s[segment]) / np.diff(one.time_s)[segment]
 
@@ -77,6 +79,7 @@ def _sampled(index: int, one: Aircraft, slowest_mps: float) -> FloatArray:
             between(one.geometric_m),
             east,
             north,
+            speed,
         ]
     )
     kept: FloatArray = rows[keep]

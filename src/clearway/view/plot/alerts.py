@@ -29,14 +29,15 @@ def draw_alerts(history: AlertHistory) -> Figure:
     figure.suptitle(f"{history.own}: {history.volumes.about}")
     _levels(axes[0], history)
     shown = [(second.time_s, second.bands) for second in history.seconds if second.bands]
-    for row, (name, unit, factor) in zip(
+    for row, (name, band, unit) in zip(
         axes[1:],
-        (("heading", "deg from the course, left +", 180.0 / np.pi), ("climb", "m/s", 1.0),
-         ("speed", "m/s", 1.0)),
+        (("heading", "compass", "deg from north"), ("climb", "climb", "m/s"),
+         ("speed", "speed", "m/s")),
         strict=True,
     ):  # fmt: skip
-        _band(row, shown, name, factor)
+        _band(row, shown, band)
         row.set_ylabel(f"{name}\n{unit}")
+    axes[1].set_yticks(range(0, 361, 90))
     axes[-1].set_xlabel("time (s)")
     figure.align_ylabels(axes)
     named = [level for level in AlertLevel if level]
@@ -72,10 +73,10 @@ def _levels(axes: Axes, history: AlertHistory) -> None:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
 
 
-def _band(axes: Axes, shown: list[tuple[float, Bands]], name: str, factor: float) -> None:
+def _band(axes: Axes, shown: list[tuple[float, Bands]], name: str) -> None:
     for time_s, bands in shown:
         band: Band = getattr(bands, name)
-        values = band.values * factor
+        values = band.values
         half = 0.5 * float(values[1] - values[0])
         levels = np.where(band.recovery, int(AlertLevel.RECOVERY), band.levels)
         starts = np.flatnonzero(np.diff(levels, prepend=-1))
