@@ -22,6 +22,7 @@ from clearway.ros2.bus import USUAL
 from clearway.ros2.messages import message_types, packed
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
+from clearway.studies.samples import SAMPLES
 from in_process import clearway
 from robot_messages import Message, Types, write_bag2
 from ros2_for_tests import BEGAN_S, cloud, odometry, transform
@@ -134,3 +135,19 @@ def test_the_node_decides_on_a_recording_as_assess_does(tmp_path: Path) -> None:
         assert one.decision.choice.clearance_m == other.decision.choice.clearance_m
     assert len({tuple(one.movements) for one in node}) > 1, "there was something to decide"
     assert link.topics["/points"].rate_hz == pytest.approx(1.0), "by the times of the recording"
+
+
+@pytest.mark.parametrize("command", [("ros2", "robot.yaml"), ("guard", "guarded.yaml")])
+def test_a_recording_that_is_played_back_is_told_as_that_by_one_clock(
+    command: tuple[str, ...], tmp_path: Path
+) -> None:
+    for one in SAMPLES:
+        if one.name in ("robot.yaml", "guarded.yaml", "robot-mission.toml", "commanded"):
+            one.write(tmp_path / one.name, np.random.default_rng(1))
+    done = clearway(*command, "--bag", "commanded", cwd=tmp_path)
+    assert "0.0 s is 2026-01-01 00:00:00 UTC" in done.stderr
+    assert "\n0.0 s  flying; " in done.stderr
+    assert "17672" not in done.stderr, "seconds since 1970"
+    if command[0] == "ros2":
+        assert "reached    played back, not flown" in done.stdout
+        assert "NO" not in done.stdout
