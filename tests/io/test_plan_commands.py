@@ -201,7 +201,7 @@ def test_a_jump_repeats_what_lies_between(tmp_path: Path) -> None:
     assert "line 6: jumps to item 2, 2 x" in said
     flown, said = jumping(tmp_path, *legs, row(JUMP, 0, 0, 2, 0), row(WAYPOINT, 6, 20.0))
     assert flown == [2, 4, 6]
-    assert "0 x, so never" in said
+    assert "0 x: never taken" in said
     flown, _ = jumping(tmp_path, row(JUMP, 0, 0, 4, -1), *legs)
     assert flown == [4], "a jump ahead"
 

@@ -113,7 +113,7 @@ def _repeats(steps: Sequence[Step], at: int, target: int, notes: list[str]) -> i
         often = "whenever it is reached" if does.repeats == ENDLESS else f"{does.repeats} x"
         notes.append(f"{does.place}: jumps to item {number}, {often}")
     else:
-        notes.append(f"{does.place}: jumps to item {number} 0 x, so never")
+        notes.append(f"{does.place}: jumps to item {number}, 0 x: never taken")
     return does.repeats
 
 
