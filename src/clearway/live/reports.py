@@ -104,8 +104,13 @@ class LatestReports:
             if can_follow(self._latest[one], report):
                 return one, None
         doubted, self._doubted[name] = self._doubted.get(name), report
-        again = doubted is not None and doubted.time_s < report.time_s
-        if not (again and can_follow(doubted, report)) or len(theirs) >= MOST_NAMESAKES:
+        again = (
+            doubted is not None
+            and doubted.time_s < report.time_s
+            and can_follow(doubted, report)
+            and len(theirs) < MOST_NAMESAKES
+        )
+        if not again:
             return name, "intruder: implausible jump"
         del self._doubted[name]
         numbers = (f"{name} ({number})" for number in range(2, MOST_NAMESAKES + 2))
