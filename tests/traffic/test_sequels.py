@@ -111,7 +111,7 @@ def test_no_address_is_followed_at_more_places_than_a_few(kind: str) -> None:
 )
 def test_what_flies_is_never_taken_for_what_jumps(speed: float, rate_hz: float) -> None:
     told, rng = Told("latest"), np.random.default_rng(7)
-    heading, place, turn = 0.0, np.zeros(3), min(1.0, 30.0 / max(speed, 1.0))
+    heading, place, turn = 0.0, np.zeros(3), min(1.0, 9.0 / max(speed, 1.0))
     for step in range(200):
         time_s = step / rate_hz
         heading += turn / rate_hz * rng.choice([-1.0, 0.0, 1.0])
@@ -135,6 +135,14 @@ def test_velocities_that_make_no_sense_are_replaced_and_counted() -> None:
         np.testing.assert_allclose(known["a"].position_m, [50.0 * time_s, 0, 0])
     assert told.counts[TURNED] > 90
     assert known["a"].manoeuvre_mps2 <= 60.0
+
+
+def test_what_stands_does_not_fly_at_300_mps_whatever_it_tells() -> None:
+    told = Told("latest")
+    for step in range(200):
+        known = told.take(0.05 * step, report(0.05 * step, (0, 0, 0), (300.0, 0, 0)))
+    np.testing.assert_allclose(known["a"].velocity_mps, 0.0)
+    assert told.counts[TURNED] >= 139
 
 
 def test_a_velocity_that_stays_is_believed() -> None:

@@ -19,7 +19,14 @@ from clearway.traffic import (
     Tracks,
     track_reports,
 )
-from clearway.traffic.tracking.sequels import AGREED, MOST_NAMESAKES, can_follow, can_turn_to
+from clearway.traffic.tracking.sequels import (
+    AGREED,
+    LOOKED_BACK_S,
+    MOST_NAMESAKES,
+    can_follow,
+    can_have_flown,
+    can_turn_to,
+)
 
 LATE = "intruder: late report"
 
@@ -55,7 +62,7 @@ class LatestReports:
     A report that no aircraft can have sent after the one before is doubted: the aircraft is taken
     to fly on from there. A second report that can follow on the doubted one makes another aircraft
     of that name. A velocity that no aircraft can have turned to is replaced by the one before,
-    until `AGREED` in a row fit each other.
+    until `AGREED` in a row fit each other; one that the way flown does not fit, by that way's.
     """
 
     def __init__(self, stale_s: float, address: str) -> None:
@@ -68,6 +75,8 @@ class LatestReports:
         """The last report of a name that no aircraft of that name can have sent."""
         self._odd: dict[str, tuple[Intruder, int]] = {}
         """The last velocity that an aircraft cannot have turned to, and how many agree with it."""
+        self._back: dict[str, list[Intruder]] = {}
+        """Reports that lie `LOOKED_BACK_S` apart."""
         self._manoeuvres = Manoeuvres()
         self._anonymous = 0
 
@@ -90,8 +99,10 @@ class LatestReports:
         self._latest[name] = (
             believed if shown_as == believed.name else replace(believed, name=shown_as)
         )
-        self._manoeuvres.take(name, believed)
-        return None if believed is report else "intruder: implausible velocity"
+        if believed is not report:
+            return "intruder: implausible velocity"
+        self._manoeuvres.take(name, report)
+        return None
 
     def _aircraft_of(self, name: str, report: Intruder) -> tuple[str, str | None]:
         """The aircraft of a name that can have sent a report; else why none can."""
@@ -118,7 +129,11 @@ class LatestReports:
         return theirs[-1], None
 
     def _with_velocity(self, name: str, known: Intruder, report: Intruder) -> Intruder:
-        """The report, with the velocity before it where its own makes no sense."""
+        """The report, with the velocity before it, or by its way, where its own makes no sense."""
+        back = self._looked_back(name, known, report)
+        if back is not None and not can_have_flown(back, report):
+            way = report.position_m - back.position_m
+            return replace(report, velocity_mps=way / (report.time_s - back.time_s))
         if can_turn_to(known, known.velocity_mps, report):
             self._odd.pop(name, None)
             return report
@@ -126,9 +141,19 @@ class LatestReports:
         agreed = agreed + 1 if odd is not None and can_turn_to(odd, odd.velocity_mps, report) else 1
         if agreed >= AGREED:
             del self._odd[name]
+            self._manoeuvres.forget(name)  # No aircraft turns like that: what was told was wrong.
             return report
         self._odd[name] = (report, agreed)
         return replace(report, velocity_mps=known.velocity_mps)
+
+    def _looked_back(self, name: str, known: Intruder, report: Intruder) -> Intruder | None:
+        """The newest report kept that is old enough; None if there is none."""
+        kept = self._back.setdefault(name, [known])
+        while len(kept) > 1 and report.time_s - kept[1].time_s >= LOOKED_BACK_S:
+            del kept[0]
+        if report.time_s - kept[-1].time_s >= LOOKED_BACK_S / 3.0:
+            kept.append(report)
+        return kept[0] if report.time_s - kept[0].time_s >= LOOKED_BACK_S else None
 
     def intruders(self, _own: State, now_s: float, /) -> tuple[list[Intruder], Mapping[str, int]]:
         if not self._latest:
@@ -139,6 +164,7 @@ class LatestReports:
         for name in stale:
             del self._latest[name]
             self._odd.pop(name, None)
+            self._back.pop(name, None)
             self._manoeuvres.forget(name)
         if stale:
             self._namesakes = {
