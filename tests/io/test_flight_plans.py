@@ -320,7 +320,12 @@ def test_bad_plans_name_the_item(tmp_path, items, cause):
     [
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16 0 0 0 0 47\n", "line 3: 9 of 12"),
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 x 1\n", "line 2: could not convert"),
-        ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16 0 0 0 0 0 0 30 1\n", "are missing"),
+        (
+            "QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16.5 0 0 0 0 47 8 30 1\n",
+            "command 16.5",
+        ),
+        ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16 0 0 0 0 91 0 30 1\n", "latitude 91"),
+        ("QGC WPL 100\n0 1 0 16 0 0 0 0 47 8 400 1\n", "valid: QGC WPL 110 or 120"),
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 97 8 400 1\n", "line 2: home: latitude 97"),
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 nan 0 0 0 0 47 8 30 1\n", "command"),
         ("QGC WPL 110\n", "no item in it"),

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
-from clearway.live.explain import called
+from clearway.avoidance.hazards import Cause
+from clearway.live.explain import _clearance, called
 
 
 @pytest.mark.parametrize(
@@ -21,3 +25,17 @@ from clearway.live.explain import called
 )
 def test_a_name_that_says_what_it_names_is_not_said_twice(kind: str, name: str, said: str) -> None:
     assert called(kind, name) == said
+
+
+@pytest.mark.parametrize(
+    ("clearance_m", "said"),
+    [
+        (2.0, "clearance 2.00 m of 0.60 m asked"),
+        (-0.02, "clearance -0.02 m of 0.60 m asked"),
+        (-7401.9, "no clearance, 0.60 m asked"),
+    ],
+)
+def test_no_distance_is_told_that_cannot_be_one(clearance_m: float, said: str) -> None:
+    choice = SimpleNamespace(limited_by=Cause.INTRUDER, clearance_m=clearance_m)
+    decision: Any = SimpleNamespace(choice=choice, margin_m=0.6)
+    assert _clearance(decision) == said

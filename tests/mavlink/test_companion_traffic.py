@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clearway.live.link.aircraft import AircraftReport
 from clearway.mavlink.simulated_habits import Habits
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
 from clearway.sim.scripted import ScriptedIntruder
 from companion_missions import mission
+from mavlink_for_tests import Bench, attitude, distances, heartbeat, origin, position
 from simulated_flight import SimulatedFlight
 
 MARGIN_M, RADIUS_M = 5.0, 6.0
@@ -76,3 +78,25 @@ def test_an_aircraft_heard_no_more_flies_on_where_it_was_last(high: Any) -> None
     flight = crossing(high, habits, 2)
     assert flight.counts["traffic: an old position again"] >= 4
     assert flight.autopilot.nearest_intruder_m >= MARGIN_M
+
+
+@pytest.mark.parametrize("velocity", ["told", "jumps too"])
+def test_a_transponder_that_jumps_20_times_a_second_makes_no_emergencies(velocity: str) -> None:
+    bench, rng = Bench(waypoints=((200.0, 0.0, 0.0),)), np.random.default_rng(0)
+    modes: set[str] = set()
+    for tick in range(150):
+        time_s = 1.0 + 0.1 * tick
+        where = position(time_s, (0, 0.1 * tick, 0))
+        bench.tell(1000.0 + time_s, heartbeat(), origin(), attitude(time_s), where)
+        bench.tell(1000.0 + time_s, distances(time_s))
+        for number in range(2):
+            place = np.array([0.1 * tick, 300.0, 0.0]) + 1000.0 * rng.normal(size=3) * (1, 1, 0.02)
+            speeds = 60.0 * rng.normal(size=3) * (1, 1, 0.02)
+            told = np.array([0.0, -30.0, 0.0]) if velocity == "told" else speeds
+            report = AircraftReport(0xABC123, place, told, 3.0, 0.0, (tick, number))
+            bench.session.core.hear_aircraft(report, 1000.0 + time_s + 0.05 * number)
+        outcome = bench.session.tick(1000.0 + time_s)
+        if outcome.flight is not None:
+            modes.add(str(outcome.flight.mode))
+    assert "emergency" not in modes
+    assert bench.session.core.left_out["intruder: implausible jump"] > 30

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.errors import InputError
 from clearway.mavlink.check import problems
-from clearway.mavlink.download import download, heard_on, write_plan
+from clearway.mavlink.download import HeardOn, download, write_plan
 from clearway.mavlink.inbox import Inbox, ReceivedMessage
 from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.outbox import Outbox, Packer
@@ -108,6 +108,57 @@ def test_what_an_autopilot_has_becomes_a_mission_that_can_be_flown(tmp_path: Pat
     assert len(mission.obstacle) >= 5
 
 
+def test_a_mission_of_px4_has_no_home_and_counts_from_0(tmp_path: Path) -> None:
+    unstated = -(2**31) * 1e-7
+    lists = {
+        "mission": [
+            item(0, 0, 22, (unstated, unstated, 20.0)),
+            item(0, 1, 16, (52.002, 4.3, 30.0)),
+            item(0, 2, 16, (52.002, 4.304, 30.0)),
+            item(0, 3, 177, (0.0, 0.0, float("nan")), 1.0, 1.0),
+        ],
+        "fence": [],
+        "rally": [],
+    }
+    lists["mission"][0].frame, lists["mission"][3].frame = 3, 2
+    path = tmp_path / "taken.plan"
+    write_plan(lists, path, 12, [*HOME])
+    mission = read_mission_file(str(path)).mission
+    assert mission.origin_geodetic == pytest.approx(HOME)
+    assert len(mission.waypoints_m) == 4, "the jump leads from the last place to the second item"
+    write_plan(lists, path, 12)
+    assert read_mission_file(str(path)).mission.origin_geodetic[:2] == (52.002, 4.3)
+
+
+def test_which_autopilot_it_is_and_its_home_are_heard() -> None:
+    class Port(Wire):
+        def answer_to(self, peer: Any) -> None:
+            del peer
+
+    port, asked, time_s = Port(), [], 0.0
+
+    def send(messages: list[Any]) -> None:
+        asked.extend(messages)
+        home = mavlink.MAVLink_home_position_message(
+            520_000_000, 43_000_000, 10_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0
+        )
+        port.to_autopilot.append((framed(home), ("127.0.0.1", 1)))
+
+    def wait(seconds: float) -> None:
+        nonlocal time_s
+        time_s += seconds
+
+    heard = HeardOn(port, Inbox(1, 1, None, stream=False))
+    port.to_autopilot = [(framed(heartbeat(autopilot=12)), ("127.0.0.1", 1))]
+    heard.know_autopilot(send, (1, 1), wait, lambda: time_s)
+    assert heard.autopilot == 12
+    assert heard.home == pytest.approx(HOME)
+    assert [one.get_type() for one in asked] == ["COMMAND_LONG"]
+    silent = HeardOn(Port(), Inbox(1, 1, None, stream=False))
+    silent.know_autopilot(send, (1, 1), wait, lambda: time_s)
+    assert silent.autopilot is None
+
+
 def test_an_autopilot_without_a_mission_is_told() -> None:
     empty = Autopilot({0: [], 1: [], 2: []})
     with pytest.raises(InputError, match="gives no mission"):
@@ -150,6 +201,6 @@ def test_questions_go_to_the_autopilot_whoever_else_sends_to_the_port() -> None:
         (framed(heartbeat()), autopilot),
         (framed(distances(1.0), component=158), sensor),
     ]
-    told = heard_on(port, Inbox(1, 1, None, stream=False))()
+    told = HeardOn(port, Inbox(1, 1, None, stream=False))()
     assert len(told) == 2
     assert port.peers == [autopilot]

@@ -22,6 +22,7 @@ from clearway.ros2.bus import USUAL
 from clearway.ros2.messages import message_types, packed
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
+from clearway.studies.samples import SAMPLES
 from in_process import clearway
 from robot_messages import Message, Types, write_bag2
 from ros2_for_tests import BEGAN_S, cloud, odometry, transform
@@ -160,3 +161,19 @@ def test_a_broken_page_of_a_recording_is_a_malformed_message(tmp_path: Path) -> 
         raws += [one.raw for one in bus.take()]
     bus.close()
     assert raws == [packed(one) if n != 2 else b"" for n, one in enumerate(clouds)]
+
+
+@pytest.mark.parametrize("command", [("ros2", "robot.yaml"), ("guard", "guarded.yaml")])
+def test_a_recording_that_is_played_back_is_told_as_that_by_one_clock(
+    command: tuple[str, ...], tmp_path: Path
+) -> None:
+    for one in SAMPLES:
+        if one.name in ("robot.yaml", "guarded.yaml", "robot-mission.toml", "commanded"):
+            one.write(tmp_path / one.name, np.random.default_rng(1))
+    done = clearway(*command, "--bag", "commanded", cwd=tmp_path)
+    assert "0.0 s is 2026-01-01 00:00:00 UTC" in done.stderr
+    assert "\n0.0 s  flying; " in done.stderr
+    assert "17672" not in done.stderr, "seconds since 1970"
+    if command[0] == "ros2":
+        assert "reached    played back, not flown" in done.stdout
+        assert "NO" not in done.stdout

@@ -53,6 +53,8 @@ from tools.fuzz.texts import (
     DAA,
     GEOJSON,
     HEX,
+    JUMPS,
+    LIMITS,
     MISSIONS,
     OBSTACLES,
     PLAN,
@@ -142,8 +144,9 @@ FORMATS: dict[str, Format] = {
     "mission": Format(".toml", FLY, text_files(*MISSIONS)),
     "plan": Format(".plan", FLY, with_real(json_files(PLAN), "maps/missions/*.plan")),
     "waypoints": Format(
-        ".waypoints", FLY, with_real(text_files(WAYPOINTS), "maps/missions/*.waypoints")
+        ".waypoints", FLY, with_real(text_files(WAYPOINTS, JUMPS), "maps/missions/*.waypoints")
     ),
+    "plan-limits": Format(".txt", FLY, text_files(*LIMITS)),
     "kml": Format(".kml", FLY, sample_files("way.kml"), apart=True),
     "kmz": Format(".kmz", FLY, sample_files("dji.kmz"), apart=True),
     "campaign": Format(".toml", ("campaign", "{}", "--out", "out"), campaign_files),

@@ -131,6 +131,22 @@ WAYPOINTS = (
     "1\t0\t3\t22\t0\t0\t0\t0\t47.3977\t8.5456\t20\t1\n"
     "2\t0\t3\t16\t0\t0\t0\t0\t47.3978\t8.5457\t20\t1\n"
 )
+JUMPS = (
+    "# by hand\nQGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47.3977\t8.5456\t488\t1\n"
+    "1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t20\t1\n# a tag\n2\t0\t0\t600\t7\t0\t0\t0\t0\t0\t0\t1\n"
+    "3\t0\t3\t16\t0\t0\t0\t0\t47.3978\t8.5457\t0\t1\n4\t0\t3\t19\t5\t0\t0\t0\t0\t0\t0\t1\n"
+    "5\t0\t3\t177\t3\t2\t0\t0\t0\t0\t0\t1\n6\t0\t0\t601\t7\t-1\t0\t0\t0\t0\t0\t1\n"
+    "7\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
+)
+LIMITS = (
+    "QGC WPL 110\n" + "".join(
+        f"{n}\t0\t0\t5001\t3\t0\t0\t0\t47.39{n}\t8.54{n * n}\t0\t1\n" for n in range(3)
+    )
+    + "3\t0\t0\t5004\t30\t0\t0\t0\t47.39\t8.54\t0\t1\n"
+    + "4\t0\t3\t5100\t0\t0\t0\t0\t47.4\t8.5\t9\t1\n",
+    "# saved\n47.39 8.54\n47.38 8.53\n47.38 8.55\n47.40 8.55\n47.38 8.53\n",
+    "RALLY 47.39 8.54 40 0 0 0\n",
+)  # fmt: skip
 HEX = (
     "timestamp,frame\n1.0,8D40621D58C382D690C8AC2863A7\n2.0,8D40621D58C386435CC412692AD6\n"
     "3.0,8D485020994409940838175B284F\n"

@@ -7,6 +7,8 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
+from clearway.cli.flight_time import FlightTime
+
 if TYPE_CHECKING:
     from clearway.live.guard.guard_session import GuardSession
     from clearway.live.link.loop import LoopReport
@@ -20,9 +22,13 @@ class GuardWatch:
 
     def __init__(self) -> None:
         self._told, self._told_s = ("", ""), -math.inf
+        self._clock = FlightTime()
 
     def show(self, outcome: TickOutcome) -> None:
-        at = f"{outcome.time_s:.1f} s"
+        begun = self._clock.begin(outcome.time_s)
+        at = self._clock.words(outcome.time_s)
+        if begun is not None:
+            print(begun, file=sys.stderr, flush=True)
         for note in outcome.notes:
             print(f"{at}  {note}", file=sys.stderr, flush=True)
         guarded = outcome.guarded

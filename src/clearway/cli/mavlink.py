@@ -155,14 +155,16 @@ def _download(
     connect: str, path: Path, signing_key: Path | None, system: int, component: int
 ) -> None:
     """Mission, fence and rally points as a flight plan."""
-    from clearway.mavlink.download import download, heard_on, write_plan
+    from clearway.mavlink.download import HeardOn, download, write_plan
     from clearway.mavlink.setup import frames_only
 
     link, inbox, outbox = frames_only(connect, signing_key, system, component)
     try:
         say(f"listening on {link.name}")
-        lists = download(heard_on(link, inbox), outbox.send, system, component, link.wait)
-        write_plan(lists, path)
+        heard = HeardOn(link, inbox)
+        lists = download(heard, outbox.send, system, component, link.wait)
+        heard.know_autopilot(outbox.send, (system, component), link.wait)
+        write_plan(lists, path, heard.autopilot or 0, heard.home)
     finally:
         link.close()
     counted = ", ".join(f"{len(items)} {name}" for name, items in lists.items())

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import ros2_bus
+from clearway.cli.flight_time import FlightTime
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_unusable
@@ -81,10 +82,15 @@ class _NodeWatch:
 
     def __init__(self) -> None:
         self._told, self._told_s = ("", ""), 0.0
+        self._clock = FlightTime()
 
     def show(self, outcome: TickOutcome) -> None:
+        begun = self._clock.begin(outcome.time_s)
+        at = self._clock.words(outcome.time_s)
+        if begun is not None:
+            print(begun, file=sys.stderr, flush=True)
         for note in outcome.notes:
-            print(f"{outcome.time_s:.1f} s  left out: {note}", file=sys.stderr, flush=True)
+            print(f"{at}  left out: {note}", file=sys.stderr, flush=True)
         flight = outcome.flight
         present = (str(outcome.state), str(flight.mode) if flight else self._told[1])
         now = time.monotonic()
@@ -93,9 +99,7 @@ class _NodeWatch:
             self._told, self._told_s = present, now
             why = f" ({outcome.why_state})" if outcome.why_state else ""
             doing = f"; {flight.explanation}" if flight else ""
-            print(
-                f"{outcome.time_s:.1f} s  {outcome.state}{why}{doing}", file=sys.stderr, flush=True
-            )
+            print(f"{at}  {outcome.state}{why}{doing}", file=sys.stderr, flush=True)
 
 
 def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
@@ -106,6 +110,7 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
     return {
         "mission": system.mission.name,
         "acting": link.parameters.act,
+        "played_back": link.bus.recorded,
         "reached": system.progress.done(system.mission),
         "waypoints_reached": system.progress.waypoints_reached(system.mission),
         "state": str(link.session.state),
@@ -127,11 +132,17 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
     }
 
 
+def _reached(result: dict[str, Any]) -> str:
+    """A recording flies nowhere: what it passed is all that can be said."""
+    if result["played_back"]:
+        return f"played back, not flown: its vehicle passed {result['waypoints_reached']} waypoints"
+    return f"{'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} waypoints"
+
+
 def _in_words(result: dict[str, Any], link: Ros2Link) -> str:
     lines = [
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
-        f"reached    {'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} "
-        f"waypoints; the link at the end: {result['state']}",
+        f"reached    {_reached(result)}; the link at the end: {result['state']}",
         f"decisions  {result['decisions']}, {result['ticks']} ticks, {result['late']} late",
     ]
     lines += [

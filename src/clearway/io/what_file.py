@@ -37,7 +37,8 @@ KNOWN = (
      "takes it if it holds point clouds"),
     (rb"\A(\xd4\xc3\xb2\xa1|\xa1\xb2\xc3\xd4)", "captured packets: `clearway assess --scan` takes "
      "those of an Ouster LiDAR"),
-    (rb"\AQGC WPL", "waypoints of a ground station: `clearway fly` takes them"),
+    (rb"\A(?:\s*#[^\n]*\n)*\s*(QGC WPL|RALLY[ \t])", "waypoints, fences or rally points of a "
+     "ground station: `clearway fly` takes them"),
     (rb'"fileType"\s*:\s*"Plan"', "a plan of a ground station: `clearway fly` takes it"),
     (rb'"CityJSON"|"CityObjects"|"UASZoneList"|"FeatureCollection"',
      "a map: `clearway map` takes it"),

@@ -54,6 +54,9 @@ def _clearance(decision: Decision) -> str:
     choice = decision.choice
     if choice.limited_by is Cause.NOTHING:
         return "nothing in reach"
+    if choice.clearance_m < -decision.margin_m:
+        # How far inside of what may be reached says nothing: a distance is not below zero.
+        return f"no clearance, {decision.margin_m:.2f} m asked"
     return f"clearance {choice.clearance_m:.2f} m of {decision.margin_m:.2f} m asked"
 
 
@@ -68,9 +71,10 @@ def _ruled_out(choice: Choice, decision: Decision, obstacle_map: ObstacleMap | N
     if choice.ruled_out:
         first = choice.ruled_out[0]
         what = _what(first.cause, first.index, decision, obstacle_map)
-        text += (
-            f"; the cheapest ({first.cost_m:.1f} m) comes within {first.clearance_m:.2f} m {what}"
-        )
+        near = f"comes within {first.clearance_m:.2f} m"
+        if first.clearance_m < -decision.margin_m:
+            near = "leads through the reach"
+        text += f"; the cheapest ({first.cost_m:.1f} m) {near} {what}"
     return text
 
 

@@ -1,7 +1,8 @@
 """From pieces of a link to the messages of one vehicle: filtered, checked, bounded, counted.
 
 However much comes between two ticks, the work on it is bounded: of every kind of message only the
-newest few are decoded, so that a flood of one kind shuts out no other.
+newest few are decoded, so that a flood of one kind shuts out no other. With a key, frames are
+checked before they wait to be decoded: what is not signed with it takes no place of what is.
 """
 
 from __future__ import annotations
@@ -128,7 +129,7 @@ class Inbox:
             )
             self._rest = rest[-LONGEST:]
             for frame in frames:
-                flaw = self._stranger(frame)
+                flaw = self._flaw(frame)
                 if flaw is not None:
                     self.refused[flaw] += 1
                     continue
@@ -141,7 +142,9 @@ class Inbox:
         return [a for _, frame, peer in waiting_all if (a := self._opened(frame, peer)) is not None]
 
     def _bounded(self, pieces: list[tuple[bytes, Peer]]) -> list[tuple[bytes, Peer]]:
-        """The newest pieces, MOST_BYTES of them at most."""
+        """The newest pieces, MOST_BYTES of them at most; with a key all, which are checked."""
+        if self._signatures is not None:
+            return pieces
         room, first = MOST_BYTES, len(pieces)
         while first > 0 and len(pieces[first - 1][0]) <= room:
             first -= 1
@@ -175,22 +178,28 @@ class Inbox:
             }
         return told
 
-    def _stranger(self, frame: MavlinkFrame) -> str | None:
-        if frame.system == self._system and frame.component == known.OBSTACLE_AVOIDANCE:
-            if self._is_ours(frame.data):
-                return OWN_FRAME
-            self._warn(DOUBLE)
-            return ANOTHER_OF_US
-        if frame.message in self._from_any:
-            return None
-        if frame.system != self._system:
+    def _flaw(self, frame: MavlinkFrame) -> str | None:
+        """Why a frame is left aside; what costs least is looked at first."""
+        of_us = frame.system == self._system and frame.component == known.OBSTACLE_AVOIDANCE
+        if of_us and self._is_ours(frame.data):
+            return OWN_FRAME
+        of_any = frame.message in self._from_any
+        if frame.system != self._system and not of_any:
             if len(self._systems) < MOST_SYSTEMS:
                 self._systems.add(frame.system)
             return OTHER_SYSTEM
-        if frame.signed and self._signatures is None:
-            self._warn(SIGNED)
-        if frame.component != self._component and frame.message not in FROM_ANY_COMPONENT:
+        from_here = frame.component == self._component or frame.message in FROM_ANY_COMPONENT
+        if not (of_us or of_any or from_here):
             return OTHER_COMPONENT
+        if self._signatures is not None:
+            flaw = self._signatures.flaw(frame)
+            if flaw is not None:
+                return flaw
+        elif frame.signed and frame.system == self._system:
+            self._warn(SIGNED)
+        if of_us:
+            self._warn(DOUBLE)
+            return ANOTHER_OF_US
         return None
 
     def _warn(self, words: str) -> None:
@@ -198,11 +207,7 @@ class Inbox:
             self.warnings.append(words)
 
     def _opened(self, frame: MavlinkFrame, peer: Peer) -> ReceivedMessage | None:
-        """The message in a frame, if its signature is right and it can be decoded."""
-        flaw = None if self._signatures is None else self._signatures.flaw(frame)
-        if flaw is not None:
-            self.refused[flaw] += 1
-            return None
+        """The message in a frame, if it can be decoded."""
         try:
             message = self._codec.decode(bytearray(frame.data))
         except dialect().MAVError:

@@ -18,6 +18,9 @@ MAGICS = re.compile(b"[\xfd\xfe]")
 HEADER, OLD_FRAME, CHECKSUM, SIGNATURE = 10, 8, 2, 13
 SIGNED = 0x01
 LONGEST = HEADER + 255 + CHECKSUM + SIGNATURE
+MOST_FLAWS, MOST_FRAMES = 32, 64
+"""Of a datagram: what is behind so many damaged, or whole, frames is not looked at. Senders put
+1,500 bytes into one at most, which is 44 of the shortest signed frames."""
 
 GARBAGE = "bytes of no frame"
 TRUNCATED = "truncated"
@@ -25,6 +28,7 @@ MAVLINK_1 = "MAVLink 1"
 BAD_CHECKSUM = "bad checksum"
 UNKNOWN_FLAGS = "unknown flags"
 NOT_NEEDED = "message not needed"
+OVERLONG = "datagram: more frames or damage than is looked at"
 
 
 class MavlinkFrame(NamedTuple):
@@ -47,17 +51,20 @@ def frames_in(
     reason. stream: frames may continue in the next piece (serial); a datagram is whole.
     """
     frames: list[MavlinkFrame] = []
-    at, end = 0, len(data)
+    at, end, flaws, whole = 0, len(data), 0, 0
     while at < end:
-        if data[at] == OLD_MAGIC and _ends_well(data, at, _old_length(data, at)):
+        if not stream and (flaws >= MOST_FLAWS or whole >= MOST_FRAMES):
+            refused[OVERLONG] += 1
+            break
+        if data[at] == OLD_MAGIC and _is_mavlink_1(data, at, extras):
             refused[MAVLINK_1] += 1
-            at += _old_length(data, at)
+            at, whole = at + _old_length(data, at), whole + 1
             continue
         if data[at] != MAGIC:
             found = MAGICS.search(data, at + 1)
             after = found.start() if found else end
             refused[GARBAGE] += after - at
-            at = after
+            at, flaws = after, flaws + 1
             continue
         length = _length(data, at)
         if end - at < length:
@@ -68,11 +75,13 @@ def frames_in(
         reason = _flaw(data, at, extras)
         if reason is None:
             frames.append(_frame(data[at : at + length]))
-            at += length
+            at, whole = at + length, whole + 1
             continue
         refused[reason] += 1
         # A frame may begin inside what only looked like one.
-        at += length if _ends_well(data, at, length) else 1
+        passes = _ends_well(data, at, length)
+        at += length if passes else 1
+        whole, flaws = whole + passes, flaws + (not passes)
     return frames, b""
 
 
@@ -86,6 +95,17 @@ def _length(data: bytes, at: int) -> int:
 
 def _old_length(data: bytes, at: int) -> int:
     return OLD_FRAME + data[at + 1] if len(data) - at > 1 else OLD_FRAME
+
+
+def _is_mavlink_1(data: bytes, at: int, extras: Mapping[int, int]) -> bool:
+    """Whether a frame of MAVLink 1 begins here: by its checksum where its message is known."""
+    length = _old_length(data, at)
+    if not _ends_well(data, at, length):
+        return False
+    message = data[at + 5] if len(data) - at > 5 else -1
+    end = at + length - CHECKSUM
+    told = int.from_bytes(data[end : end + CHECKSUM], "little")
+    return message in extras and checksum(data[at + 1 : end] + bytes([extras[message]])) == told
 
 
 def _ends_well(data: bytes, at: int, length: int) -> bool:

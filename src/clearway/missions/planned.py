@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from clearway.base.checks import geodetic_problem
 from clearway.base.errors import InputError, naming
 from clearway.io.foreign_errors import damage_told
+from clearway.io.plans.fence_file import read_fence, read_rally
 from clearway.io.plans.flight_plan import FlightPlan, as_mission
 from clearway.io.plans.kml_plan import read_kml, read_kmz
 from clearway.io.plans.qgc_plan import read_plan
@@ -26,16 +27,27 @@ class PlanFormat(NamedTuple):
     read: Callable[[Path], FlightPlan]
 
 
-ZIPPED = rb"(?s)\APK\x03\x04.{26}(?:wpmz/|doc\.kml)"
+START = rb"\A(?:\xef\xbb\xbf)?(?:\s*#[^\n]*\n)*\s*"
+"""Comments may come first."""
 FORMATS = (
     PlanFormat("plan of QGroundControl", ".plan", rb'"fileType"\s*:\s*"Plan"', read_plan),
     PlanFormat(
         "KMZ, of DJI (WPML) too", ".kmz", rb"(?s)\APK\x03\x04.{26}(?:wpmz/|doc\.kml)", read_kmz
     ),
     PlanFormat("KML", ".kml", rb"<kml\b", read_kml),
-    PlanFormat("QGC WPL", ".waypoints", rb"\A(?:\xef\xbb\xbf)?QGC WPL", read_waypoints),
+    PlanFormat("QGC WPL", ".waypoints", START + rb"QGC WPL", read_waypoints),
 )
 """Add a format here."""
+LIMITS = (
+    PlanFormat(
+        "fence of ArduPilot",
+        ".fen",
+        START + rb"-?\d{1,2}\.\d+[ \t]+-?\d{1,3}\.\d+[ \t]*\r?\n",
+        read_fence,
+    ),
+    PlanFormat("rally points of ArduPilot", ".ral", START + rb"RALLY[ \t]", read_rally),
+)
+"""Kinds of files that limit a flight, and are none."""
 PLANS = tuple(one.suffix for one in FORMATS)
 """Suffixes of flight plans of ground stations."""
 HEAD = 4096
@@ -50,12 +62,13 @@ def beside(path: Path, file: str) -> str:
 
 def plan_reader(path: Path) -> Callable[[Path], FlightPlan] | None:
     """What reads a flight plan, by suffix or content; None for any other file."""
-    reader = next((one.read for one in FORMATS if one.suffix == path.suffix.lower()), None)
+    known = FORMATS + LIMITS
+    reader = next((one.read for one in known if one.suffix == path.suffix.lower()), None)
     if reader is not None or path.suffix == ".toml" or not path.is_file():
         return reader
     with naming(path, "read"), path.open("rb") as file:
         head = file.read(HEAD)
-    return next((one.read for one in FORMATS if re.search(one.sign, head)), None)
+    return next((one.read for one in known if re.search(one.sign, head)), None)
 
 
 def planned_tables(

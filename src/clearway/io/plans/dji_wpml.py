@@ -158,7 +158,7 @@ def _take_off(config: Element, start: Start, items: list[Item], problems: list[s
     security = _number(config, "takeOffSecurityHeight", problems)
     height = max(security or 0.0, 0.0)
     first = items[0] if items else None
-    if first is not None and first.above == "home":
+    if first is not None and first.height_m is not None and first.above == "home":
         safely = config.told("flyToWaylineMode") != "pointToPoint"
         height = max(height, first.height_m) if safely or not height else height
     if height <= 0.0:

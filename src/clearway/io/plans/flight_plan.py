@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,9 @@ from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.io.maps.map_features import Disc, Geodetic, Height, MapFeature, Polygon
 from clearway.io.maps.placing import MOST_APART_M, Place, PlacingTally, around_disc, place_features
 from clearway.io.maps.rectangles import shapely_or_refuse
-from clearway.io.plans.plan_items import Item
+from clearway.io.plans.mission_order import MOST_FLOWN, in_flown_order
+from clearway.io.plans.plan_items import Item, ItemsRead
+from clearway.io.plans.plan_limits import Fence
 from clearway.obstacles.obstacle import Obstacle
 
 DEFAULT_SPEED_MPS = 5.0
@@ -30,16 +33,8 @@ TURN_RAD = np.radians(15.0)
 REACH_SHARE = 0.4
 """The reach radius as a share of the turning radius."""
 FENCE_DEPTH_M, FENCE_HEIGHT_M, WALL_M = 500.0, 5_000.0, 1.0
-MOST_ITEMS = 20_000
-"""Of a plan; autopilots hold a few thousand."""
-
-
-class Fence(NamedTuple):
-    """An area to stay inside of, or outside."""
-
-    name: str
-    outline: Disc | Polygon
-    inclusion: bool
+NO_HOME = Geodetic(0.0, 0.0, 0.0)
+"""Of a plan that does not set its home."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,6 +53,38 @@ class FlightPlan:
     """What was left out, by reason."""
     notes: tuple[str, ...] = ()
     """What was assumed where the file is silent."""
+    flies_to_take_off: bool = False
+    """Whether the vehicle climbs where it stands and then flies to the place of its take-off, as
+    PX4 does; ArduPilot does not use that place."""
+
+
+def plan_of(
+    path: Path, home: Geodetic, items: ItemsRead, speed_mps: float | None = None
+) -> FlightPlan:
+    """Return a plan of the items of MAVLink read from a file, in the order in which they are flown.
+
+    speed_mps: where the items set none. Raises InputError with everything wrong in them.
+    """
+    order = in_flown_order(items.steps)
+    problems = [*items.problems, *order.problems]
+    try:
+        items.limits.end()
+    except ValueError as cause:
+        problems.append(str(cause))
+    if problems:
+        raise InputError(str(path), problems)
+    assumed = [f"{count} x {what}" for what, count in (+items.assumed).items()]
+    return FlightPlan(
+        str(path),
+        path.stem,
+        home,
+        tuple(order.items),
+        items.speed_mps or speed_mps,
+        tuple(items.limits.fences),
+        tuple(items.limits.rally),
+        +items.left_out + items.limits.left_out,
+        (*order.notes, *assumed),
+    )
 
 
 class Converted(NamedTuple):
@@ -92,7 +119,8 @@ def as_mission(
     the mission has waypoints itself, so that a plan of fences alone will do. Raises InputError for
     a plan without a waypoint, or with one on the wrong side of a fence or too far away.
     """
-    unset = plan.home[:2] == (0.0, 0.0)
+    has_home = plan.home[:2] != NO_HOME[:2]
+    unset = not has_home
     if unset and origin is not None:
         plan, unset = replace(plan, home=Geodetic(*origin)), False
     if unset:
@@ -100,26 +128,17 @@ def as_mission(
     counts = Counter(plan.counts)
     speed = speed_mps or plan.speed_mps or DEFAULT_SPEED_MPS
     tables = scaled_tables(speed)
-    start, goals, landing = _points(plan)
+    radius = tables["mission"]["reach_radius_m"]
+    start, goals, landing = _points(plan, radius, counts, has_home=has_home)
     if not goals and own_goals and plan.fences and not unset:
         return _fences_alone(plan, tables, speed)
     if not goals:
+        raise InputError(plan.source, _without_waypoints(plan))
+    if len(plan.items) > MOST_FLOWN:
         raise InputError(
             plan.source,
-            "no waypoint in it"
-            + (
-                "; fences alone will do for a mission with waypoints_m, and with origin_geodetic "
-                "where the plan has no home"
-                if plan.fences
-                else ""
-            ),
+            f"{len(plan.items)} items; at most {MOST_FLOWN:,} are taken: fly it in parts",
         )
-    if len(plan.items) > MOST_ITEMS:
-        raise InputError(
-            plan.source,
-            f"{len(plan.items)} items; at most {MOST_ITEMS:,} are taken: fly it in parts",
-        )
-    radius = tables["mission"]["reach_radius_m"]
     _check_distance(plan, goals)
     waypoints = _apart(goals, radius, counts)
     _check_fences(plan, [*goals, *landing])
@@ -142,6 +161,23 @@ def as_mission(
     return Converted(tables, notes)
 
 
+def _without_waypoints(plan: FlightPlan) -> str:
+    """What a plan is that leads nowhere, and what to do with it."""
+    if plan.fences:
+        return (
+            f"no waypoint in it: it holds limits of a flight ({len(plan.fences)} x fence, "
+            f"{len(plan.rally)} x rally point); fences alone will do for a mission that names "
+            "this file as its `plan` and has waypoints_m, and origin_geodetic where the plan has "
+            "no home"
+        )
+    if plan.rally:
+        return (
+            f"no waypoint in it: it holds {len(plan.rally)} x rally point, places to return to at "
+            "the end of a plan with waypoints"
+        )
+    return "no waypoint in it"
+
+
 def _fences_alone(plan: FlightPlan, tables: dict[str, Any], speed_mps: float) -> Converted:
     """Tables of a plan that says where to stay, and nothing of where to go."""
     tables["mission"] |= {"name": plan.name, "origin_geodetic": tuple(plan.home)}
@@ -158,7 +194,7 @@ def _with_home(plan: FlightPlan) -> FlightPlan:
     first = next((one for one in plan.items if one.latitude_deg is not None), None)
     if first is None or first.latitude_deg is None or first.longitude_deg is None:
         return plan
-    if any(item.above == "sea level" for item in plan.items):
+    if any(item.above == "sea level" and item.height_m is not None for item in plan.items):
         raise InputError(
             plan.source,
             "home is not set (0, 0), and heights above sea level need its own; valid: a home with "
@@ -179,34 +215,71 @@ def _check_distance(plan: FlightPlan, goals: Iterable[FloatArray]) -> None:
         raise InputError(plan.source, far)
 
 
-def _points(plan: FlightPlan) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
+def _points(
+    plan: FlightPlan, radius_m: float, counts: Counter[str], *, has_home: bool
+) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
     """Start, waypoints and landing points [3] each, local frame."""
     start: FloatArray | None = None
     goals: list[FloatArray] = []
     landing: list[FloatArray] = []
-    here = np.zeros(3)
-    for item in plan.items:
+    here = np.array([0.0, 0.0, _first_height(plan)])
+    to_fly_to = [n for n, one in enumerate(plan.items) if one.action in ("take-off", "waypoint")]
+    last_goal = max(to_fly_to, default=-1)
+    for number, item in enumerate(plan.items):
         point = _local(plan, item, here)
-        if item.action == "take-off" and not goals:
-            start = here = point
+        # Above the place, at the height flown: the descent itself is not flown.
+        above = np.array([*point[:2], here[2]])
+        if item.action == "take-off":
+            climbed = _climbed(point, here, at_place=start is None and not goals and not has_home)
+            if start is None and not goals:
+                start = climbed
+            else:
+                goals.append(climbed)
+            here = climbed
+            away = float(np.hypot(*(point - here)[:2])) > radius_m
+            if away and plan.flies_to_take_off:
+                here = np.array([*point[:2], here[2]])
+                goals.append(here)
+            elif away:
+                counts["place of a take-off: ArduPilot climbs where the vehicle stands"] += 1
         elif item.action == "return":
             landing.append(_return_to(plan, here))
+        elif item.action == "land" and number < last_goal:
+            counts["landing on the way: its place is passed at the height flown"] += 1
+            goals.append(above)
+            here = above
         elif item.action == "land":
-            # Above the place, at the height flown: the descent itself is not flown.
-            landing.append(np.array([point[0], point[1], here[2]]))
+            landing.append(above)
         else:
             goals.append(point)
             here = point
     if start is None:
         start = np.array([0.0, 0.0, goals[0][2] if goals else 0.0])
+    if not goals:
+        goals = [one for one in landing if np.linalg.norm(one - start) > radius_m][:1]
     return start, goals, landing
 
 
+def _climbed(point: FloatArray, here: FloatArray, *, at_place: bool) -> FloatArray:
+    """[3] where a take-off ends: above the vehicle, or above the place of a plan without a home."""
+    height = point[2] if point[2] > 0.0 else here[2]
+    return np.array([*(point if at_place else here)[:2], height])
+
+
+def _first_height(plan: FlightPlan) -> float:
+    """The height above home of the first item that has one and is none to land at."""
+    for item in plan.items:
+        if item.height_m is not None and item.action != "land":
+            return float(_local(plan, item, np.zeros(3))[2])
+    return 0.0
+
+
 def _local(plan: FlightPlan, item: Item, here: FloatArray) -> FloatArray:
-    """[3] local point of an item; one without a place is where the vehicle is."""
-    above_home = item.height_m
-    if item.above == "sea level":
-        above_home -= plan.home.height_m
+    """[3] local point of an item; one without a place or a height is where the vehicle is."""
+    if item.height_m is None:
+        above_home = float(here[2])
+    else:
+        above_home = item.height_m - (plan.home.height_m if item.above == "sea level" else 0.0)
     if item.latitude_deg is None or item.longitude_deg is None:
         return np.array([here[0], here[1], above_home])
     height = plan.home.height_m + above_home

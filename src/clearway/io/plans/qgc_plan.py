@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from clearway.base.errors import InputError
-from clearway.io.foreign import Foreign, read_json, rings_of
-from clearway.io.maps.map_features import Disc, Geodetic, Polygon
-from clearway.io.plans.flight_plan import Fence, FlightPlan
-from clearway.io.plans.plan_items import CHANGE_SPEED, FRAMES, ItemsRead, Position, geodetic_of
+from clearway.io.foreign import Foreign, read_json
+from clearway.io.maps.map_features import Geodetic
+from clearway.io.plans.flight_plan import FlightPlan, plan_of
+from clearway.io.plans.plan_items import FRAMES, Entry, ItemsRead, Position, geodetic_of
+from clearway.io.plans.plan_limits import Fence, polygon_fence, round_fence
 from clearway.io.toml import parse_model, refuse_many
 
-FIXED_WING = 1
+FIXED_WING, PX4 = 1, 12
+"""MAV_TYPE of vehicleType, MAV_AUTOPILOT of firmwareType."""
 LAND = 21
-LARGEST_FENCE_M = 100_000.0
 
 
 class Transect(Foreign):
@@ -30,6 +31,7 @@ class PlanItem(Foreign):
     command: int | None = None
     frame: int | None = None
     params: tuple[float | None, ...] = ()
+    doJumpId: int | None = None
     AMSLAltAboveTerrain: float | None = None
     complexItemType: str = "complex item"
     TransectStyleComplexItem: Transect | None = None
@@ -43,6 +45,7 @@ class PlanMission(Foreign):
     cruiseSpeed: float | None = None
     hoverSpeed: float | None = None
     vehicleType: int | None = None
+    firmwareType: int | None = None
 
 
 class Circle(Foreign):
@@ -81,26 +84,23 @@ def read_plan(path: Path) -> FlightPlan:
     data = read_json(path)
     refuse_many(str(path), data, "what a ground station saves")
     plan = parse_model(str(path), data, QgcPlan)
-    mission, items = plan.mission, ItemsRead()
-    speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
+    mission, px4 = plan.mission, plan.mission.firmwareType == PX4
+    # PX4 takes a height of 0 as one; it also flies to the place of a take-off.
+    items = ItemsRead(zero_keeps_height=not px4)
+    number = 0
     for place, entry in _simple("mission.items", mission.items, items.left_out):
-        if entry.command == CHANGE_SPEED and not items.found and len(entry.params) > 1:
-            told = entry.params[1] or 0.0
-            speed = told if told > 0.0 else speed  # -1 keeps the speed
-        else:
-            items.take(place, entry.command, *_frame_and_position(entry))
+        number = number + 1 if entry.doJumpId is None else entry.doJumpId
+        frame, position = _frame_and_position(entry)
+        first, second = (*entry.params, None, None)[:2]
+        items.take(Entry(place, number, entry.command, frame, (first, second), position))
     home, rally, fences = _places(plan, items.problems)
-    if items.problems:
-        raise InputError(str(path), items.problems)
-    return FlightPlan(
-        str(path),
-        path.stem,
-        home,
-        tuple(items.found),
-        speed if speed and speed > 0.0 else None,
-        fences,
-        rally,
-        items.left_out,
+    speed = mission.cruiseSpeed if mission.vehicleType == FIXED_WING else mission.hoverSpeed
+    read = plan_of(path, home, items, speed if speed and speed > 0.0 else None)
+    return replace(
+        read,
+        rally=(*rally, *read.rally),
+        fences=(*fences, *read.fences),
+        flies_to_take_off=px4,
     )
 
 
@@ -154,19 +154,17 @@ def _places(
     )
     fences: list[Fence] = []
     for number, part in enumerate(plan.geoFence.polygons):
-        ring = [[longitude, latitude] for latitude, longitude in part.polygon]
+        corners = [list(corner) for corner in part.polygon]
         try:
-            fences.append(Fence(f"fence {number}", Polygon(rings_of([ring])), part.inclusion))
+            fences.append(polygon_fence(number, corners, inclusion=part.inclusion))
         except ValueError as cause:
             problems.append(f"geoFence.polygons[{number}]: {cause}")
-    for number, circle in enumerate(plan.geoFence.circles):
-        latitude, longitude = circle.circle.center
-        geodetic(f"geoFence.circles[{number}]", (latitude, longitude, 0.0))
-        if not 0.0 < circle.circle.radius <= LARGEST_FENCE_M:
-            problems.append(
-                f"geoFence.circles[{number}]: radius {circle.circle.radius:g} m is not above 0 and "
-                f"at most {LARGEST_FENCE_M:g} m"
+    for number, one in enumerate(plan.geoFence.circles):
+        circle = one.circle
+        try:
+            fences.append(
+                round_fence(number, circle.center, circle.radius, inclusion=one.inclusion)
             )
-        disc = Disc(latitude, longitude, circle.circle.radius)
-        fences.append(Fence(f"round fence {number}", disc, circle.inclusion))
+        except ValueError as cause:
+            problems.append(f"geoFence.circles[{number}]: {cause}")
     return home, rally, tuple(fences)

@@ -13,6 +13,7 @@ from clearway.live.link.own_motion import OwnMotion
 from clearway.live.link.stamps import ReportTimes
 from clearway.traffic import Intruder, Ownship, Report, TrackerSettings
 from clearway.traffic.tracking.screening import flaw_of_report
+from clearway.traffic.tracking.sequels import MOST_NAMESAKES, farthest_m
 
 MOST_AIRCRAFT = 64
 """Told to decisions at a time; no more are taken until some are gone."""
@@ -70,8 +71,10 @@ class AircraftHeard:
 
     def __init__(self, terms: TrafficTerms, counts: Counter[str]) -> None:
         self._terms, self._counts = terms, counts
-        self._heard: dict[int, tuple[float, FloatArray, tuple[int, ...]]] = {}
+        self._heard: dict[int, tuple[float, tuple[int, ...]]] = {}
         self._times: dict[int, ReportTimes] = {}
+        self._anchors: dict[int, list[tuple[float, FloatArray]]] = {}
+        """Times and places from which velocities are told, of each aircraft of an address."""
 
     def take(self, report: AircraftReport, now_s: float, own: OwnMotion) -> Intruder | None:
         """The report as an intruder, at the time that its position was true."""
@@ -82,7 +85,7 @@ class AircraftHeard:
             return self._left_out(STALE)
         before = self._heard.get(report.address)
         told_s = now_s - report.age_s
-        if before is not None and before[2] == report.as_told != ():
+        if before is not None and before[1] == report.as_told != ():
             speed = report.velocity_mps
             if speed is None or float(np.linalg.norm(speed)) >= STANDS_MPS:
                 return self._left_out(REPEATED)
@@ -93,22 +96,36 @@ class AircraftHeard:
     def _followed(
         self, report: AircraftReport, told_s: float, now_s: float, own: OwnMotion
     ) -> Intruder | None:
-        address, before = report.address, self._heard.get(report.address)
-        velocity = report.velocity_mps
+        address, velocity = report.address, report.velocity_mps
         if velocity is None:
-            if before is None or told_s - before[0] >= LEAST_STEP_S:
-                self._heard[address] = (told_s, report.position_m, report.as_told)
-            if before is None or told_s - before[0] < LEAST_STEP_S:
+            self._heard[address] = (told_s, report.as_told)
+            velocity = self._flown(report, told_s)
+            if velocity is None:
                 return self._left_out(NO_VELOCITY)
-            velocity = (report.position_m - before[1]) / (told_s - before[0])
         times = self._times.setdefault(address, ReportTimes())
         time_s, unsure_s = times.take(told_s, report.position_m, velocity)
         intruder = self._intruder(report, velocity, time_s, unsure_s)
         flaw = self._flaw(intruder, now_s, own)
         if flaw is not None:
             return self._left_out(flaw)
-        self._heard[address] = (told_s, report.position_m, report.as_told)
+        self._heard[address] = (told_s, report.as_told)
         return intruder
+
+    def _flown(self, report: AircraftReport, told_s: float) -> FloatArray | None:
+        """The velocity [3] by which an aircraft of this address came here; None if unknown yet."""
+        anchors = self._anchors.setdefault(report.address, [])
+        for number, (at_s, place) in enumerate(anchors):
+            elapsed = told_s - at_s
+            way = report.position_m - place
+            if float(np.linalg.norm(way)) > farthest_m(elapsed):
+                continue
+            if elapsed < LEAST_STEP_S:
+                return None
+            anchors[number] = (told_s, report.position_m)
+            return np.asarray(way / elapsed)
+        anchors.append((told_s, report.position_m))
+        del anchors[:-MOST_NAMESAKES]
+        return None
 
     def _intruder(
         self, report: AircraftReport, velocity: FloatArray, time_s: float, unsure_s: float
@@ -144,6 +161,7 @@ class AircraftHeard:
         oldest = now_s - self._terms.oldest_s
         self._heard = {key: told for key, told in self._heard.items() if told[0] >= oldest}
         self._times = {key: times for key, times in self._times.items() if key in self._heard}
+        self._anchors = {key: one for key, one in self._anchors.items() if key in self._heard}
 
     def _left_out(self, reason: str) -> Intruder | None:
         self._counts[reason] += 1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -31,6 +31,8 @@ from clearway.traffic import Intruder
 
 SLOWEST = 0.3
 """Share of the speed of a movement below which the heading stands for the direction of flight."""
+MOST_REPORTS = 256
+"""Of other aircraft, between two ticks: the newest."""
 HOLDS = 3
 """How often a last set-point to hold is sent: one may get lost."""
 
@@ -82,7 +84,8 @@ class Hearing(ABC):
         self._sink, self._sensor = sink, sensor
         self._traffic = AircraftHeard(terms.traffic, counts)
         self._intruders: dict[str, Intruder] = {}
-        self._reports: dict[str, Intruder] = {}
+        self._reports: deque[Intruder] = deque(maxlen=MOST_REPORTS)
+        """Since the last tick, all of them: two aircraft may report by one address."""
         self._own: State | None = None
         self._scans = PlacedScans(sensor is not None, counts)
         self._pulse_s = -math.inf
@@ -169,7 +172,8 @@ class Hearing(ABC):
         if intruder is not None:
             oldest = now - self.terms.traffic.oldest_s
             self._intruders = {k: i for k, i in self._intruders.items() if i.time_s >= oldest}
-            self._intruders[intruder.name] = self._reports[intruder.name] = intruder
+            self._intruders[intruder.name] = intruder
+            self._reports.append(intruder)
 
     def hear_ground(self, height_m: float) -> None:
         """Height of the home in the world frame."""
@@ -210,7 +214,7 @@ class Hearing(ABC):
             self._sink.update(scan)
 
     def _take_reports(self) -> None:
-        for report in self._reports.values():
+        for report in self._reports:
             self._sink.update(report)
         self._reports.clear()
 

@@ -18,6 +18,11 @@ TOLD_S = 1.1e-3
 NEW_OBJECTS = 20_000
 """At most so many more objects than before until Python looks through them for garbage, which takes
 the longer the more there are."""
+READ_S = 0.02
+"""The longest sleep without reading: the system keeps little for us between reads, and in a flood
+what is beyond that is lost, good or bad."""
+BATCH_S = 0.001
+"""Between reads while waiting for what presses, so that a flood does not wake us for each of it."""
 LEAST_S, LATER = 0.01, 1.25
 """Between ticks at once; and the next one at the set rate after such a tick, in periods: what comes
 at the same rate is waited for that much longer."""
@@ -103,7 +108,9 @@ class Loop:
             due += missed * self.wall_period_s
         if self.at_once:
             return self._until_pressing(due, now + LEAST_S)
-        time.sleep(max(0.0, due - now))
+        while (left := due - time.monotonic()) > 0.0:
+            time.sleep(min(left, READ_S))
+            self.link.hear(time.monotonic())
         return due
 
     def _until_pressing(self, due: float, earliest: float) -> float:
@@ -114,6 +121,7 @@ class Loop:
             if self.session.pressing:
                 time.sleep(max(0.0, min(due, earliest) - time.monotonic()))
                 return time.monotonic() + (LATER - 1.0) * self.wall_period_s
+            time.sleep(max(0.0, min(BATCH_S, due - time.monotonic())))
         return due
 
     def _until_vehicle(self, last: TickOutcome | None) -> None:

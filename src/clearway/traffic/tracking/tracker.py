@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from types import MappingProxyType
@@ -24,6 +24,7 @@ from clearway.traffic.tracking.screening import (
     flaw_of_report,
     flaw_of_sequel,
 )
+from clearway.traffic.tracking.sequels import MOST_NAMESAKES, can_follow
 from clearway.traffic.tracking.tracks import Report, Track, born
 
 
@@ -44,6 +45,8 @@ class Tracks:
     )
     """Reports left out, by the reasons of LEFT_OUT."""
     settings: TrackerSettings = field(default_factory=TrackerSettings)
+    doubted: Mapping[str, Report] = field(default_factory=lambda: MappingProxyType({}))
+    """Of each address the last report that none of its tracks can have sent."""
 
     def reported(self) -> list[Intruder]:
         """Believed tracks as intruders, each at the time of its last report."""
@@ -106,20 +109,26 @@ def _is_alive(track: Track, time_s: float, settings: TrackerSettings) -> bool:
 
 def _take(now: Tracks, reports: list[Report], counts: Counter[str]) -> Tracks:
     """Tracks after reports of one moment; `counts` grows by those that are left out."""
-    settings = now.settings
+    settings, began, doubted = now.settings, now.born, dict(now.doubted)
     tracks = list(now.tracks)
     strangers = []
     for report in reports:
-        mine = next((n for n, track in enumerate(tracks) if _same_address(track, report)), None)
-        if mine is None:
+        flaws = {
+            n: flaw_of_sequel(track, report, settings)
+            for n, track in enumerate(tracks)
+            if _same_address(track, report)
+        }
+        mine = next((n for n, flaw in flaws.items() if flaw is None), None)
+        if not flaws:
             strangers.append(report)
-            continue
-        reason = flaw_of_sequel(tracks[mine], report, settings)
-        if reason:
-            counts[reason] += 1
-        else:
+        elif mine is not None:
             tracks[mine] = _followed(tracks[mine], report, settings)
-    began = now.born
+        elif _is_namesake(doubted, report, flaws.values()):
+            began += 1
+            again = born(began, report, settings.unknown_velocity_std_mps)
+            tracks.append(replace(again, namesake=len(flaws) + 1))
+        else:
+            counts[next(flaw for flaw in flaws.values() if flaw)] += 1
     for report, mine in _assigned(tracks, strangers, settings):
         if mine is not None:
             tracks[mine] = _followed(tracks[mine], report, settings)
@@ -128,11 +137,26 @@ def _take(now: Tracks, reports: list[Report], counts: Counter[str]) -> Tracks:
         else:
             began += 1
             tracks.append(born(began, report, settings.unknown_velocity_std_mps))
-    return replace(now, tracks=tuple(tracks), born=began)
+    return replace(now, tracks=tuple(tracks), born=began, doubted=MappingProxyType(doubted))
 
 
 def _same_address(track: Track, report: Report) -> bool:
     return bool(report.address) and track.address.lower() == report.address.lower()
+
+
+def _is_namesake(doubted: dict[str, Report], report: Report, flaws: Collection[str | None]) -> bool:
+    """Whether this is the second report of another aircraft with an address; it is remembered."""
+    if set(flaws) != {"impossible"}:
+        return False
+    before = doubted.get(report.address.lower())
+    doubted[report.address.lower()] = report
+    if before is None or before.time_s >= report.time_s or len(flaws) >= MOST_NAMESAKES:
+        return False
+    return can_follow(_as_intruder(before), _as_intruder(report))
+
+
+def _as_intruder(report: Report) -> Intruder:
+    return born(0, report, 0.0).intruder()
 
 
 def _fits(track: Track, report: Report, settings: TrackerSettings) -> bool:
@@ -146,7 +170,7 @@ def _followed(track: Track, report: Report, settings: TrackerSettings) -> Track:
     if there.surprise(report) <= settings.gate**2:
         return there.updated(report)
     fresh = born(track.identity, report, settings.unknown_velocity_std_mps)
-    return replace(fresh, reports=track.reports + 1)
+    return replace(fresh, reports=track.reports + 1, namesake=track.namesake)
 
 
 def _assigned(

@@ -85,6 +85,8 @@ class Track:
     address: str = ""
     radius_m: float = 0.0
     spread_rad: FloatArray = field(default_factory=lambda: np.zeros(2))
+    namesake: int = 1
+    """Counts the aircraft that report by the same address."""
 
     def at(self, time_s: float, acceleration_std_mps2: float) -> Track:
         """The track predicted to a time; to an earlier one it grows uncertain just the same."""
@@ -138,6 +140,12 @@ class Track:
     def velocity_std_mps(self) -> float:
         return math.sqrt(float(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
 
+    @property
+    def _name(self) -> str:
+        if not self.address:
+            return f"track {self.identity}"
+        return self.address if self.namesake == 1 else f"{self.address} ({self.namesake})"
+
     def intruder(self) -> Intruder:
         """The track as an intruder at its time, world frame."""
         return Intruder(
@@ -145,7 +153,7 @@ class Track:
             self.mean[3:],
             self.spread_rad,
             self.radius_m,
-            name=self.address or f"track {self.identity}",
+            name=self._name,
             time_s=self.time_s,
             position_std_m=self.position_std_m,
             velocity_std_mps=self.velocity_std_mps,
