@@ -46,6 +46,23 @@ def over_reach(mission: Mission, automaton: MovementAutomaton) -> str | None:
     )
 
 
+def over_span(mission: Mission, planner: Planner) -> str | None:
+    """Which goals lie where obstacles are not declared to be columns; None where none does."""
+    span_m, body_m = planner.settings.obstacles_span_m, planner.settings.body_radius_m
+    if span_m is None:
+        return None
+    heights_m = mission.goals_m[:, 2]
+    outside = (heights_m < span_m[0] + body_m) | (heights_m > span_m[1] - body_m)
+    if not outside.any():
+        return None
+    number = int(np.argmax(outside))
+    return (
+        f"safety.obstacles_span_m: goal {number + 1} at {heights_m[number]:g} m is not between "
+        f"{span_m[0]:g} and {span_m[1]:g} m with the body of {body_m:g} m; a sensor of one level "
+        "plane does not show what is free there, so the goal may never be reached"
+    )
+
+
 def over_wide_margin(planner: Planner, flown: str) -> str:
     """What a margin that is wide for the vehicle's turns may lose; empty where nothing is known.
 

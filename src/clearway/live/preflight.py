@@ -41,6 +41,14 @@ WIDER_START, START_STEPS = 3.0, 32
 """In movements, how far about the start is declared free at most where less would leave a vehicle
 that can stop where it is for ever; and in how many steps that is tried."""
 UNSURE = "what nobody has seen counts as free: no guarantee"
+COLUMNS = (
+    "as declared by obstacles_span_m, whatever stands between {:g} and {:g} m reaches through all "
+    "heights between them"
+)
+LEVEL = (
+    "the sensor shows one level plane; where whatever stands reaches through all heights flown at, "
+    "set safety.obstacles_span_m = [lowest, highest]"
+)
 FARTHER = "sensors see the body's whole way only from farther on"
 
 
@@ -95,13 +103,25 @@ def escape_plan(
 ) -> EscapePlan:
     """What the sensors, the vehicle, the margin and the map allow of what was asked for.
 
-    start: tells how far off own states are declared to be.
+    start: tells how far off own states are declared to be, and how high the trial is flown.
     """
-    plan = _escape_plan_of(planner, sensors, obstacle_map)
+    span_m = planner.settings.obstacles_span_m
+    tried = planner if span_m is None or start is None else _lowered(planner, span_m, start)
+    plan = _escape_plan_of(tried, sensors, obstacle_map)
+    if span_m is not None and plan.flown in (Escape.STRICT, Escape.MAPPED):
+        plan = replace(plan, why=f"{plan.why}; {COLUMNS.format(*span_m)}")
     doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
     if start is not None and plan.flown == Escape.STRICT:
         doubts += over_unsure(planner, start)
     return replace(plan, why=plan.why + doubts) if doubts else plan
+
+
+def _lowered(planner: Planner, span_m: tuple[float, float], start: State) -> Planner:
+    """The planner for a trial at height 0 in place of the start's."""
+    start_m = float(start.position_m[2])
+    low_m, high_m = (float(height) - start_m for height in span_m)
+    settings = replace(planner.settings, obstacles_span_m=(low_m, high_m))
+    return replace(planner, settings=settings)
 
 
 def _escape_plan_of(
@@ -348,6 +368,11 @@ def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySens
         f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see{blown}"
         "; unseen space counts as free, so there is no guarantee"
     )
+    span_m = planner.settings.obstacles_span_m
+    if span_m is None and lidars and all(np.ptp(one.pattern.elevation_rad) == 0 for one in lidars):
+        return f"{lacks}; {LEVEL}"
+    if span_m is not None and not span_m[0] + body <= 0.0 <= span_m[1] - body:
+        return f"{lacks}; the start does not lie within obstacles_span_m by the body's radius"
     first = bisect_left(
         WIDER,
         True,

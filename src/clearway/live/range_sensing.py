@@ -69,6 +69,7 @@ def free_space_for(
         start_free_m,
         reach_m=SEEN_REACH * max(planner.grid.range_m, planner.escape_reach_m),
         complete_m=complete_m if settings.escape == Escape.MAPPED else None,
+        span_m=settings.obstacles_span_m,
     )
 
 

@@ -213,7 +213,9 @@ class AvoidanceSystem:
     def _kind(self) -> Hashable:
         """What its decisions run, as far as that differs."""
         sensors = tuple(type(sensor) for sensor in self._lidars)
-        return sensors, self.escape.flown, self.planner.settings.rating, bool(self.obstacle_map)
+        settings, mapped = self.planner.settings, bool(self.obstacle_map)
+        spans = settings.obstacles_span_m is not None
+        return sensors, self.escape.flown, settings.rating, mapped, spans
 
     def _on_trial(self) -> AvoidanceSystem:
         """Another that decides as this one does, with something near."""

@@ -3,8 +3,9 @@
 The message has up to 72 sectors, each with the least distance in it. The sensor that decisions know
 has beams all round, a few to a sector: each takes the distance of the sector that it lies in, so
 what is somewhere in a sector counts as everywhere across it. Sectors lie in the level plane, as
-autopilots use them; `fan_rad` says how far up and down they stand for. A sector that is unknown is
-no free space: its beams are told as ended within the blind range.
+autopilots use them; `fan_rad` says how far up and down they stand for, which a tilt of the vehicle
+lessens. A sector that is unknown is no free space: its beams are told as ended within the blind
+range.
 """
 
 from __future__ import annotations
@@ -33,7 +34,10 @@ BLIND_M, ENDED_M, TOUCHING_M = 0.0075, 0.005, 0.01
 LEAST_STEP_DEG = 0.1
 """No sensor has finer sectors."""
 LEVEL_RAD = math.radians(3.0)
-"""A level sector says nothing of beams that point farther off the level than this."""
+"""A level sector says nothing of beams that point farther off the level than this; a sensor may be
+mounted off the level, or its plane tilt between two attitudes, by as much."""
+MOST_TILT_RAD = 1.5
+"""A vehicle that tilts more shows nothing to be free."""
 
 OTHER_FRAME = "distances: of another frame"
 NO_SECTORS = "distances: no sector is known"
@@ -66,6 +70,8 @@ class Sectors:
     from_north: bool
     reach_m: float
     """The sensor's range."""
+    blind_m: float = 0.0
+    """How near the sensor measures nothing."""
 
     @classmethod
     def of(cls, message: Message, counts: Counter[str]) -> Sectors | None:
@@ -91,6 +97,7 @@ class Sectors:
             math.radians(offset),
             message.frame == NORTH_ALIGNED,
             0.01 * reach,
+            0.01 * message.min_distance,
         )
 
     def towards(self, clockwise_rad: FloatArray) -> FloatArray:
@@ -102,30 +109,49 @@ class Sectors:
         there = index < len(self.distance_m)
         return np.where(there, self.distance_m[np.where(there, index, 0)], np.nan)
 
+    def about(self, clockwise_rad: FloatArray, aside_rad: float) -> FloatArray:
+        """[n] the least distance up to so far beside directions; NaN where any is unknown."""
+        steps = math.ceil(aside_rad / abs(self.increment_rad) - 1e-9)
+        aside = np.linspace(-aside_rad, aside_rad, 2 * steps + 1)
+        return np.minimum.reduce([self.towards(clockwise_rad + each) for each in aside])
+
 
 def scan_of(
-    sectors: Sectors, lidar: Lidar, state: State, heading_rad: float, counts: Counter[str]
+    sectors: Sectors,
+    lidar: Lidar,
+    state: State,
+    heading_rad: float,
+    counts: Counter[str],
+    tilt_rad: float = 0.0,
 ) -> Scan:
     """What the beams of `lidar` saw, for a vehicle in a state with its nose at a heading.
 
     state: attitude of the flight path, which is what the beams are fixed to; heading_rad: yaw of
-    the nose. Beams that saw nothing end within the blind range.
+    the nose; tilt_rad: how far the body may have been off the level. Beams that saw nothing end
+    within the blind range.
     """
     pattern = lidar.pattern
     level = pattern.directions @ state.world_from_body.T
     azimuth = np.arctan2(level[:, 1], level[:, 0])
     ahead = 0.5 * math.pi if sectors.from_north else heading_rad
-    distance = sectors.towards(np.asarray(wrap_angle(ahead - azimuth)))
     fan = float(np.abs(pattern.elevation_rad).max())
-    steep = np.abs(np.arcsin(np.clip(level[:, 2], -1.0, 1.0))) > fan + LEVEL_RAD
-    distance = np.where(steep, np.nan, distance)
+    distance = sectors.about(np.asarray(wrap_angle(ahead - azimuth)), _aside(tilt_rad, fan))
+    steep = np.abs(np.arcsin(np.clip(level[:, 2], -1.0, 1.0)))
+    distance = np.where(steep > max(fan - tilt_rad, LEVEL_RAD) + 1e-9, np.nan, distance)
     if sectors.reach_m < pattern.max_range_m - 0.01:
         counts[SHORT] += 1
         distance = np.where(np.isinf(distance), np.nan, distance)
     ended = np.where(np.isnan(distance), ENDED_M, distance)
     back = np.isfinite(ended)
     points = np.ascontiguousarray(ended[back, None] * pattern.directions[back])
-    return Scan(points, state.time_s, lidar.name)
+    unsure = min(max(tilt_rad + LEVEL_RAD - fan, 0.0), MOST_TILT_RAD)
+    return Scan(points, state.time_s, lidar.name, tilt_rad=unsure, blind_m=sectors.blind_m)
+
+
+def _aside(tilt_rad: float, fan_rad: float) -> float:
+    """How far a direction may lie beside where it does in the tilted body, seen from above."""
+    tilt = min(tilt_rad, MOST_TILT_RAD)
+    return math.tan(0.5 * tilt) ** 2 + math.sin(tilt) * math.tan(max(fan_rad - tilt, 0.0))
 
 
 def nothing_known(reach_m: float) -> Sectors:

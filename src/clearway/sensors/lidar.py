@@ -117,6 +117,10 @@ class Scan:
     time_s: float = 0.0
     sensor: str = ""
     """Name of the LiDAR."""
+    tilt_rad: float = 0.0
+    """By how much its beams may point higher or lower than the pattern says."""
+    blind_m: float | None = None
+    """How near it was blind, where not as the pattern says."""
 
     def __repr__(self) -> str:
         whose = [f"by {in_brief(self.sensor)}"] if self.sensor else []
@@ -132,6 +136,14 @@ class Scan:
         late = time_problem("time_s", self.time_s)
         if late:
             raise ClearwayError(f"scan {self.sensor}: {late}")
+        if not 0.0 <= self.tilt_rad < 0.5 * np.pi:
+            raise ClearwayError(
+                f"scan {self.sensor}: tilt_rad must be from 0 to below pi / 2, got {self.tilt_rad}"
+            )
+        if self.blind_m is not None and not 0.0 <= self.blind_m < np.inf:
+            raise ClearwayError(
+                f"scan {self.sensor}: blind_m must be a number >= 0, got {self.blind_m}"
+            )
         try:
             # What is masked is no place: NaN points are counted and skipped.
             given = self.points_m

@@ -100,7 +100,7 @@ class Guardian:
             problems.append("acceleration_mps2: must be above 0")
         if problems:
             raise InputError("guardian", problems)
-        self.escape = escape_plan(planner, lidars).unseen_is_free()
+        self.escape = escape_plan(planner, lidars, start=start).unseen_is_free()
         """Which ways out are kept in hand, and why."""
         self._nearness = NearnessToWish()
         self.planner = planner_towards(self.escape.flown_by(planner), self._nearness)
