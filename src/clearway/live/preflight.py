@@ -23,7 +23,7 @@ from clearway.avoidance.way_out_terms import in_wind_s
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.doubts import over_drop_outs, over_unsure, over_wide_margin
+from clearway.live.doubts import are_level, over_drop_outs, over_unsure, over_wide_margin
 from clearway.live.range_sensing import free_space_for, voxel_m
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes import EscapeLibrary
@@ -369,7 +369,7 @@ def _what_lacks(planner: Planner, library: EscapeLibrary, sensors: tuple[AnySens
         "; unseen space counts as free, so there is no guarantee"
     )
     span_m = planner.settings.obstacles_span_m
-    if span_m is None and lidars and all(np.ptp(one.pattern.elevation_rad) == 0 for one in lidars):
+    if span_m is None and are_level(sensors):
         return f"{lacks}; {LEVEL}"
     if span_m is not None and not span_m[0] + body <= 0.0 <= span_m[1] - body:
         return f"{lacks}; the start does not lie within obstacles_span_m by the body's radius"

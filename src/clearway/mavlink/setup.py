@@ -64,10 +64,10 @@ def set_up(
     warn(options, key, notice)
     try:
         setup = prepare(file, notice)
-        for note in (*setup.notes, *setup.doubts):
-            notice(note)
         sensor = sensor_of(file, setup, math.radians(options.fan_deg))
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
+        for note in (*setup.notes, *setup.doubts):
+            notice(note)
         setup.refuse_coarse_beams()
         system = setup.system()
         notice(str(system.escape))

@@ -160,6 +160,8 @@ class Surroundings:
 
     def _tell(self, told_s: float | None, sectors: Sectors, wall_s: float) -> None:
         lidar, counts = self.sensor, self.counts
+        if sectors.blind_m <= self.session.planner.settings.body_radius_m:
+            sectors = replace(sectors, blind_m=0.0)  # Where the vehicle is, nothing stands.
         self._last = None if told_s is None else (told_s, sectors)
 
         def scan_at(state: State, heading_rad: float) -> Scan:

@@ -208,10 +208,10 @@ class SafetySection(Section):
     default: the length of a movement, or for a vehicle that can stop as far as it takes to where
     sensors see the whole body's way, three movements at most, which is said."""
     obstacles_span_m: Annotated[tuple[Coordinate, Coordinate], Field(strict=False)] | None = None
-    """Lowest and highest height, world frame as the waypoints: declares that whatever stands between
-    them reaches through all heights between them, as pillars, walls and trunks do. A sensor of one
-    level plane then shows what is free at all these heights, and escapes lead through it. Default:
-    nothing is declared."""
+    """Lowest and highest height, in the frame of the waypoints. It declares that whatever stands
+    between them reaches through all heights between them, as pillars, walls and trunks do. A sensor
+    of one level plane then shows what is free at all these heights. Default: nothing is
+    declared."""
     ground_height_m: float | None = None
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5
@@ -219,9 +219,10 @@ class SafetySection(Section):
 
     @model_validator(mode="after")
     def _span_is_one(self) -> Self:
-        if self.obstacles_span_m is not None:
-            if problem := span_problem("obstacles_span_m", self.obstacles_span_m):
-                raise ValueError(problem)
+        span_m = self.obstacles_span_m
+        problem = None if span_m is None else span_problem("obstacles_span_m", span_m)
+        if problem is not None:
+            raise ValueError(problem)
         return self
 
 

@@ -56,8 +56,9 @@ class FreeSpace:
     declares free, since nobody can look at where the vehicle stands. reach_m: farther away nothing
     is marked. complete_m [2, 3]: lowest and highest corner of the box in which a map shows all that
     stands: there nothing needs to be seen. span_m: lowest and highest height between which whatever
-    stands reaches through all heights; None where nothing is declared. Raises ClearwayError for a voxel that is no positive
-    number.
+    stands reaches through all heights; None where nothing is declared.
+
+    Raises ClearwayError for a voxel that is no positive number.
     """
 
     def __init__(
