@@ -109,6 +109,7 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
         "reached": system.progress.done(system.mission),
         "waypoints_reached": system.progress.waypoints_reached(system.mission),
         "state": str(link.session.state),
+        **system.escape.to_json(),
         "decisions": decision,
         "ticks": report.ticks,
         "late": report.late,
@@ -132,6 +133,7 @@ def _in_words(result: dict[str, Any], link: Ros2Link) -> str:
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
         f"reached    {'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} "
         f"waypoints; the link at the end: {result['state']}",
+        f"escape     {result['escape_mode']}: {result['escape_why']}",
         f"decisions  {result['decisions']}, {result['ticks']} ticks, {result['late']} late",
     ]
     lines += [

@@ -88,6 +88,14 @@ class EscapePlan:
         """For who never insists: what nobody has seen counts as free from the start."""
         return replace(self, insists=False, why=UNSURE) if self.insists else self
 
+    def to_json(self) -> dict[str, str]:
+        """Under the names that summaries have for it."""
+        return {
+            "escape_mode": self.flown,
+            "escape_asked": self.asked,
+            "escape_why": self.why,
+        }
+
     def __str__(self) -> str:
         flown = f'"{self.flown}"'
         if self.asked != self.flown:
