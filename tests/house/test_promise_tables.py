@@ -36,7 +36,9 @@ def rows(page: str, name: str) -> list[list[str]]:
 
 def over_mavlink(folder: Path, change: Callable[[str], str], fan_deg: float = 0.0) -> EscapePlan:
     path = folder / "mavlink.toml"
-    path.write_text(change((REPOSITORY / "examples/missions/mavlink.toml").read_text(encoding="utf-8")))
+    path.write_text(
+        change((REPOSITORY / "examples/missions/mavlink.toml").read_text(encoding="utf-8"))
+    )
     file = read_mission_file(str(path))
     setup = prepare(file)
     sensor = sensor_of(file, setup, math.radians(fan_deg))
@@ -69,7 +71,7 @@ def without_lidar(text: str) -> str:
 @pytest.mark.parametrize(("number", "flown"), [
     (0, lambda at: over_mavlink(at, str)),
     (1, lambda at: over_mavlink(at, lambda text: spanning(text, "[0, 10]"))),
-    (2, lambda at: over_mavlink(at, str, 15.0)),
+    (2, lambda at: over_mavlink(at, str, 30.0)),
     (3, lambda at: over_mavlink(at, lambda text: BLIND + text)),
     (4, lambda at: over_mavlink(at, lambda text: BLIND + text.replace("[safety]", MAPPED))),
 ])  # fmt: skip

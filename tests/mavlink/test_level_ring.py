@@ -88,7 +88,7 @@ def test_past_posts_every_decision_keeps_an_escape_tilted_or_not(
 
 def test_with_an_opening_it_leaves_wherever_it_is_handed_over() -> None:
     """The mission's start is elsewhere; nobody has looked at what is above and below."""
-    flown = flight(0, Habits(acceleration_mps2=3.0), fan_deg=30.0, posts=0,
+    flown = flight(0, Habits(acceleration_mps2=3.0, tilt_deg=12.0), fan_deg=45.0, posts=0,
                    begins_m=(37.3, -12.9, 11.2))  # fmt: skip
     assert flown.session.core.system.escape.flown == "strict"
     flown.run(12.0)
@@ -102,7 +102,7 @@ def test_with_an_opening_it_leaves_wherever_it_is_handed_over() -> None:
 @given(
     about=st.floats(-3.1, 3.1), tilt=st.floats(0.0, 0.5), heading=st.floats(-3.1, 3.1),
     course=st.floats(-3.1, 3.1), bearing=st.floats(-3.1, 3.1), away_m=st.floats(1.5, 9.0),
-    radius_m=st.floats(0.3, 1.0), fan_deg=st.sampled_from([0.0, 15.0]),
+    radius_m=st.floats(0.3, 1.0), fan_deg=st.sampled_from([0.0, 30.0]),
 )  # fmt: skip
 def test_no_column_stands_in_what_a_tilted_ring_shows(
     about: float, tilt: float, heading: float, course: float, bearing: float, away_m: float,
@@ -147,18 +147,19 @@ def test_no_column_stands_in_what_a_tilted_ring_shows(
 
 
 def test_an_opening_shows_less_the_more_the_vehicle_tilts() -> None:
-    lidar, state = sector_lidar(10.0, math.radians(15.0)), State(np.zeros(3))
+    lidar, state = sector_lidar(10.0, math.radians(30.0)), State(np.zeros(3))
     sectors = Sectors.of(distances(1.0, {}), Counter())
     assert sectors is not None
     heights_m = []
-    for tilt_deg in (0.0, 5.0, 10.0, 15.0):
+    for tilt_deg in (0.0, 15.0, 20.0, 25.0, 30.0):
         scan = scan_of(sectors, lidar, state, 0.0, Counter(), math.radians(tilt_deg))
         free = FreeSpace(0.25, state.position_m, reach_m=10.0)
         free.take(LidarSensor(lidar), replace(scan, blind_m=0.0), state)
         seen, up_m = free.seen, np.arange(0.125, 3.0, 0.25)
         heights_m.append(sum(is_place_free(*seen[:2], 6.1, 0.1, z) for z in up_m) * 0.25)
     assert heights_m == sorted(heights_m, reverse=True)
-    assert heights_m[0] > 1.0
+    assert heights_m[0] == heights_m[1] > 1.0  # So much is taken from the opening for good.
+    assert heights_m[1] > heights_m[2] > heights_m[3]
     assert heights_m[-1] == 0.0
 
 
@@ -186,7 +187,8 @@ def test_nothing_is_cleared_through_what_the_sensor_does_not_measure() -> None:
 
 
 @pytest.mark.parametrize(("span_m", "fan_deg", "flown"), [
-    (None, 0.0, "known"), ([0.0, 20.0], 0.0, "strict"), (None, 15.0, "strict"),
+    (None, 0.0, "known"), ([0.0, 20.0], 0.0, "strict"), (None, 15.0, "known"),
+    (None, 30.0, "strict"),
 ])  # fmt: skip
 def test_what_level_distances_promise(
     span_m: list[float] | None, fan_deg: float, flown: str

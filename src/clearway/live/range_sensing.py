@@ -10,6 +10,8 @@ import numpy as np
 from clearway.avoidance.hazards import PointHazards, no_points
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.way_out import Escape
+from clearway.base.checks import vector_problem
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
@@ -157,7 +159,10 @@ class RangeSensing:
 
     def begin_at(self, place_m: FloatArray) -> None:
         """Count the ball about another place than the start as free, where the vehicle is handed
-        over elsewhere; never over a return."""
+        over elsewhere; never over a return. Raises ClearwayError for what is no place."""
+        problem = vector_problem("begin_at", place_m, 3)
+        if problem:
+            raise ClearwayError(problem)
         free = self.free_space
         if free is None:
             return

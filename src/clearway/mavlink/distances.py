@@ -3,7 +3,7 @@
 The message has up to 72 sectors, each with the least distance in it. The sensor that decisions know
 has beams all round, a few to a sector: each takes the distance of the sector that it lies in, so
 what is somewhere in a sector counts as everywhere across it. Sectors lie in the level plane, as
-autopilots use them; `fan_rad` says how far up and down they stand for, which a tilt of the vehicle
+autopilots use them; an opening says how far up and down they stand for, which a tilt of the vehicle
 lessens. A sector that is unknown is no free space: its beams are told as ended within the blind
 range.
 """
@@ -20,6 +20,7 @@ from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import State
 from clearway.mavlink.dialect import Message
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
+from clearway.sensors.lidar import MOST_TILT_RAD
 
 NAME = "obstacle-distance"
 UNKNOWN = 65_535
@@ -33,11 +34,12 @@ BLIND_M, ENDED_M, TOUCHING_M = 0.0075, 0.005, 0.01
 """Blind range; where beams end that saw nothing; a distance of 0 is an obstacle at the sensor."""
 LEAST_STEP_DEG = 0.1
 """No sensor has finer sectors."""
+FLOWN_TILT_RAD = math.radians(15.0)
+"""Taken from the opening for good: a copter tilts by so much where it gains 2.6 m/s in a second.
+What pre-flight tries is then what is seen in flight."""
 LEVEL_RAD = math.radians(3.0)
 """A level sector says nothing of beams that point farther off the level than this; a sensor may be
 mounted off the level, or its plane tilt between two attitudes, by as much."""
-MOST_TILT_RAD = 1.5
-"""A vehicle that tilts more shows nothing to be free."""
 
 OTHER_FRAME = "distances: of another frame"
 NO_SECTORS = "distances: no sector is known"
@@ -47,7 +49,11 @@ SHORT = "distances: sensor ends before the mission's range"
 def sector_lidar(
     max_range_m: float, fan_rad: float = 0.0, sigma_m: float = 0.0, airframe_radius_m: float = 0.0
 ) -> Lidar:
-    """The sensor behind OBSTACLE_DISTANCE: beams all round, level or in a fan."""
+    """The sensor behind OBSTACLE_DISTANCE: beams all round, level or in a fan.
+
+    fan_rad: how far up and down the sensor looks; its beams fan out by less (`FLOWN_TILT_RAD`).
+    """
+    fan_rad = max(fan_rad - FLOWN_TILT_RAD, 0.0)
     azimuths = np.arange(-math.pi + 0.5 * STEP_RAD, math.pi, STEP_RAD)
     half = math.ceil(fan_rad / LEAST_FAN_STEP_RAD - 1e-9)
     elevations = np.linspace(-fan_rad, fan_rad, 2 * half + 1)
@@ -113,7 +119,8 @@ class Sectors:
         """[n] the least distance up to so far beside directions; NaN where any is unknown."""
         steps = math.ceil(aside_rad / abs(self.increment_rad) - 1e-9)
         aside = np.linspace(-aside_rad, aside_rad, 2 * steps + 1)
-        return np.minimum.reduce([self.towards(clockwise_rad + each) for each in aside])
+        distances = [self.towards(clockwise_rad + each) for each in aside]
+        return np.asarray(np.minimum.reduce(distances))
 
 
 def scan_of(
@@ -135,23 +142,27 @@ def scan_of(
     azimuth = np.arctan2(level[:, 1], level[:, 0])
     ahead = 0.5 * math.pi if sectors.from_north else heading_rad
     fan = float(np.abs(pattern.elevation_rad).max())
-    distance = sectors.about(np.asarray(wrap_angle(ahead - azimuth)), _aside(tilt_rad, fan))
+    left = fan + FLOWN_TILT_RAD - tilt_rad if fan else -tilt_rad
+    up = max(min(fan, left), LEVEL_RAD)
+    distance = sectors.about(
+        np.asarray(wrap_angle(ahead - azimuth)), _aside(tilt_rad, up if fan else 0.0)
+    )
     steep = np.abs(np.arcsin(np.clip(level[:, 2], -1.0, 1.0)))
-    distance = np.where(steep > max(fan - tilt_rad, LEVEL_RAD) + 1e-9, np.nan, distance)
+    distance = np.where(steep > up + 1e-9, np.nan, distance)
     if sectors.reach_m < pattern.max_range_m - 0.01:
         counts[SHORT] += 1
         distance = np.where(np.isinf(distance), np.nan, distance)
     ended = np.where(np.isnan(distance), ENDED_M, distance)
     back = np.isfinite(ended)
     points = np.ascontiguousarray(ended[back, None] * pattern.directions[back])
-    unsure = min(max(tilt_rad + LEVEL_RAD - fan, 0.0), MOST_TILT_RAD)
+    unsure = min(max(LEVEL_RAD - left, 0.0), MOST_TILT_RAD)
     return Scan(points, state.time_s, lidar.name, tilt_rad=unsure, blind_m=sectors.blind_m)
 
 
-def _aside(tilt_rad: float, fan_rad: float) -> float:
-    """How far a direction may lie beside where it does in the tilted body, seen from above."""
+def _aside(tilt_rad: float, up_rad: float) -> float:
+    """How far a direction, so far up or down, may lie beside where it does in the tilted body."""
     tilt = min(tilt_rad, MOST_TILT_RAD)
-    return math.tan(0.5 * tilt) ** 2 + math.sin(tilt) * math.tan(max(fan_rad - tilt, 0.0))
+    return math.tan(0.5 * tilt) ** 2 + math.sin(tilt) * math.tan(up_rad)
 
 
 def nothing_known(reach_m: float) -> Sectors:

@@ -145,7 +145,7 @@ class FreeSpace:
     def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
         (raster, field), sensor = self._looks_of(lidar), sensor_at(lidar, state, 0.0)
         if scan.blind_m is not None:
-            sensor = sensor._replace(min_range=float(scan.blind_m))
+            sensor = sensor._replace(min_range=scan.blind_m)
         nearest = nearest_returns(scan.points_m, raster)
         if sensor.min_range > 0.0:
             free, window = self._for_blind(sensor)
@@ -157,7 +157,7 @@ class FreeSpace:
             mark(*known, reach_m, short_m)
         if self._span_m is not None:
             heights = self._span_m + np.array([tolerance_m, -tolerance_m])
-            mark_columns(*known, reach_m, short_m, heights, float(scan.tilt_rad))
+            mark_columns(*known, reach_m, short_m, heights, scan.tilt_rad)
 
     def _for_blind(self, sensor: Sensor) -> SeenSpace:
         """What a blind sensor knew before: as it is now, and the ball about the start as it was
