@@ -147,7 +147,7 @@ def notice_escape(escape: EscapePlan, sensor: Lidar | None, notice: Notice) -> N
     """Say which escape mode flies, and what to type where level distances promise nothing."""
     notice(str(escape))
     if sensor is not None and escape.flown == Escape.KNOWN and are_level((sensor,)):
-        notice("--fan-deg: states how far up and down the sensor looks, where it does")
+        notice("where each sector tells the nearest of a vertical opening, state it: --fan-deg 30")
 
 
 def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
