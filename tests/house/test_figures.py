@@ -47,7 +47,10 @@ NO_MEASUREMENT = {
     },
     "guardian.md": {"10 ms": "within which commands are taken as one"},
     "limits.md": {"69 %": "of any ten of ten"},
-    "mavlink.md": {"0.3 %": "by which scales of autopilots differ"},
+    "mavlink.md": {
+        "0.3 %": "by which scales of autopilots differ",
+        "20 ms": "after which the link is read again, a setting",
+    },
     "peers.md": {"1.05 times": "a setting of ORCA"},
     "plants.md": {"999 of 1,000": "what the tube holds", "99 %": "what the tube holds"},
     "risk.md": {
@@ -61,6 +64,7 @@ NO_MEASUREMENT = {
         "97 to 100 %": "of simulated studies: tests/base/test_intervals.py",
     },
     "own-drone.md": {"80 %": "a recommendation"},
+    "volumes.md": {"75 %": "share of the margin of a volume, a definition"},
 }
 """What reads like a measurement and is none: definitions, settings, targets; by page."""
 

@@ -93,7 +93,7 @@ def test_a_level_sensor_sees_nothing_along_a_steep_path_and_a_fan_does() -> None
     points, ended = returns(scan_of(told, SENSOR, climbing, 0.0, Counter()))
     assert len(points) == 0
     assert ended > 200
-    wide = sector_lidar(10.0, math.radians(15.0))
+    wide = sector_lidar(10.0, math.radians(30.0))
     points, _ = returns(scan_of(told, wide, climbing, 0.0, Counter()))
     world = points @ climbing.world_from_body.T
     assert len(points) > 20

@@ -62,10 +62,11 @@ class SimulatedFlight:
         *,
         act: bool = True,
         rate_hz: float = 10.0,
+        fan_deg: float = 0.0,
         **terms: Any,
     ) -> None:
         self.counts: Counter[str] = Counter()
-        sensor = sensor_of(file, setup, 0.0)
+        sensor = sensor_of(file, setup, np.radians(fan_deg))
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
         self.wire, self.period_s = Wire(), 1.0 / rate_hz
         floor = FloorRule(

@@ -28,6 +28,7 @@ from clearway.base.checks import (
     above_zero_problem,
     found,
     number_problem,
+    span_problem,
     take_floats,
     vector_problem,
 )
@@ -119,6 +120,10 @@ class AvoidanceSettings(EvidenceSettings):
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
     where the vehicle stands; None for the length of a movement, or as far as a vehicle that can
     stop needs to leave any start, by `live.straight_trial`."""
+    obstacles_span_m: tuple[float, float] | None = None
+    """Lowest and highest height, world frame, between which whatever stands reaches through all
+    heights: seen to be free at one of them, a place counts as free at all. None where nothing is
+    declared."""
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """What is known of the wind before take-off, world frame; own states tell it from then on."""
     prices: Prices = field(default_factory=Prices)
@@ -147,6 +152,8 @@ class AvoidanceSettings(EvidenceSettings):
             problems.append(f'body_radius_m: must be above 0 where escape is "{self.escape}"')
         if self.start_free_m is not None:
             problems.append(number_problem("start_free_m", self.start_free_m))
+        if self.obstacles_span_m is not None:
+            problems.append(span_problem("obstacles_span_m", self.obstacles_span_m))
         if self.smallest_object_m is not None:
             problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
         if found := [problem for problem in problems if problem]:

@@ -74,6 +74,14 @@ def vector_problem(name: str, values: Any, length: int, largest: float = LARGEST
     return f"{name}: {finite}, got {_shown(values)}"
 
 
+def span_problem(name: str, values: Any) -> str | None:
+    """What keeps values from being two heights, the lower one first."""
+    problem = vector_problem(name, values, 2)
+    if problem is None and not values[0] < values[1]:
+        problem = f"{name}: the lower height comes first, got {_shown(values)}"
+    return problem
+
+
 def array_problem(
     name: str,
     values: npt.NDArray[Any],

@@ -139,13 +139,14 @@ def _check(
         loop.run(lambda elapsed_s, _outcome: elapsed_s >= lasts, lambda _outcome: None)
         found = problems(link, time.monotonic())
         heard = link.inbox.heard(time.monotonic())
+    escape = link.session.core.system.escape
     if as_json:
-        print_json(sourced({"messages": heard, "missing": found}))
+        print_json(sourced({"messages": heard, "missing": found, **escape.to_json()}))
     else:
         told = [
             f"{one['messages']} {name} at {one['rate_hz']:.1f} Hz" for name, one in heard.items()
         ]
-        print("\n".join([f"received   {', '.join(told) or 'nothing'}", *found]))
+        print("\n".join([f"received   {', '.join(told) or 'nothing'}", str(escape), *found]))
         print("all is there" if not found else f"{len(found)} to be mended before --act")
     if found:
         leave(NOT_REACHED)
@@ -268,6 +269,7 @@ def _in_words(result: dict[str, Any]) -> str:
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
         f"reached    {'yes' if result['reached'] else 'NO'}, "
         f"{result['waypoints_reached']} waypoints; the link at the end: {result['state']}",
+        f"escape     {result['escape_mode']}: {result['escape_why']}",
         f"decisions  {result['decisions']}, emergencies {result['emergencies']}{times}",
         f"ticks      {result['ticks']} at {result['rate_hz']:g} Hz, {result['late']} late, "
         f"{result['skipped']} skipped, p99 {tick['p99']} ms, max {tick['max']} ms",

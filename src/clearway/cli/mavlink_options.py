@@ -30,7 +30,7 @@ Fan = Annotated[
     typer.Option(
         min=0.0,
         max=60.0,
-        help="Fan of distance messages: how far up and down they count; 0: level.",
+        help="How far up and down the sensor looks, of which 15 are left for tilt; 0: level.",
     ),
 ]
 Heartbeat = Annotated[

@@ -114,6 +114,7 @@ def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
         "reached": system.progress.done(system.mission),
         "waypoints_reached": system.progress.waypoints_reached(system.mission),
         "state": str(link.session.state),
+        **system.escape.to_json(),
         "decisions": decision,
         "ticks": report.ticks,
         "late": report.late,
@@ -143,6 +144,7 @@ def _in_words(result: dict[str, Any], link: Ros2Link) -> str:
     lines = [
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
         f"reached    {_reached(result)}; the link at the end: {result['state']}",
+        f"escape     {result['escape_mode']}: {result['escape_why']}",
         f"decisions  {result['decisions']}, {result['ticks']} ticks, {result['late']} late",
     ]
     lines += [

@@ -46,6 +46,47 @@ def over_reach(mission: Mission, automaton: MovementAutomaton) -> str | None:
     )
 
 
+def over_level(
+    mission: Mission, automaton: MovementAutomaton, sensors: Sequence[AnySensor]
+) -> str | None:
+    """Why goals at other heights may not be reached where sensors show one level plane; None where
+    they show more, or the vehicle goes by level distance."""
+    if automaton.stays_level or not are_level(sensors):
+        return None
+    heights_m = np.append(mission.goals_m[:, 2], mission.start.position_m[2])
+    if np.ptp(heights_m) <= mission.reach_radius_m:
+        return None
+    return (
+        f"sensors show one level plane, and goals lie {np.ptp(heights_m):.3g} m higher or lower "
+        "than others: ways up and down count as blocked, so they may never be reached; "
+        "vehicle.pitch_limit_deg = 0 flies at one height, and to above or below its goals"
+    )
+
+
+def are_level(sensors: Sequence[AnySensor]) -> bool:
+    """Whether there are sensors, and each shows one level plane alone."""
+    lidars = [one for one in sensors if isinstance(one, Lidar)]
+    level = all(not one.pattern.elevation_rad.any() for one in lidars)
+    return bool(lidars) and len(lidars) == len(sensors) and level
+
+
+def over_span(mission: Mission, planner: Planner) -> str | None:
+    """Which goals lie where obstacles are not declared to be columns; None where none does."""
+    span_m, body_m = planner.settings.obstacles_span_m, planner.settings.body_radius_m
+    if span_m is None:
+        return None
+    heights_m = mission.goals_m[:, 2]
+    outside = (heights_m < span_m[0] + body_m) | (heights_m > span_m[1] - body_m)
+    if not outside.any():
+        return None
+    number = int(np.argmax(outside))
+    return (
+        f"safety.obstacles_span_m: goal {number + 1} at {heights_m[number]:g} m is not between "
+        f"{span_m[0]:g} and {span_m[1]:g} m with the body of {body_m:g} m; a sensor of one level "
+        "plane does not show what is free there, so the goal may never be reached"
+    )
+
+
 def over_wide_margin(planner: Planner, flown: str) -> str:
     """What a margin that is wide for the vehicle's turns may lose; empty where nothing is known.
 

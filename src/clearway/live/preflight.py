@@ -21,7 +21,7 @@ from clearway.avoidance.way_out import Escape
 from clearway.avoidance.way_out_terms import in_wind_s
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.doubts import over_drop_outs, over_unsure, over_wide_margin
+from clearway.live.doubts import are_level, over_drop_outs, over_unsure, over_wide_margin
 from clearway.live.range_sensing import voxel_m
 from clearway.live.straight_trial import ORIGIN, settles, start_ball_m, with_start_ball
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -37,6 +37,14 @@ WIDER_START = 3.0
 where less would leave a vehicle that can stop where it is for ever."""
 UNSURE = "what nobody has seen counts as free: no guarantee"
 T = TypeVar("T")
+COLUMNS = (
+    "as declared by obstacles_span_m, whatever stands between {:g} and {:g} m reaches through all "
+    "heights between them"
+)
+LEVEL = (
+    "the sensor shows one level plane; where whatever stands reaches through all heights flown at, "
+    "set safety.obstacles_span_m = [lowest, highest]"
+)
 FARTHER = "sensors see the body's whole way only from farther on"
 
 
@@ -76,6 +84,14 @@ class EscapePlan:
         """For who never insists: what nobody has seen counts as free from the start."""
         return replace(self, insists=False, why=UNSURE) if self.insists else self
 
+    def to_json(self) -> dict[str, str]:
+        """Under the names that summaries have for it."""
+        return {
+            "escape_mode": self.flown,
+            "escape_asked": self.asked,
+            "escape_why": self.why,
+        }
+
     def __str__(self) -> str:
         flown = f'"{self.flown}"'
         if self.asked != self.flown:
@@ -94,7 +110,10 @@ def escape_plan(
     start: where the flight begins and heads, which is where it is tried, and how far off own states
     are declared to be; None for the origin, ahead.
     """
+    span_m = planner.settings.obstacles_span_m
     plan = _escape_plan_of(planner, sensors, obstacle_map, start or ORIGIN)
+    if span_m is not None and plan.flown in (Escape.STRICT, Escape.MAPPED):
+        plan = replace(plan, why=f"{plan.why}; {COLUMNS.format(*span_m)}")
     doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
     if start is not None and plan.flown == Escape.STRICT:
         doubts += over_unsure(planner, start)
@@ -144,9 +163,15 @@ def _content(planner: Planner, sensors: Sequence[AnySensor]) -> bytes | None:
 
 
 def _start_ball_of(
-    planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...]
+    planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...], start: State
 ) -> float:
-    """By `start_ball_m`, once for all starts."""
+    """By `start_ball_m`, once for all starts of a height; it is tried about the origin."""
+    span_m = planner.settings.obstacles_span_m
+    if span_m is not None:
+        start_m = float(start.position_m[2])
+        lowered_m = (span_m[0] - start_m, span_m[1] - start_m)
+        settings = replace(planner.settings, obstacles_span_m=lowered_m)
+        planner = replace(planner, settings=settings)
     key = _content(planner, sensors)
     return _kept(_start_balls_m, key, lambda: start_ball_m(planner, library, sensors))
 
@@ -179,7 +204,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
     more, start_free_m = "", None
     if planner.automaton.can_stop:
         declared_m, step_m = planner.settings.start_free_m, planner.automaton.step_m
-        needed_m = _start_ball_of(planner, library, sensors)
+        needed_m = _start_ball_of(planner, library, sensors, start)
         would = "no ball about the start would do, a wider field of view may"
         if needed_m < np.inf:
             would = f"start_free_m = {needed_m:.3g} would do"
@@ -224,7 +249,7 @@ def _past_blind(
         return None
     wider, library = with_start_ball(planner, needed_m), planner.escapes
     if planner.automaton.can_stop and library is not None:
-        needed_m = _start_ball_of(wider, library, sensors)
+        needed_m = _start_ball_of(wider, library, sensors, start)
         wider = with_start_ball(planner, needed_m)
     plan = _escape_plan(wider, sensors, start)
     if plan.flown != Escape.STRICT or needed_m > most_m:
@@ -292,6 +317,11 @@ def _what_lacks(
         f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see{blown}"
         "; unseen space counts as free, so there is no guarantee"
     )
+    span_m = planner.settings.obstacles_span_m
+    if span_m is None and are_level(sensors):
+        return f"{lacks}; {LEVEL}"
+    if span_m is not None and not span_m[0] + body <= 0.0 <= span_m[1] - body:
+        return f"{lacks}; the start does not lie within obstacles_span_m by the body's radius"
     first = bisect_left(
         WIDER,
         True,

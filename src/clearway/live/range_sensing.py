@@ -10,6 +10,8 @@ import numpy as np
 from clearway.avoidance.hazards import PointHazards, no_points
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.way_out import Escape
+from clearway.base.checks import vector_problem
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
@@ -60,16 +62,19 @@ def free_space_for(
     """Nothing seen yet, a ball about the start that counts as free, and where the way out may go by
     the map, the box in which that is declared complete."""
     settings = planner.settings
-    start_free_m = settings.start_free_m
-    if start_free_m is None:
-        start_free_m = planner.automaton.step_m
     return FreeSpace(
         voxel_m(settings.safety_margin_m, planner.grid.range_m),
         start_m,
-        start_free_m,
+        _start_free_m(planner),
         reach_m=SEEN_REACH * max(planner.grid.range_m, planner.escape_reach_m),
         complete_m=complete_m if settings.escape == Escape.MAPPED else None,
+        span_m=settings.obstacles_span_m,
     )
+
+
+def _start_free_m(planner: Planner) -> float:
+    declared_m = planner.settings.start_free_m
+    return planner.automaton.step_m if declared_m is None else declared_m
 
 
 class RangeSensing:
@@ -151,6 +156,23 @@ class RangeSensing:
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
         return _left_out(self._memories[scan.sensor])
+
+    def begin_at(self, place_m: FloatArray) -> None:
+        """Count the ball about another place than the start as free, where the vehicle is handed
+        over elsewhere; never over a return. Raises ClearwayError for what is no place."""
+        problem = vector_problem("begin_at", place_m, 3)
+        if problem:
+            raise ClearwayError(problem)
+        free = self.free_space
+        if free is None:
+            return
+        middle_m, radius_m = free.start
+        within_m = radius_m - self._planner.settings.body_radius_m
+        if float(np.linalg.norm(place_m - middle_m)) <= within_m:
+            return
+        free.begin_at(place_m, _start_free_m(self._planner))
+        for _, memory in self._believed_memories():
+            free.withdraw_start(*memory.near(*free.start))
 
     def warm_up(self, scan: Scan, state: State) -> None:
         """Compile what only some readings ask for: those that others contradict, and those of a

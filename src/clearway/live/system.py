@@ -23,6 +23,7 @@ from clearway.avoidance.way_out import Escape
 from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
 from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alarms import AlarmFacts, AlarmWatch
@@ -216,7 +217,9 @@ class AvoidanceSystem:
     def _kind(self) -> Hashable:
         """What its decisions run, as far as that differs."""
         sensors = tuple(type(sensor) for sensor in self._lidars)
-        return sensors, self.escape.flown, self.planner.settings.rating, bool(self.obstacle_map)
+        settings, mapped = self.planner.settings, bool(self.obstacle_map)
+        spans = settings.obstacles_span_m is not None
+        return sensors, self.escape.flown, settings.rating, mapped, spans
 
     def _on_trial(self) -> AvoidanceSystem:
         """Another that decides as this one does, with something near."""
@@ -349,6 +352,13 @@ class AvoidanceSystem:
     def leave_plan(self) -> None:
         """Nobody flies the plan any more: the next question asks for a decision."""
         self._plan = Plan(self.planner.automaton, had_certain=self._plan.had_certain)
+
+    def begin_at(self, place_m: FloatArray) -> None:
+        """Take a place [3] for the start, where the vehicle is handed over elsewhere.
+
+        The ball about it counts as seen to be free, as far as nothing was seen to stand in it.
+        """
+        self._known.sensing.begin_at(place_m)
 
     def fly_to(self, place_m: npt.ArrayLike, now_s: float) -> None:
         """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due.

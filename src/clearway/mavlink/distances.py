@@ -3,8 +3,9 @@
 The message has up to 72 sectors, each with the least distance in it. The sensor that decisions know
 has beams all round, a few to a sector: each takes the distance of the sector that it lies in, so
 what is somewhere in a sector counts as everywhere across it. Sectors lie in the level plane, as
-autopilots use them; `fan_rad` says how far up and down they stand for. A sector that is unknown is
-no free space: its beams are told as ended within the blind range.
+autopilots use them; an opening says how far up and down they stand for, which a tilt of the vehicle
+lessens. A sector that is unknown is no free space: its beams are told as ended within the blind
+range.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import State
 from clearway.mavlink.dialect import Message
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
+from clearway.sensors.lidar import MOST_TILT_RAD
 
 NAME = "obstacle-distance"
 UNKNOWN = 65_535
@@ -32,8 +34,12 @@ BLIND_M, ENDED_M, TOUCHING_M = 0.0075, 0.005, 0.01
 """Blind range; where beams end that saw nothing; a distance of 0 is an obstacle at the sensor."""
 LEAST_STEP_DEG = 0.1
 """No sensor has finer sectors."""
+FLOWN_TILT_RAD = math.radians(15.0)
+"""Taken from the opening for good: a copter tilts by so much where it gains 2.6 m/s in a second.
+What pre-flight tries is then what is seen in flight."""
 LEVEL_RAD = math.radians(3.0)
-"""A level sector says nothing of beams that point farther off the level than this."""
+"""A level sector says nothing of beams that point farther off the level than this; a sensor may be
+mounted off the level, or its plane tilt between two attitudes, by as much."""
 
 OTHER_FRAME = "distances: of another frame"
 NO_SECTORS = "distances: no sector is known"
@@ -43,7 +49,11 @@ SHORT = "distances: sensor ends before the mission's range"
 def sector_lidar(
     max_range_m: float, fan_rad: float = 0.0, sigma_m: float = 0.0, airframe_radius_m: float = 0.0
 ) -> Lidar:
-    """The sensor behind OBSTACLE_DISTANCE: beams all round, level or in a fan."""
+    """The sensor behind OBSTACLE_DISTANCE: beams all round, level or in a fan.
+
+    fan_rad: how far up and down the sensor looks; its beams fan out by less (`FLOWN_TILT_RAD`).
+    """
+    fan_rad = max(fan_rad - FLOWN_TILT_RAD, 0.0)
     azimuths = np.arange(-math.pi + 0.5 * STEP_RAD, math.pi, STEP_RAD)
     half = math.ceil(fan_rad / LEAST_FAN_STEP_RAD - 1e-9)
     elevations = np.linspace(-fan_rad, fan_rad, 2 * half + 1)
@@ -66,6 +76,8 @@ class Sectors:
     from_north: bool
     reach_m: float
     """The sensor's range."""
+    blind_m: float = 0.0
+    """How near the sensor measures nothing."""
 
     @classmethod
     def of(cls, message: Message, counts: Counter[str]) -> Sectors | None:
@@ -91,6 +103,7 @@ class Sectors:
             math.radians(offset),
             message.frame == NORTH_ALIGNED,
             0.01 * reach,
+            0.01 * message.min_distance,
         )
 
     def towards(self, clockwise_rad: FloatArray) -> FloatArray:
@@ -102,30 +115,54 @@ class Sectors:
         there = index < len(self.distance_m)
         return np.where(there, self.distance_m[np.where(there, index, 0)], np.nan)
 
+    def about(self, clockwise_rad: FloatArray, aside_rad: float) -> FloatArray:
+        """[n] the least distance up to so far beside directions; NaN where any is unknown."""
+        steps = math.ceil(aside_rad / abs(self.increment_rad) - 1e-9)
+        aside = np.linspace(-aside_rad, aside_rad, 2 * steps + 1)
+        distances = [self.towards(clockwise_rad + each) for each in aside]
+        return np.asarray(np.minimum.reduce(distances))
+
 
 def scan_of(
-    sectors: Sectors, lidar: Lidar, state: State, heading_rad: float, counts: Counter[str]
+    sectors: Sectors,
+    lidar: Lidar,
+    state: State,
+    heading_rad: float,
+    counts: Counter[str],
+    tilt_rad: float = 0.0,
 ) -> Scan:
     """What the beams of `lidar` saw, for a vehicle in a state with its nose at a heading.
 
     state: attitude of the flight path, which is what the beams are fixed to; heading_rad: yaw of
-    the nose. Beams that saw nothing end within the blind range.
+    the nose; tilt_rad: how far the body may have been off the level. Beams that saw nothing end
+    within the blind range.
     """
     pattern = lidar.pattern
     level = pattern.directions @ state.world_from_body.T
     azimuth = np.arctan2(level[:, 1], level[:, 0])
     ahead = 0.5 * math.pi if sectors.from_north else heading_rad
-    distance = sectors.towards(np.asarray(wrap_angle(ahead - azimuth)))
     fan = float(np.abs(pattern.elevation_rad).max())
-    steep = np.abs(np.arcsin(np.clip(level[:, 2], -1.0, 1.0))) > fan + LEVEL_RAD
-    distance = np.where(steep, np.nan, distance)
+    left = fan + FLOWN_TILT_RAD - tilt_rad if fan else -tilt_rad
+    up = max(min(fan, left), LEVEL_RAD)
+    distance = sectors.about(
+        np.asarray(wrap_angle(ahead - azimuth)), _aside(tilt_rad, up if fan else 0.0)
+    )
+    steep = np.abs(np.arcsin(np.clip(level[:, 2], -1.0, 1.0)))
+    distance = np.where(steep > up + 1e-9, np.nan, distance)
     if sectors.reach_m < pattern.max_range_m - 0.01:
         counts[SHORT] += 1
         distance = np.where(np.isinf(distance), np.nan, distance)
     ended = np.where(np.isnan(distance), ENDED_M, distance)
     back = np.isfinite(ended)
     points = np.ascontiguousarray(ended[back, None] * pattern.directions[back])
-    return Scan(points, state.time_s, lidar.name)
+    unsure = min(max(LEVEL_RAD - left, 0.0), MOST_TILT_RAD)
+    return Scan(points, state.time_s, lidar.name, tilt_rad=unsure, blind_m=sectors.blind_m)
+
+
+def _aside(tilt_rad: float, up_rad: float) -> float:
+    """How far a direction, so far up or down, may lie beside where it does in the tilted body."""
+    tilt = min(tilt_rad, MOST_TILT_RAD)
+    return math.tan(0.5 * tilt) ** 2 + math.sin(tilt) * math.tan(up_rad)
 
 
 def nothing_known(reach_m: float) -> Sectors:

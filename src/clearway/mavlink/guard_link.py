@@ -17,7 +17,14 @@ from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink, open_link
 from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.outbox import Outbox, Packer
-from clearway.mavlink.setup import SessionOptions, clear, sensor_of, terms_of, warn
+from clearway.mavlink.setup import (
+    SessionOptions,
+    clear,
+    notice_escape,
+    sensor_of,
+    terms_of,
+    warn,
+)
 from clearway.mavlink.signing import SignatureCheck, read_key
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import Notice, prepare
@@ -102,7 +109,7 @@ def set_up_guard(
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
         setup.refuse_coarse_beams()
         guardian = setup.guardian(terms.hold_s, terms.acceleration_mps2)
-        notice(str(guardian.escape))
+        notice_escape(guardian.escape, sensor, notice)
         notice("warming up; the first run compiles, which takes a while")
         guardian.warm_up()
         over = terms_of(file, setup, options)

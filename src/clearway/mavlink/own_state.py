@@ -8,7 +8,7 @@ is tied to the other there, whatever was told of the local frame's origin.
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, deque
 
 import numpy as np
 
@@ -26,6 +26,8 @@ LARGEST_M = 1e6
 """No local frame is larger."""
 LOCAL_WAIT_S = 1.0
 """Global positions are used after local ones have been silent for so long."""
+TILTED_S = 1.0
+"""Scans are placed where the vehicle was up to half a second ago, between attitudes before that."""
 PAIR_S = 0.1
 """A local and a global position this close in time tell where the local frame's origin is."""
 DEGREES_E7 = 1e-7
@@ -53,6 +55,7 @@ class OwnPlace:
         self._pair: tuple[FloatArray, FloatArray] | None = None  # Geodetic, local.
         self._heading_rad: float | None = None
         self._heading_s = -math.inf
+        self._tilts: deque[tuple[float, float]] = deque()  # Times and tilts of the last while.
         self._local: tuple[float, FloatArray, FloatArray] | None = None
         self._home: FloatArray | None = None
         self._relative_ground_m: float | None = None  # Below the local frame's zero, up positive.
@@ -114,6 +117,10 @@ class OwnPlace:
         if time_s >= self._heading_s:
             self._heading_rad = float(attitude_enu_from_ned_frd(angles)[2])
             self._heading_s = time_s
+            upright = math.cos(message.roll) * math.cos(message.pitch)
+            self._tilts.append((time_s, math.acos(max(-1.0, min(1.0, upright)))))
+            while self._tilts[0][0] < time_s - TILTED_S:
+                self._tilts.popleft()
 
     def take_local(self, message: Message, time_s: float, oldest_s: float) -> OwnMotion | None:
         """LOCAL_POSITION_NED: metres, and metres a second."""
@@ -174,7 +181,8 @@ class OwnPlace:
         if heading is None:
             self._counts[NO_ATTITUDE] += 1
             return None
-        return OwnMotion(time_s, position_m, velocity, heading)
+        tilt = max((tilt for _, tilt in self._tilts), default=0.0)
+        return OwnMotion(time_s, position_m, velocity, heading, tilt_rad=tilt)
 
 
 def geodetic_of(latitude: int, longitude: int, height_mm: int) -> FloatArray | None:

@@ -10,15 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.way_out import Escape
 from clearway.base.errors import InputError
 from clearway.base.frames import enu_from_geodetic
 from clearway.live.detour import known_way
+from clearway.live.doubts import are_level
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.link_state import LinkLimits
 from clearway.live.link.loop import Loop
 from clearway.live.link.session import Session
+from clearway.live.preflight import EscapePlan
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink, open_link
@@ -64,13 +67,13 @@ def set_up(
     warn(options, key, notice)
     try:
         setup = prepare(file, notice)
-        for note in (*setup.notes, *setup.doubts):
-            notice(note)
         sensor = sensor_of(file, setup, math.radians(options.fan_deg))
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
+        for note in (*setup.notes, *setup.doubts):
+            notice(note)
         setup.refuse_coarse_beams()
         system = setup.system()
-        notice(str(system.escape))
+        notice_escape(system.escape, sensor, notice)
         notice("warming up; the first run compiles, which takes a while")
         system.warm_up()
         _warm_up_more(setup)
@@ -138,6 +141,13 @@ def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> 
         asks=options.act or options.ask,
         session=terms,
     )
+
+
+def notice_escape(escape: EscapePlan, sensor: Lidar | None, notice: Notice) -> None:
+    """Say which escape mode flies, and what to type where level distances promise nothing."""
+    notice(str(escape))
+    if sensor is not None and escape.flown == Escape.KNOWN and are_level((sensor,)):
+        notice("where each sector tells the nearest of a vertical opening, state it: --fan-deg 30")
 
 
 def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:

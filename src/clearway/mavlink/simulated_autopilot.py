@@ -206,11 +206,12 @@ class SimulatedAutopilot:
         messages += self._traffic.told(self.mission_s, self.time_s)
         if self.target is not None and not self.habits.deaf:
             messages.append(telemetry.target(self.target, boot_ms))
-        messages.append(telemetry.attitude(truth, boot_ms))
+        tilt = math.radians(self.habits.tilt_deg)
+        messages.append(telemetry.attitude(truth, boot_ms, tilt))
         if self.time_s < self.habits.sensor_dies_s:
             bodies = ObstacleMap(self._traffic.bodies(self.mission_s))
             world = CombinedWorld([self._setup.world, bodies])
-            far = telemetry.nearest(truth, world, self._range_m)
+            far = telemetry.nearest(truth, world, self._range_m, tilt)
             if self.habits.sectors:
                 messages += telemetry.eighths(far, boot_ms, self._range_m, self.shown)
             else:

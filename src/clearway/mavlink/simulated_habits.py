@@ -24,6 +24,8 @@ class Habits:
     """With which velocity a pilot flies it meanwhile; east, north, up."""
     deaf: bool = False
     """Takes no set-point, and says nothing of it, as one that asks for signatures."""
+    tilt_deg: float = 0.0
+    """Its nose is down by so much, and with it the plane in which distances are measured."""
     timeout_s: float = math.inf
     """A set-point is flown on for so long after it came; then it stops."""
     acceleration_mps2: float = math.inf

@@ -95,10 +95,10 @@ def target(told: Target, boot_ms: int) -> Message:
     )  # fmt: skip
 
 
-def attitude(truth: VehicleTruth, boot_ms: int) -> Message:
-    """ATTITUDE, level."""
-    heading = float(attitude_ned_frd_from_enu([0.0, 0.0, truth.yaw_rad])[2])
-    return dialect().MAVLink_attitude_message(boot_ms, 0.0, 0.0, heading, 0.0, 0.0, 0.0)
+def attitude(truth: VehicleTruth, boot_ms: int, tilt_rad: float = 0.0) -> Message:
+    """ATTITUDE, with the nose down by so much."""
+    angles = attitude_ned_frd_from_enu([0.0, tilt_rad, truth.yaw_rad]).tolist()
+    return dialect().MAVLink_attitude_message(boot_ms, *angles, 0.0, 0.0, 0.0)
 
 
 def position(truth: VehicleTruth, boot_ms: int) -> Message:
@@ -108,9 +108,9 @@ def position(truth: VehicleTruth, boot_ms: int) -> Message:
     return dialect().MAVLink_local_position_ned_message(boot_ms, *place, *velocity)
 
 
-def nearest(truth: VehicleTruth, world: World, range_m: float) -> FloatArray:
+def nearest(truth: VehicleTruth, world: World, range_m: float, tilt_rad: float = 0.0) -> FloatArray:
     """[SECTORS] the least distance of the rays in every sector; inf where there is nothing."""
-    turn = world_from_body([0.0, 0.0, truth.yaw_rad])
+    turn = world_from_body([0.0, tilt_rad, truth.yaw_rad])
     rays = np.ascontiguousarray(_sector_rays() @ turn.T)
     hit = world.cast(truth.position_m, rays, range_m).reshape(SECTORS, RAYS)
     return np.asarray(hit.min(axis=1))

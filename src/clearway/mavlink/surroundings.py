@@ -51,6 +51,7 @@ class _Sector:
     time_s: float
     distance_m: float
     reach_m: float
+    blind_m: float
     width_deg: float
     by_autopilot: bool
 
@@ -93,7 +94,8 @@ class Surroundings:
         wide = math.degrees(message.horizontal_fov)
         width = wide if 0.0 < wide < SECTOR_DEG else SECTOR_DEG
         far = distance >= reach
-        sector = _Sector(time_s, math.inf if far else distance, reach, width, by_autopilot)
+        blind = 0.01 * message.min_distance
+        sector = _Sector(time_s, math.inf if far else distance, reach, blind, width, by_autopilot)
         self._sectors[message.orientation] = sector
         self._sectors_s, self._news = wall_s, True
 
@@ -144,20 +146,27 @@ class Surroundings:
 
         def scan_at(state: State, heading_rad: float) -> Scan:
             assert lidar is not None
-            scan = scan_of(known, lidar, state, heading_rad, counts)
+            scan = scan_of(known, lidar, state, heading_rad, counts, self._tilt_rad)
             turned = world_from_body([0.0, 0.0, heading_rad])
             points = places @ turned.T @ state.world_from_body
             return replace(scan, points_m=np.concatenate([scan.points_m, points]))
 
         self.session.hear_scan(newest, scan_at, wall_s)
 
+    @property
+    def _tilt_rad(self) -> float:
+        """How far the vehicle was off the level lately."""
+        return 0.0 if self.session.motion is None else self.session.motion.tilt_rad
+
     def _tell(self, told_s: float | None, sectors: Sectors, wall_s: float) -> None:
         lidar, counts = self.sensor, self.counts
+        if sectors.blind_m <= self.session.planner.settings.body_radius_m:
+            sectors = replace(sectors, blind_m=0.0)  # Where the vehicle is, nothing stands.
         self._last = None if told_s is None else (told_s, sectors)
 
         def scan_at(state: State, heading_rad: float) -> Scan:
             assert lidar is not None
-            return scan_of(sectors, lidar, state, heading_rad, counts)
+            return scan_of(sectors, lidar, state, heading_rad, counts, self._tilt_rad)
 
         self.session.hear_scan(told_s, scan_at, wall_s)
 
@@ -174,4 +183,5 @@ def _joined(told: Mapping[int, _Sector]) -> Sectors:
         # On the border of two sectors the nearer one counts.
         distance[within] = np.fmin(distance[within], sector.distance_m)
         reach = min(reach, sector.reach_m)
-    return Sectors(distance, math.radians(FINE_DEG), 0.0, False, reach)
+    blind = max(sector.blind_m for sector in told.values())
+    return Sectors(distance, math.radians(FINE_DEG), 0.0, False, reach, blind)

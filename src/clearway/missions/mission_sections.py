@@ -7,10 +7,20 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from clearway.avoidance.fusion import RATINGS
+from clearway.base.checks import span_problem
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.automaton_file import read_automaton
-from clearway.missions.sections import Attitude, NotNegative, OnEarth, Place, Point, Positive, Share
+from clearway.missions.sections import (
+    Attitude,
+    Coordinate,
+    NotNegative,
+    OnEarth,
+    Place,
+    Point,
+    Positive,
+    Share,
+)
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.detection import RULES
@@ -198,10 +208,23 @@ class SafetySection(Section):
     """Radius of the ball about the start that counts as seen to be free, never over a return;
     default: the length of a movement, or for a vehicle that can stop as far as it takes to leave
     any start, three movements or margins at most, which is said."""
+    obstacles_span_m: Annotated[tuple[Coordinate, Coordinate], Field(strict=False)] | None = None
+    """Lowest and highest height, in the frame of the waypoints. It declares that whatever stands
+    between them reaches through all heights between them, as pillars, walls and trunks do. A sensor
+    of one level plane then shows what is free at all these heights. Default: nothing is
+    declared."""
     ground_height_m: float | None = None
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5
     """Full circles' worth of time without progress before a detour."""
+
+    @model_validator(mode="after")
+    def _span_is_one(self) -> Self:
+        span_m = self.obstacles_span_m
+        problem = None if span_m is None else span_problem("obstacles_span_m", span_m)
+        if problem is not None:
+            raise ValueError(problem)
+        return self
 
 
 class RatingSection(Section):

@@ -14,7 +14,7 @@ from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem, DataLimits
-from clearway.live.doubts import over_reach
+from clearway.live.doubts import over_level, over_reach, over_span
 from clearway.live.fineness import too_coarse, what_beams_hold
 from clearway.live.mission import Mission
 from clearway.live.preflight import EscapePlan, escape_plan
@@ -115,8 +115,12 @@ class FlightSetup:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What whoever flies to its waypoints has to be told, beside `notes` and `escape`."""
-        doubt = over_reach(self.mission, self.planner.automaton)
-        return () if doubt is None else (doubt,)
+        told = (
+            over_reach(self.mission, self.planner.automaton),
+            over_level(self.mission, self.planner.automaton, self.sensors),
+            over_span(self.mission, self.planner),
+        )
+        return tuple(doubt for doubt in told if doubt is not None)
 
     @property
     def kept_out(self) -> World | None:

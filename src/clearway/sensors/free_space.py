@@ -7,7 +7,8 @@ be free (the free spaces of section 3.5), so whatever is not marked here counts 
 A beam clears what it crosses up to one voxel before the nearest return around its direction, and a
 beam without return as far as the sensor would have seen the darkest target: one return that got
 lost among others clears nothing behind it, nor does one whose way through the sensor's blind range
-nobody has seen.
+nobody has seen. Where obstacles are declared to be columns, a beam clears what lies above and below
+it too.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from clearway.base.state import IntArray, State
 from clearway.sensors.beam_raster import BeamRaster, beam_raster, nearest_returns
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.blind_range import heard_of
+from clearway.sensors.column_marking import mark_columns
 from clearway.sensors.free_marking import (
     COLUMNS,
     ROLL_WITHIN,
@@ -53,8 +55,10 @@ class FreeSpace:
     voxel_m: width of a voxel. start_m [3], start_free_m: a ball of the world that the mission
     declares free, since nobody can look at where the vehicle stands. reach_m: farther away nothing
     is marked. complete_m [2, 3]: lowest and highest corner of the box in which a map shows all that
-    stands: there nothing needs to be seen. Raises ClearwayError for a voxel that is no positive
-    number.
+    stands: there nothing needs to be seen. span_m: lowest and highest height between which whatever
+    stands reaches through all heights; None where nothing is declared.
+
+    Raises ClearwayError for a voxel that is no positive number.
     """
 
     def __init__(
@@ -65,6 +69,7 @@ class FreeSpace:
         *,
         reach_m: float = np.inf,
         complete_m: FloatArray | None = None,
+        span_m: tuple[float, float] | None = None,
     ) -> None:
         if not 0.0 < voxel_m < np.inf:
             raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
@@ -76,6 +81,7 @@ class FreeSpace:
         self.reach_m = min(float(reach_m), WITHIN * COLUMNS * self._voxel_m)
         """How far from the vehicle anything is marked."""
         self._complete_m = NO_BOX if complete_m is None else complete_m
+        self._span_m = None if span_m is None else np.array(span_m, dtype=np.float64)
         self._low = self._lowest(self._start_m)
         self._looks: dict[str, tuple[BeamPattern, tuple[BeamRaster, BeamField]]] = {}
         self._seen: SeenSpace | None = None  # Until the window moves, or the ball is withdrawn.
@@ -105,6 +111,11 @@ class FreeSpace:
         """Middle [3] and radius of the ball that still counts as declared free."""
         return self._start_m, self._start_free_m
 
+    def begin_at(self, start_m: FloatArray, start_free_m: float) -> None:
+        """Declare a ball about another place free, in place of the one about the start."""
+        self._start_m, self._start_free_m = start_m, start_free_m
+        self._declared, self._seen = (start_m, start_free_m), None
+
     def forget(self) -> None:
         """All that was seen; after the own place has jumped, nobody knows where that lies."""
         self._free[:] = 0
@@ -133,21 +144,20 @@ class FreeSpace:
 
     def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
         (raster, field), sensor = self._looks_of(lidar), sensor_at(lidar, state, 0.0)
+        if scan.blind_m is not None:
+            sensor = sensor._replace(min_range=scan.blind_m)
         nearest = nearest_returns(scan.points_m, raster)
         if sensor.min_range > 0.0:
             free, window = self._for_blind(sensor)
             nearest = heard_of(nearest, raster, sensor, free, window)
-        mark(
-            self._free,
-            self._low,
-            self._voxel_m,
-            raster,
-            field,
-            nearest,
-            sensor,
-            min(self.reach_m, lidar.clears_to_m),
-            self._voxel_m + tolerance_m + 3.0 * lidar.sigma_m,
-        )
+        reach_m = min(self.reach_m, lidar.clears_to_m)
+        short_m = self._voxel_m + tolerance_m + 3.0 * lidar.sigma_m
+        known = (self._free, self._low, self._voxel_m, raster, field, nearest, sensor)
+        if not scan.tilt_rad:  # Else nobody knows how high its beams passed.
+            mark(*known, reach_m, short_m)
+        if self._span_m is not None:
+            heights = self._span_m + np.array([tolerance_m, -tolerance_m])
+            mark_columns(*known, reach_m, short_m, heights, scan.tilt_rad)
 
     def _for_blind(self, sensor: Sensor) -> SeenSpace:
         """What a blind sensor knew before: as it is now, and the ball about the start as it was

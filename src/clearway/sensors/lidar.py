@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
-from clearway.base.checks import kind_of, take_floats, time_problem
+from clearway.base.checks import kind_of, number_problem, take_floats, time_problem
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -16,6 +16,9 @@ from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.standing import FULL, Standing
+
+MOST_TILT_RAD = 1.5
+"""Beams that may point higher or lower by more show nothing to be free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +120,10 @@ class Scan:
     time_s: float = 0.0
     sensor: str = ""
     """Name of the LiDAR."""
+    tilt_rad: float = 0.0
+    """By how much its beams may point higher or lower than the pattern says."""
+    blind_m: float | None = None
+    """How near it was blind, where not as the pattern says."""
 
     def __repr__(self) -> str:
         whose = [f"by {in_brief(self.sensor)}"] if self.sensor else []
@@ -132,6 +139,11 @@ class Scan:
         late = time_problem("time_s", self.time_s)
         if late:
             raise ClearwayError(f"scan {self.sensor}: {late}")
+        wrong = number_problem("tilt_rad", self.tilt_rad, 0.0, MOST_TILT_RAD)
+        if self.blind_m is not None:
+            wrong = wrong or number_problem("blind_m", self.blind_m)
+        if wrong:
+            raise ClearwayError(f"scan {self.sensor}: {wrong}")
         try:
             # What is masked is no place: NaN points are counted and skipped.
             given = self.points_m
@@ -144,4 +156,4 @@ class Scan:
                 f"scan {self.sensor}: points must have shape [n, 3], got {list(points.shape)}"
             )
         object.__setattr__(self, "points_m", points)
-        object.__setattr__(self, "time_s", float(self.time_s))
+        take_floats(self, Scan)

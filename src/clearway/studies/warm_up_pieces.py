@@ -64,6 +64,9 @@ waypoints_m = [[60, 0, 0]]
 [[lidar]]
 min_range_m = 0.5
 
+[safety]
+obstacles_span_m = [-5, 5]
+
 [rules]
 floor_m = -2
 ceiling_m = 2

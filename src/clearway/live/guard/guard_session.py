@@ -97,6 +97,7 @@ class GuardSession(Hearing):
         """Hold the newest wish against all that is known, and say what is to be flown."""
         now, self._is_new = self.clock.now(wall_s), False
         self.guardian.floor_m = self.floor_m
+        self._note_hand_over()
         self._take_scans()
         if self._is_led != self._led or self._is_off_hand():
             self.guardian.let_go()

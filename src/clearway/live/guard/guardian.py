@@ -148,6 +148,10 @@ class Guardian:
         """Data left out, by reason."""
         return self._known.counts
 
+    def begin_at(self, place_m: FloatArray) -> None:
+        """As `AvoidanceSystem.begin_at`."""
+        self._known.sensing.begin_at(place_m)
+
     @property
     def floor_m(self) -> float:
         """Height of the world that nothing leads below."""

@@ -64,6 +64,7 @@ class Fed(Protocol):
     @floor_m.setter
     def floor_m(self, height_m: float) -> None: ...
 
+    def begin_at(self, place_m: FloatArray) -> None: ...
     def update(self, reading: Reading) -> None: ...
 
 
@@ -92,6 +93,7 @@ class Hearing(ABC):
         self._ground_m: float | None = None
         self._restarted = False
         self._following = SetPointsFollowed(sink.planner.speed_mps)
+        self._is_begun = False  # Whether the vehicle has been handed over, or is watched.
         self._led = False  # Whether the last tick would have had the vehicle follow.
         self._last: SetPoint | None = None  # The last one sent that moves.
         self._holds = 0
@@ -208,6 +210,13 @@ class Hearing(ABC):
         return self._following.flaw if self._is_led else None
 
     # --- for those who decide ---------------------------------------------------------------
+
+    def _note_hand_over(self) -> None:
+        """Begin where the vehicle is handed over, which need not be where the mission starts."""
+        begins = self._own is not None and (self._is_led or not self.terms.act)
+        if begins and not self._is_begun and self._own is not None:
+            self._sink.begin_at(self._own.position_m)
+        self._is_begun = begins
 
     def _take_scans(self) -> None:
         for scan in self._scans.placed():

@@ -35,6 +35,8 @@ class OwnMotion:
     attitude_std_rad: float = 0.0
     attitude_rad: FloatArray | None = None
     """[3] of the body, where the link tells it: decisions then start from it as it is."""
+    tilt_rad: float = 0.0
+    """The most that the body was off the level lately, where only that is told."""
 
     def direction(self, least_mps: float) -> tuple[float, float]:
         """Pitch (nose down positive) and yaw of the flight path; of the nose when slower."""

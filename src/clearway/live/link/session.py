@@ -90,6 +90,7 @@ class Session(Hearing):
         """Decide if it is due and allowed, and say what is to be flown."""
         now = self.clock.now(wall_s)
         self.system.floor_m = self.floor_m
+        self._note_hand_over()
         self._take_scans()
         self.system.followed = self._led and self._is_led
         if self._own is not None:  # Before, nobody has told the time.

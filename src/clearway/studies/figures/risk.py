@@ -83,10 +83,12 @@ def _apart(axes: Axes, tracks: EncounterTracks) -> None:
     }
     nearest = [max(float(way[axis].min()) for way in ways.values()) for axis in (0, 1)]
     across, up = (max(far, BEYOND * near) for far, near in zip(SHOWN_FT, nearest, strict=True))
-    for name, (level, high) in ways.items():
+    for name, (across_ft, up_ft) in ways.items():
         colour, line = looks[name]
-        near = (level <= across) & (high <= up)
-        axes.plot(np.where(near, level, np.nan), np.where(near, high, np.nan), line, color=colour)
+        near = (across_ft <= across) & (up_ft <= up)
+        axes.plot(
+            np.where(near, across_ft, np.nan), np.where(near, up_ft, np.nan), line, color=colour
+        )
     axes.locator_params(axis="x", nbins=5)
     axes.set(
         title=f"distance, within {across:,.0f} x {up:,.0f} ft",
