@@ -168,7 +168,9 @@ class Hearing(ABC):
         intruder = self._traffic.take(report, now, self.motion)
         if intruder is not None:
             oldest = now - self.terms.traffic.oldest_s
-            self._intruders = {k: i for k, i in self._intruders.items() if i.time_s >= oldest}
+            for told in (self._intruders, self._reports):
+                for name in [name for name, one in told.items() if one.time_s < oldest]:
+                    del told[name]
             self._intruders[intruder.name] = self._reports[intruder.name] = intruder
 
     def hear_ground(self, height_m: float) -> None:
