@@ -93,14 +93,14 @@ class Decision:
 
     @property
     def hazards(self) -> Hazards:
-        """What it keeps clear of, in the grid frame. Of an early decision of a long flight the
-        single returns are not kept: to ask for these raises ClearwayError."""
+        """What it keeps clear of, in the grid frame. Of past decisions of a long flight the single
+        returns are not kept: to ask for these raises ClearwayError."""
         return self.choice.grounds.hazards
 
     @property
     def seen_m(self) -> FloatArray:
-        """[n, 3] places of the returns that it keeps clear of, world frame; of an early decision of
-        a long flight the middles of the voxels that hold them."""
+        """[n, 3] places of the returns that it keeps clear of, world frame; of past decisions of a
+        long flight the middles of the voxels that hold them."""
         grounds = self.choice.grounds
         if isinstance(grounds, Grounds):
             return self.frame.world_points(grounds.hazards.points.position_m)
