@@ -91,7 +91,7 @@ NOTHING_TRIED = Tried(
 )
 
 
-class PastGrounds(Protocol):
+class KeptGrounds(Protocol):
     """What remains of the grounds of a decision that is past."""
 
     @property
@@ -136,7 +136,7 @@ class Choice:
     """Candidates that the cell rating ruled out."""
     forced: bool
     """Whether the cheapest candidate, had it been free, lies on another side."""
-    grounds: Grounds | PastGrounds = field(repr=False)
+    grounds: Grounds | KeptGrounds = field(repr=False)
     tried: Tried = field(default=NOTHING_TRIED, repr=False)
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""

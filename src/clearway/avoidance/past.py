@@ -46,18 +46,18 @@ class PastHazards(Hazards):
         self.__dict__.update(time_s=time_s, again=shapes, moving=moving, left_out_m=left_out_m)
 
     @property
-    def shapes(self) -> Shapes:  # type: ignore[override]
+    def shapes(self) -> Shapes:
         """Worked out again from the map."""
         found: Shapes = self.__dict__["again"]()
         return found
 
     @property
-    def points(self) -> PointHazards:  # type: ignore[override]
+    def points(self) -> PointHazards:
         """Not kept: raises ClearwayError."""
         self._refuse()
 
     @property
-    def bins(self) -> PointBins:  # type: ignore[override]
+    def bins(self) -> PointBins:
         """Not kept: raises ClearwayError."""
         self._refuse()
 

@@ -14,7 +14,7 @@ from clearway.live.detour import known_way
 from clearway.live.early_way import early_way, warm_up_early_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
-from clearway.live.open_way import is_open
+from clearway.live.open_way import any_way
 from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.run_up import run_up
 from clearway.live.seen_route import MOST_LOOKED, SeenRoute, seen_route
@@ -256,7 +256,7 @@ def warm_up_ways(knowledge: Knowledge, state: State) -> None:
     routes.spend(state.position_m)
     seen_route(routes.cells(), state.position_m, goal, (goal,))
     cells = routes.cells()
-    is_open(cells.price, cells.nearest_m, np.zeros(3), np.zeros(3), 0)
+    any_way(cells.price, cells.nearest_m, np.zeros(3), np.zeros(3), 0)
     warm_up_early_way(routes.cells(), state.position_m, goal)
 
 

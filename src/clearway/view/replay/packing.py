@@ -173,7 +173,7 @@ def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> Message | None
     voxel = recording.mission["voxel_m"]
 
     def index(points_m: FloatArray) -> npt.NDArray[np.int64]:
-        return np.floor(points_m / voxel).astype(np.int64)
+        return np.asarray(np.floor(points_m / voxel), dtype=np.int64)
 
     ends = [np.stack([i.min(axis=0), i.max(axis=0)]) for i in map(index, _filled(recording))]
     if not ends:
