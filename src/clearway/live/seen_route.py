@@ -31,9 +31,9 @@ ENDS_BESIDE = 2
 """Cells from a goal that is barred at which a way to it ends."""
 BEGINS = 2.0
 """Cells from the vehicle that a way cannot hang on."""
-MOST_LOOKED, MOST_GREEDILY = 100_000, 30_000
-"""Cells that a search looks at, half as many again as in a window of the usual size; and another,
-where that was not enough. After both any way is taken."""
+MOST_LOOKED, MOST_GREEDILY = 66_000, 30_000
+"""Cells that a search looks at, all of a window of the usual size; and a second one, in a wide
+window where that was not enough. After both any way is taken."""
 GREEDY = 8.0
 """Times that what is left to the goal counts in the second."""
 
