@@ -166,9 +166,7 @@ if __name__ == "__main__":
 
     print(f"{'sensors':<17}{'reached':<9}{'nearest':<10}{'emergencies':<13}{'first seen':<12}path")
     for name, run in runs.items():
-        first = next(
-            e.flight for e in run.decisions if len(e.flight.decision.hazards.points.radius_m)
-        )
+        first = next(e.flight for e in run.decisions if len(e.flight.decision.seen_m))
         away = 106.0 - first.state.position_m[0]
         print(
             f"{name:<17}{'yes' if run.reached else 'NO':<9}"

@@ -13,10 +13,14 @@ from hypothesis.extra import numpy as hnp
 
 from clearway.avoidance.hazards import PointHazards, no_points
 from clearway.live.cell_marking import leaves_no_room
-from clearway.live.route_map import UNSEEN, Cells, RouteMap
+from clearway.live.open_way import any_way
+from clearway.live.route_map import MOST_FINE, TALL_FINE, UNSEEN, WIDEST, Cells, RouteMap
 from clearway.live.seen_route import (
     BARRED,
     ENDS_BESIDE,
+    GREEDY,
+    MOST_GREEDILY,
+    MOST_LOOKED,
     VERTICAL,
     SeenRoute,
     _cheapest,
@@ -135,7 +139,9 @@ def test_no_way_is_cheaper_than_the_one_that_is_found(seed: int, is_seen: bool) 
     start = tuple(int(rng.integers(size)) for size in SMALL)
     goal = (int(rng.integers(-3, 12)), int(rng.integers(-3, 12)), int(rng.integers(SMALL[2])))
     room = np.full(SMALL, 9.0)
-    way = _cheapest(price, room, np.array(start, float), np.array(goal, float), 60.0)
+    way, _ = _cheapest(
+        price, room, np.array(start, float), np.array(goal, float), 60.0, 1.0, MOST_LOOKED
+    )
     least = least_price(price, start, goal)
     if not len(way):
         assert np.isinf(least)
@@ -145,6 +151,56 @@ def test_no_way_is_cheaper_than_the_one_that_is_found(seed: int, is_seen: bool) 
     if not all(0 <= at < size for at, size in zip(goal[:2], SMALL[:2], strict=True)):
         spent += UNSEEN * float(np.linalg.norm(way[-1] - goal))
     assert spent == pytest.approx(least)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.2, 0.8))
+def test_any_way_is_found_where_the_cheapest_is(seed: int, filled: float) -> None:
+    rng = np.random.default_rng(seed)
+    price = np.where(rng.uniform(size=SMALL) < filled, np.inf, 1.0)
+    nearest = rng.choice([0.3, 0.6, 9.0], SMALL)
+    start = np.array([rng.integers(size) for size in SMALL], dtype=np.float64)
+    goal = np.array([rng.integers(-2, 10), rng.integers(-2, 10), rng.integers(SMALL[2])], float)
+    way, _ = _cheapest(price, nearest, start, goal, np.inf, 1.0, MOST_LOOKED)
+    some = any_way(price, nearest, start, goal, ENDS_BESIDE)
+    assert bool(len(some)) == bool(len(way))
+    if len(some):
+        np.testing.assert_array_equal(some[0], start)
+        assert len(some) <= len(way)
+        assert (np.abs(np.diff(some, axis=0)).max(axis=1, initial=1.0) == 1.0).all()
+        begins_barred = np.isinf(price[tuple(start.astype(int))])
+        assert begins_barred or np.isfinite(price[tuple(some.astype(int).T)]).all()
+
+
+@pytest.mark.parametrize("closed", [True, False])
+@pytest.mark.parametrize("world", ["open", "clutter", "maze"])
+def test_no_search_looks_at_more_cells_than_its_bound(world: str, closed: bool) -> None:
+    """Wherever the goal is, in a box or behind what nobody has seen, a way that leads there is
+    found, and that none does is known for sure."""
+    price, rng = np.ones(WIDEST), np.random.default_rng(3)
+    if world == "clutter":
+        price[rng.uniform(size=WIDEST) < 0.2] = np.inf
+        price[:3, :3] = 1.0
+    elif world == "maze":
+        for number, x in enumerate(range(4, 112, 6)):
+            price[x] = np.inf
+            price[x, -3:] = price[x, :3] = 1.0
+            price[x, slice(3) if number % 2 else slice(-3, None)] = np.inf
+    price[115:124, 50:70] = np.inf if closed else TALL_FINE
+    price[118:121, 54:66] = 1.0
+    nearest = np.where(np.isinf(price), 0.3, 9.0)
+    cells = Cells(np.zeros(3), 1.0, price, np.zeros(WIDEST), nearest, MOST_FINE)
+    start, goal = np.array([1.5, 1.5, 8.5]), np.array([119.5, 60.5, 8.5])
+    begin, at = cells.cell_of(start), cells.cell_of(goal)
+    for greed, most in ((1.0, MOST_LOOKED), (GREEDY, MOST_GREEDILY), (1.0, 100)):
+        way, looked = _cheapest(price, cells.nearest_m, begin, at, cells.most, greed, most)
+        assert looked <= most
+        assert not (closed and len(way))
+    route = seen_route(cells, start, goal)
+    assert route.reaches == (not closed)
+    if closed:
+        assert not route.was_cut_off
+    else:
+        np.testing.assert_array_equal(route.corners_m[-1], goal)
 
 
 def test_no_way_leads_out_of_what_is_closed() -> None:

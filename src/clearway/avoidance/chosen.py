@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -91,6 +91,24 @@ NOTHING_TRIED = Tried(
 )
 
 
+class KeptGrounds(Protocol):
+    """What remains of the grounds of a decision that is past."""
+
+    @property
+    def prepared(self) -> PreparedReachSet: ...
+
+    @property
+    def assessment(self) -> ReachAssessment: ...
+
+    @property
+    def hazards(self) -> Hazards: ...
+
+    @property
+    def seen_m(self) -> FloatArray:
+        """[n, 3] where returns were, world frame."""
+        ...
+
+
 class Grounds(NamedTuple):
     """What a choice was made from, as far as it is told of it."""
 
@@ -118,10 +136,22 @@ class Choice:
     """Candidates that the cell rating ruled out."""
     forced: bool
     """Whether the cheapest candidate, had it been free, lies on another side."""
-    grounds: Grounds = field(repr=False)
+    grounds: Grounds | KeptGrounds = field(repr=False)
     tried: Tried = field(default=NOTHING_TRIED, repr=False)
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
+    TOLD: ClassVar = (
+        "clearance_m",
+        "limited_by",
+        "limiting_index",
+        "rating",
+        "feasibility",
+        "continuations",
+        "is_first",
+        "ruled_out",
+        "ruled_out_by",
+    )
+    """What is worked out when asked for, and then remembered."""
 
     __repr__ = brief
 
@@ -174,26 +204,26 @@ class Choice:
             unseen_m = max(unseen_m, self.margin_m)
         return min(self._nearest.distance_m, unseen_m)
 
-    @property
+    @cached_property
     def limited_by(self) -> Cause:
         return self._nearest.cause
 
-    @property
+    @cached_property
     def limiting_index(self) -> int:
         """Which point, shape or intruder."""
         return self._nearest.index
 
-    @property
+    @cached_property
     def rating(self) -> float:
         """P_R of the trajectory (4.22)."""
         return float(self.grounds.assessment.node_rating[self.node])
 
-    @property
+    @cached_property
     def feasibility(self) -> float:
         """P_D of its first movement (2.3)."""
         return float(self.grounds.assessment.feasibility[self._path[0]])
 
-    @property
+    @cached_property
     def continuations(self) -> float:
         """Share of the first movement's continuations rated above the threshold."""
         return float(self.grounds.assessment.continuations[self._path[0]])
@@ -213,7 +243,7 @@ class Choice:
             for at, (node, cost_m) in enumerate(zip(tried.nodes, tried.cost_m, strict=True))
         )
 
-    @property
+    @cached_property
     def is_first(self) -> bool:
         """Whether verification ruled none out."""
         return not len(self.tried.causes)

@@ -20,19 +20,16 @@ from clearway.avoidance.choice import choose_by_rules, pick
 from clearway.avoidance.chosen import Choice
 from clearway.avoidance.costs import price_of
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.evidence import in_reach, intruder_cells
-from clearway.avoidance.floor import above_floor
+from clearway.avoidance.evidence import intruder_cells
+from clearway.avoidance.from_here import FromHere, near_from, prepared_from
 from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.in_force import InForce, in_force, warm_up_rules
 from clearway.avoidance.leaving import ChooseAmong, Leaving, Taken
 from clearway.avoidance.passing import noted, passings_after
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import PreparedReachSet, reach_of
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.situation import Situation, goal_of, margin_slope
-from clearway.avoidance.verify import sloping
-from clearway.avoidance.way_out import Escape, Narrow
-from clearway.avoidance.way_out_terms import carried_m
+from clearway.avoidance.situation import Situation, goal_of
+from clearway.avoidance.way_out import Narrow
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.errors import ClearwayError
 from clearway.base.positional import keywords_beyond_two
@@ -99,10 +96,8 @@ def warm_up_rare(planner: Planner, situation: Situation) -> None:
 
 def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:
     """What is around, and what can be flown: all that comes before rating and choice."""
-    prepared = _from_here(planner, situation)
-    escapes_to_m = planner.escape_reach_m + carried_m(planner, situation)
-    reach_m = max(prepared.reach_m, escapes_to_m)
-    near = in_reach(planner, situation, reach_m, planner.horizon_s)
+    prepared = prepared_from(planner, situation)
+    near = near_from(planner, situation, prepared)
     intruders = intruder_cells(planner, near)  # (5.36)
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     return BeforeChoice(planner, situation, before, prepared, near, intruders, goal)
@@ -115,32 +110,6 @@ def _check_grids(planner: Planner, situation: Situation) -> None:
                 f"detection {detection.sensor}: has cells {list(detection.grid.shape)}, "
                 f"the planner's grid {list(planner.grid.shape)}"
             )
-
-
-def _from_here(planner: Planner, situation: Situation) -> PreparedReachSet:
-    """What can be flown, and how it is to be verified: in this wind, above this floor."""
-    settings = planner.settings
-    prepared = planner.prepared_at(situation.state)
-    if planner.escapes is not None and settings.escape != Escape.KNOWN:
-        # It finds room where it is needed, and in all that can be flown.
-        prepared = prepared.without_loiter
-    if any(situation.wind_mps.tolist()):
-        wind_in_grid = situation.frame.world_from_grid.T @ situation.wind_mps
-        unsure_mps = settings.sigmas * situation.wind_sigma_mps
-        prepared = prepared.in_wind(wind_in_grid, unsure_mps)
-    prepared = with_slope(prepared, margin_slope(settings, situation))
-    if situation.floor_m > -np.inf:
-        above = above_floor(prepared, situation.frame, situation.floor_m)
-        prepared = replace(prepared, flyable=prepared.flyable & above)
-    return prepared
-
-
-def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
-    """The reach set to be verified with a margin that grows with the distance from the vehicle."""
-    if slope <= 0.0:
-        return prepared
-    paths = sloping(prepared.paths, slope)
-    return replace(prepared, paths=paths, reach_m=reach_of(paths, prepared.reach_set.grid.range_m))
 
 
 def _choosing(at_hand: BeforeChoice, ruling: Ruling | None, found: Priced) -> ChooseAmong:
@@ -238,9 +207,7 @@ def _decision(
         goal=at_hand.goal,
         margin_m=near.margin_m,
         known=known.known,
-        reach=known.reach,
-        prepared=prepared,
-        hazards=taken.hazards,
+        found_again=FromHere(at_hand.planner, at_hand.situation.without_readings),
         under_way_s=finishes.left_s if finishes else None,
         decide_within_s=within_s,
         intruders=near.intruders.names,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
-from clearway.avoidance.assess import KnownCells
-from clearway.avoidance.chosen import Basis, Choice
+from clearway.avoidance.chosen import Basis, Choice, Grounds
+from clearway.avoidance.from_here import FromHere
 from clearway.avoidance.fusion import CellAssessment
 from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import Hazards
@@ -23,6 +24,13 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
+
+
+class Known(Protocol):
+    """What all sources together mean for the cells."""
+
+    @property
+    def assessed(self) -> CellAssessment: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +53,10 @@ class Decision:
     """The movement buffer to execute."""
     goal: Goal
     margin_m: float
-    known: KnownCells
-    """What was known, in the grid frame."""
-    reach: ReachAssessment
-    prepared: PreparedReachSet
-    hazards: Hazards
+    known: Known
+    """What was known of the cells, in the grid frame."""
+    found_again: FromHere
+    """Where it was taken, and by whom."""
     decide_within_s: float
     """Latest moment for the next decision: later, the vehicle could no longer turn away."""
     intruders: tuple[str, ...] = ()
@@ -73,6 +80,31 @@ class Decision:
     def cells(self) -> CellAssessment:
         """What was known of every cell; worked out when first asked for."""
         return self.known.assessed
+
+    @property
+    def reach(self) -> ReachAssessment:
+        """How trajectories were rated."""
+        return self.choice.grounds.assessment
+
+    @property
+    def prepared(self) -> PreparedReachSet:
+        """What could be flown."""
+        return self.choice.grounds.prepared
+
+    @property
+    def hazards(self) -> Hazards:
+        """What it keeps clear of, in the grid frame. Of past decisions of a long flight the single
+        returns are not kept: to ask for these raises ClearwayError."""
+        return self.choice.grounds.hazards
+
+    @property
+    def seen_m(self) -> FloatArray:
+        """[n, 3] places of the returns that it keeps clear of, world frame; of past decisions of a
+        long flight the middles of the voxels that hold them."""
+        grounds = self.choice.grounds
+        if isinstance(grounds, Grounds):
+            return self.frame.world_points(grounds.hazards.points.position_m)
+        return grounds.seen_m
 
     @property
     def escapes(self) -> bool:
@@ -132,9 +164,8 @@ class Decision:
 
     def _repr_html_(self) -> str:
         """For notebooks: what is flown and why; plan, way out and returns from above."""
-        seen = self.frame.world_points(self.hazards.points.position_m)
         marks = [
-            Marks(seen, "#c0392b", joined=False),
+            Marks(self.seen_m, "#c0392b", joined=False),
             Marks(self.way_out_path_m, "#088c82", dashed=True),
             Marks(self.path_m, "#d62728"),
         ]

@@ -120,6 +120,12 @@ class Situation:
         return situation
 
     @property
+    def without_readings(self) -> Situation:
+        """The same without what sensors and traffic told, which is most of it."""
+        told = {"detections": (), "remembered": None, "intruders": (), "seen": None}
+        return self.trusted(**(vars(self) | told))
+
+    @property
     def _is_plain(self) -> bool:
         """Whether all is as nearly always, which is quick to find out; else problems are sought."""
         vectors = [self.target_m, self.wind_mps]

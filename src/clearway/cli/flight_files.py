@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from clearway.cli.record import record_run
@@ -27,7 +27,7 @@ def write_flight(
     *,
     mcap: bool = True,
     parquet: bool = False,
-    scans: Sequence[Scan] = (),
+    scans: Iterable[Scan] = (),
 ) -> None:
     """Everything that the flight leaves but pictures, all of it or nothing; says what."""
     from clearway.io.toml_writing import write_toml

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from clearway.live.mission import Progress as MissionProgress
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
-    from clearway.sensors import Scan
     from clearway.sim import LoggedDecision, Run
+    from clearway.sim.kept_scans import TakesScans
     from clearway.sim.metrics import IntruderDistances
     from clearway.sim.pilot import Steering
 
@@ -84,6 +84,7 @@ def fly(
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
     from clearway.sim.baselines import known_planner
+    from clearway.sim.kept_scans import ScanFile
 
     beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     film = filmed.film_asked(video, fps, speed)
@@ -100,7 +101,7 @@ def fly(
     setup.refuse_impossible()
     if planner == "clearway":
         say(str(setup.escape))
-    scans: list[Scan] | None = [] if raw_scans and mcap else None
+    scans = ScanFile() if raw_scans and mcap else None
     run = flown_with_bar(setup, planner, beside, scans)
     if as_json:
         print_json(run.summary() | {"notes": list(notes)})
@@ -153,7 +154,7 @@ def flown_with_bar(
     setup: FlightSetup,
     planner: str,
     folder: Path | None = None,
-    scans: list[Scan] | None = None,
+    scans: TakesScans | None = None,
 ) -> Run[Steering]:
     """Fly with a progress bar: the share of the straight way that is behind."""
     total, wrong = setup.mission.straight_length_m, set[str]()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ def record_run(
     setup: FlightSetup,
     file: MissionFile,
     folder: Path,
-    scans: Sequence[Scan] = (),
+    scans: Iterable[Scan] = (),
 ) -> None:
     """Write `run.mcap`; without the extra that it takes, a line says so."""
     from clearway.base.errors import MissingExtraError

@@ -14,9 +14,10 @@ from clearway.live.detour import known_way
 from clearway.live.early_way import early_way, warm_up_early_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
+from clearway.live.open_way import any_way
 from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.run_up import run_up
-from clearway.live.seen_route import SeenRoute, seen_route
+from clearway.live.seen_route import MOST_LOOKED, SeenRoute, seen_route
 from clearway.sensors.seen_space import SeenSpace
 
 RENEWED = 0.25
@@ -38,6 +39,8 @@ MISSED, CIRCLED, RUN_UP = 2.0, 1.5, 2.0
 after which it is come to from elsewhere, and after which a way there has come to nothing."""
 STRAIGHT = 1.25
 """Length of a way, in straight ones to the goal, that needs no corners."""
+CUT_OFF = f"route: the best way was not found among {MOST_LOOKED} cells"
+"""How counts call a search that has come to its bound."""
 STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
@@ -147,6 +150,8 @@ def _through_seen(
         if away is not None:
             return replace(away, planned_s=now_s)
     route = seen_route(routes.cells(), state.position_m, goal, flown)
+    if route.was_cut_off:
+        knowledge.counts[CUT_OFF] += 1
     routes.aim(route.begins_m)
     stuck_m = min(progress.nearest_m, distance) if progress.stuck_m is None else progress.stuck_m
     nearer = distance < stuck_m - max(radius, planner.automaton.step_m)
@@ -250,6 +255,8 @@ def warm_up_ways(knowledge: Knowledge, state: State) -> None:
     run_up(routes.cells(), state.position_m, goal, radius, routes.rooms_m[1])
     routes.spend(state.position_m)
     seen_route(routes.cells(), state.position_m, goal, (goal,))
+    cells = routes.cells()
+    any_way(cells.price, cells.nearest_m, np.zeros(3), np.zeros(3), 0)
     warm_up_early_way(routes.cells(), state.position_m, goal)
 
 

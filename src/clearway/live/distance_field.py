@@ -11,6 +11,8 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 
+MOST_PIECES = 50_000
+"""Of a straight way, looked at together."""
 Distance = Callable[[FloatArray], FloatArray]
 """World points [n, 3] -> signed distance [n] in metres to the nearest surface."""
 
@@ -113,12 +115,15 @@ def segment_is_clear(
     """Whether the straight way between two points surely keeps a margin.
 
     A distance cannot change faster than the place: pieces that are far enough from everything for
-    their length are clear, others are halved until they are no longer than a step.
+    their length are clear, others are halved until they are no longer than a step. A way of which
+    more than `MOST_PIECES` are in doubt counts as not clear: it runs along walls for kilometres.
     """
     way = end_m - start_m
     length = float(np.linalg.norm(way))
     pieces = np.array([[0.0, 1.0]])
     while len(pieces):
+        if len(pieces) > MOST_PIECES:
+            return False
         at_ends = distance(start_m + pieces.reshape(-1, 1) * way).reshape(-1, 2)
         spans = (pieces[:, 1] - pieces[:, 0]) * length
         doubtful = at_ends.sum(axis=1) < 2.0 * margin_m + spans

@@ -29,6 +29,8 @@ from clearway.traffic.tracking.sequels import (
 )
 
 LATE = "intruder: late report"
+MOST_UNASKED = 4096
+"""Reports that wait for a question; more than these come only where nobody asks."""
 
 
 class Reports(Protocol):
@@ -78,7 +80,8 @@ class LatestReports:
         self._back: dict[str, list[Intruder]] = {}
         """Reports that lie `LOOKED_BACK_S` apart."""
         self._manoeuvres = Manoeuvres()
-        self._anonymous = 0
+        self._anonymous = self._stale = 0
+        self._room = MOST_UNASKED
 
     def take(self, report: Intruder) -> str | None:
         if self._address and self._address in (report.address, report.name):
@@ -86,6 +89,9 @@ class LatestReports:
         # Reports of nobody in particular cannot replace each other: each counts until it is stale.
         self._anonymous += 1
         told = report.address or report.name or f"anonymous {self._anonymous}"
+        if len(self._latest) >= self._room:
+            self._forget_stale(report.time_s)
+            self._room = max(MOST_UNASKED, 2 * len(self._latest))
         name, flaw = self._aircraft_of(told, report)
         if flaw is not None:
             return flaw
@@ -156,8 +162,15 @@ class LatestReports:
         return kept[0] if report.time_s - kept[0].time_s >= LOOKED_BACK_S else None
 
     def intruders(self, _own: State, now_s: float, /) -> tuple[list[Intruder], Mapping[str, int]]:
-        if not self._latest:
+        if not self._latest and not self._stale:
             return [], {}
+        self._forget_stale(now_s)
+        left_out = {"intruder: stale": self._stale} if self._stale else {}
+        self._stale = 0
+        shown = [self._manoeuvres.shown_by(name, each) for name, each in self._latest.items()]
+        return shown, left_out
+
+    def _forget_stale(self, now_s: float) -> None:
         stale = [
             name for name, report in self._latest.items() if now_s - report.time_s > self._stale_s
         ]
@@ -175,9 +188,7 @@ class LatestReports:
             self._doubted = {
                 told: one for told, one in self._doubted.items() if told in self._namesakes
             }
-        left_out = {"intruder: stale": len(stale)} if stale else {}
-        shown = [self._manoeuvres.shown_by(name, each) for name, each in self._latest.items()]
-        return shown, left_out
+        self._stale += len(stale)
 
 
 class TrackedReports:
@@ -188,10 +199,15 @@ class TrackedReports:
         self._address = address
         self._tracks = Tracks(settings=settings)
         self._heard: list[Report] = []
+        self._unasked = 0
         self._manoeuvres = Manoeuvres()
 
     def take(self, report: Intruder) -> str | None:
         self._heard.append(Report.of(report))
+        # Where nobody asks, they would wait for ever.
+        if len(self._heard) > MOST_UNASKED:
+            self._heard.pop(0)
+            self._unasked += 1
         return None
 
     def intruders(self, own: State, now_s: float, /) -> tuple[list[Intruder], Mapping[str, int]]:
@@ -201,9 +217,11 @@ class TrackedReports:
         self._tracks = track_reports(self._tracks, self._heard, now_s, ownship)
         self._heard.clear()
         left_out = Counter(self._tracks.left_out) - before
-        return self._shown(), Counter(
-            {f"report: {reason}": count for reason, count in left_out.items()}
-        )
+        counts = Counter({f"report: {reason}": count for reason, count in left_out.items()})
+        if self._unasked:
+            counts["report: too many before a question"] += self._unasked
+            self._unasked = 0
+        return self._shown(), counts
 
     def _shown(self) -> list[Intruder]:
         """Tracks with the manoeuvres that they have shown from report to report."""

@@ -17,6 +17,8 @@ import numpy as np
 from clearway.base.arrays import IntArray
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
+from clearway.live.least_cost import at_least, cheapness
+from clearway.live.open_way import any_way
 from clearway.live.route_map import MOST_ROOM, UNSEEN, Cells
 
 VERTICAL = 2.0
@@ -29,6 +31,11 @@ ENDS_BESIDE = 2
 """Cells from a goal that is barred at which a way to it ends."""
 BEGINS = 2.0
 """Cells from the vehicle that a way cannot hang on."""
+MOST_LOOKED, MOST_GREEDILY = 66_000, 30_000
+"""Cells that a search looks at, all of a window of the usual size; and a second one, in a wide
+window where that was not enough. After both any way is taken."""
+GREEDY = 8.0
+"""Times that what is left to the goal counts in the second."""
 
 
 class SeenRoute(NamedTuple):
@@ -46,6 +53,8 @@ class SeenRoute(NamedTuple):
     """From where it begins to the goal."""
     in_vain_m: float
     """Part of its price for ways that came to nothing."""
+    was_cut_off: bool = False
+    """Whether the search for it came to its bound: there may be a cheaper one."""
 
     def via_m(self, goal_m: FloatArray) -> tuple[FloatArray, ...]:
         """Its corners [3] before the goal [3]."""
@@ -69,8 +78,15 @@ def seen_route(
         _lower_along(price, (along - cells.low_m) / cells.width_m, FLOWN)
     goal = cells.cell_of(goal_m)
     goal[2] = np.clip(goal[2], 0, price.shape[2] - 1)
-    begin = _beside(cells, position_m)
-    way = _cheapest(price, cells.nearest_m / cells.width_m, begin, goal, cells.most)
+    begin, nearest = _beside(cells, position_m), cells.nearest_m / cells.width_m
+    way, looked = _cheapest(price, nearest, begin, goal, cells.most, 1.0, MOST_LOOKED)
+    was_cut_off = False
+    if looked >= MOST_LOOKED and not len(way):
+        some = any_way(price, nearest, begin, goal, ENDS_BESIDE)
+        was_cut_off = len(some) > 0
+        if was_cut_off:
+            way, _ = _cheapest(price, nearest, begin, goal, cells.most, GREEDY, MOST_GREEDILY)
+            way = way if len(way) else some
     if not len(way):
         if np.isinf(price[tuple(begin.astype(np.int64))]):  # Too coarse to tell.
             straight = np.stack([position_m, goal_m])
@@ -90,7 +106,7 @@ def seen_route(
     hangs_on = int(np.argmax(doubtful)) if doubtful.any() else len(places) - 1
     begins = np.concatenate([position_m[None], places[1 : hangs_on + 1]])
     in_vain = float(cells.in_vain[at[:, 0], at[:, 1], at[:, 2]].sum()) * cells.width_m
-    return SeenRoute(corners, True, begins, length, in_vain)
+    return SeenRoute(corners, True, begins, length, in_vain, was_cut_off)
 
 
 def _beside(cells: Cells, place_m: FloatArray) -> FloatArray:
@@ -128,14 +144,22 @@ def _lower_along(price: FloatArray, corners: FloatArray, share: float) -> None:
 
 @compiled
 def _cheapest(
-    price: FloatArray, nearest: FloatArray, start: FloatArray, goal: FloatArray, most: float
-) -> FloatArray:
-    """[n, 3] cells of the cheapest way, both ends included; none where there is no way.
+    price: FloatArray,
+    nearest: FloatArray,
+    start: FloatArray,
+    goal: FloatArray,
+    most: float,
+    greed: float,
+    most_looked: int,
+) -> tuple[FloatArray, int]:
+    """[n, 3] cells of the cheapest way, both ends included; none where there is no way, and where
+    none is found among so many cells. And how many were looked at.
 
     nearest: of a `Cells`, in cells. A*; a way may begin in cells that are barred, since the vehicle
     is there, and leads out of them where balls about their middles, which nothing stands in, meet;
     it ends at the goal, or beside it where that is barred. Where the goal lies beyond the cells, it
-    leads over one of their sides, and the rest counts as not seen.
+    leads over one of their sides, and the rest counts as not seen. greed: with more than 1 it looks
+    at fewer cells, and the way costs at most so many times as much.
     """
     nx, ny, nz = price.shape
     best = np.full(price.shape, np.inf)
@@ -145,11 +169,11 @@ def _cheapest(
     ga, gb, gc = int(goal[0]), int(goal[1]), int(goal[2])
     beyond = ga < 0 or gb < 0 or ga >= nx or gb >= ny
     barred = not beyond and price[ga, gb, gc] == np.inf
-    bound = _cheapness(price, ga, gb, gc, ENDS_BESIDE * np.sqrt(3.0) if barred else 0.0)
+    bound = cheapness(price, ga, gb, gc, ENDS_BESIDE * np.sqrt(3.0) if barred else 0.0)
     best[a, b, c], came[a, b, c] = 0.0, -1
     queue = [(0.0, (a * ny + b) * nz + c)]
-    end = -1
-    while len(queue) > 0:
+    end, looked = -1, 0
+    while len(queue) > 0 and looked < most_looked:
         _, here = heapq.heappop(queue)
         if here < 0:
             end = -here - 1
@@ -160,13 +184,14 @@ def _cheapest(
         if done[a, b, c]:
             continue
         done[a, b, c] = True
+        looked += 1
         if max(abs(a - ga), abs(b - gb), abs(c - gc)) <= (ENDS_BESIDE if barred else 0):
             end = here
             break
         spent = best[a, b, c]
         if beyond and (a == 0 or b == 0 or a == nx - 1 or b == ny - 1):
             rest = np.sqrt((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)
-            heapq.heappush(queue, (spent + UNSEEN * rest, -here - 1))
+            heapq.heappush(queue, (spent + greed * UNSEEN * rest, -here - 1))
         begins_barred = price[a, b, c] == np.inf
         here_price = BARRED if begins_barred else min(price[a, b, c], most)
         for da in range(-1, 2):
@@ -188,10 +213,10 @@ def _cheapest(
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here
-                        ahead = _at_least(bound, u, v, w, ga, gb, gc)
-                        heapq.heappush(queue, (cost + ahead, (u * ny + v) * nz + w))
+                        ahead = at_least(bound, u, v, w, ga, gb, gc)
+                        heapq.heappush(queue, (cost + greed * ahead, (u * ny + v) * nz + w))
     if end < 0:
-        return np.zeros((0, 3))
+        return np.zeros((0, 3)), looked
     count, at = 1, end
     while came[at // (nz * ny), (at // nz) % ny, at % nz] >= 0:
         at = came[at // (nz * ny), (at // nz) % ny, at % nz]
@@ -200,68 +225,7 @@ def _cheapest(
     for n in range(count - 1, -1, -1):
         way[n, 0], way[n, 1], way[n, 2] = at // (nz * ny), (at // nz) % ny, at % nz
         at = came[at // (nz * ny), (at // nz) % ny, at % nz]
-    return way
-
-
-class Cheapness(NamedTuple):
-    """What bounds the price of any way to the goal from below."""
-
-    low: tuple[float, float, float]
-    """Corner of the box that holds all cells that cost less than what nobody has seen."""
-    high: tuple[float, float, float]
-    least: float
-    """Price of the cheapest of them."""
-    beyond: float
-    """Cells from that box to the goal."""
-    short: float
-    """Cells before the goal at which a way may end."""
-
-
-@borrowing
-def _cheapness(price: FloatArray, ga: int, gb: int, gc: int, short: float) -> Cheapness:
-    nx, ny, nz = price.shape
-    least = UNSEEN
-    low_a, low_b, low_c, high_a, high_b, high_c = nx, ny, nz, -1, -1, -1
-    for a in range(nx):
-        for b in range(ny):
-            for c in range(nz):
-                if price[a, b, c] < UNSEEN:
-                    least = min(least, price[a, b, c])
-                    low_a, high_a = min(low_a, a), max(high_a, a)
-                    low_b, high_b = min(low_b, b), max(high_b, b)
-                    low_c, high_c = min(low_c, c), max(high_c, c)
-    low, high = (low_a - 0.5, low_b - 0.5, low_c - 0.5), (high_a + 0.5, high_b + 0.5, high_c + 0.5)
-    beyond = _apart(low, high, float(ga), float(gb), float(gc)) if high_a >= 0 else 0.0
-    return Cheapness(low, high, least, max(beyond - short, 0.0), short)
-
-
-@borrowing
-def _at_least(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
-    """Price below which no way leads from a cell to the goal: whatever lies outside the box costs
-    as much as what nobody has seen, and the rest as much as the cheapest in it.
-
-    It changes from cell to cell by no more than the step costs.
-    """
-    away = np.sqrt(float((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)) - bound.short
-    outside = _apart(bound.low, bound.high, float(a), float(b), float(c)) + bound.beyond
-    if away <= outside:
-        return float(UNSEEN * max(away, 0.0))
-    return float(UNSEEN * outside + bound.least * (away - outside))
-
-
-@borrowing
-def _apart(
-    low: tuple[float, float, float],
-    high: tuple[float, float, float],
-    a: float,
-    b: float,
-    c: float,
-) -> float:
-    """From a box to a point; 0 inside."""
-    da = max(low[0] - a, a - high[0], 0.0)
-    db = max(low[1] - b, b - high[1], 0.0)
-    dc = max(low[2] - c, c - high[2], 0.0)
-    return float(np.sqrt(da * da + db * db + dc * dc))
+    return way, looked
 
 
 @compiled

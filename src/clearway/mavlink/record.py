@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from typing import Any, TextIO
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.version import SCHEMA_VERSION
 from clearway.live.link.link_state import LinkState
-from clearway.live.link.loop import LoopReport
+from clearway.live.link.loop import LATEST, LoopReport
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.session import Session
 from clearway.live.mission import Mode
@@ -38,7 +39,7 @@ class SessionRecord:
         self.emergencies = 0
         self.seconds_in: dict[str, float] = {}
         self._session, self._log, self._notice = session, log, notice
-        self._elapsed_s: list[float] = []
+        self._elapsed_s: deque[float] = deque(maxlen=LATEST)
 
     def take(self, outcome: TickOutcome) -> None:
         last, self.last = self.last, outcome
@@ -122,7 +123,7 @@ def row_of(outcome: TickOutcome, session: MavlinkSession[Session]) -> dict[str, 
     return row
 
 
-def quantiles_ms(seconds: list[float]) -> dict[str, float | None]:
+def quantiles_ms(seconds: Sequence[float]) -> dict[str, float | None]:
     """Median, 99th percentile and largest, in milliseconds; None without any."""
     if not seconds:
         return {"p50": None, "p99": None, "max": None}

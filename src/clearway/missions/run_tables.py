@@ -43,6 +43,8 @@ TEXTS = (
     "alert",
 )
 COUNTS = ("goal", "candidates", "below_threshold")
+TOGETHER = 256
+"""Decisions whose rows are made together."""
 AXES = ("x_m", "y_m", "z_m"), ("roll_rad", "pitch_rad", "yaw_rad")
 
 
@@ -76,7 +78,6 @@ def decision_table(run: Run[Steering]) -> pyarrow.Table:
     """One row per decision; what other planners than clearway do not tell is null."""
     import pyarrow as pa
 
-    rows = [_row(decision_record(entry)) for entry in run.decisions]
     ruled_out = pa.struct(
         [
             ("movements", pa.list_(pa.string())),
@@ -116,7 +117,14 @@ def decision_table(run: Run[Steering]) -> pyarrow.Table:
         ("ruled_out_by", pa.map_(pa.string(), pa.int32())),
         ("data_left_out", pa.map_(pa.string(), pa.int32())),
     ]
-    return pa.Table.from_pylist(rows, schema=pa.schema(fields))
+    schema = pa.schema(fields)
+    return pa.concat_tables(
+        pa.Table.from_pylist(
+            [_row(decision_record(entry)) for entry in run.decisions[begin : begin + TOGETHER]],
+            schema=schema,
+        )
+        for begin in range(0, max(len(run.decisions), 1), TOGETHER)
+    ).combine_chunks()
 
 
 def _row(record: dict[str, Any]) -> dict[str, Any]:

@@ -31,13 +31,13 @@ from clearway.missions.sensor_section import AnyKind, mission_sensors
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
-from clearway.sensors import Lidar, Scan
+from clearway.sensors import Lidar
 from clearway.sensors.detection import Rule
 from clearway.sensors.simulate import Scanner
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import REPORTED_TRAFFIC, Craft, Danger, Source, pilot_named
 from clearway.sim.faults import Faults
-from clearway.sim.kept_scans import KeepingScanner
+from clearway.sim.kept_scans import KeepingScanner, TakesScans
 from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.plants import PlantKind
@@ -193,7 +193,7 @@ class FlightSetup:
         planner: str,
         on_decision: OnDecision[Steering] | None = None,
         folder: Path | None = None,
-        scans: list[Scan] | None = None,
+        scans: TakesScans | None = None,
     ) -> Run[Steering]:
         """As `fly`, with a planner by name or a user's own; raises ClearwayError for others.
 
@@ -214,7 +214,7 @@ class FlightSetup:
         on_decision: OnDecision[D] | None,
         *,
         deaf: bool = False,
-        scans: list[Scan] | None = None,
+        scans: TakesScans | None = None,
     ) -> Run[D]:
         self.refuse_impossible()
         told = (bool(self.obstacle_map), self.follow_movers, self.tracker, self.volumes)

@@ -17,6 +17,8 @@ from clearway.ros2.kinds import Heard, base_of
 from clearway.ros2.topic_link import TopicLink
 
 MOST_GOALS = 1000
+MOST_REASONS, OTHER_REASONS = 16, "for other reasons"
+"""Reasons why goals are refused that are counted one by one: they name heights, of any number."""
 
 
 class Ros2Link(TopicLink[Session]):
@@ -56,7 +58,10 @@ class Ros2Link(TopicLink[Session]):
             return
         refusal = self.session.hear_goal(np.array(goals), wall_s)
         if refusal is not None:
-            self.counts[f"{topic}: refused, {refusal}"] += 1
+            refused = f"{topic}: refused, "
+            known = [reason for reason in self.counts if reason.startswith(refused)]
+            is_one_more = refused + refusal not in known and len(known) >= MOST_REASONS
+            self.counts[refused + (OTHER_REASONS if is_one_more else refusal)] += 1
 
     @property
     def decision_topic(self) -> str:

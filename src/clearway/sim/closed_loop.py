@@ -25,6 +25,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scanner, scanned
 from clearway.sim.faults import NO_FAULTS
+from clearway.sim.logbook import Logbook
 from clearway.sim.metrics import intruder_distances, measure, straight_distances
 from clearway.sim.motion import TrueMotion
 from clearway.sim.pilot import CLEARWAY, D, Pilot
@@ -110,15 +111,15 @@ class _Flight(Generic[D]):
     def run(self, on_decision: OnDecision[D] | None) -> Run[D]:
         limit = self._time_limit()
         self._move_traffic()
-        decisions: list[LoggedDecision[D]] = []
+        decisions: Logbook[D] = Logbook()
         while not self._over and self.motion.now_s < limit:
             entry = self._decided(self._sense())
             if entry is not None:
-                decisions.append(entry)
+                decisions.add(entry)
                 if on_decision is not None:
                     on_decision(entry, self.progress)
             self._fly(self._movement())
-        return self._finished(decisions)
+        return self._finished(decisions.entries)
 
     @property
     def _over(self) -> bool:
@@ -239,7 +240,7 @@ class _Flight(Generic[D]):
         system: object = self.system
         return system.escape if isinstance(system, AvoidanceSystem) else None
 
-    def _finished(self, decisions: list[LoggedDecision[D]]) -> Run[D]:
+    def _finished(self, decisions: tuple[LoggedDecision[D], ...]) -> Run[D]:
         times, states = np.array(self.motion.times), np.array(self.motion.states)
         margin = self.margin_m
         tracks = self.traffic.tracks if self.traffic is not None else {}
@@ -253,7 +254,7 @@ class _Flight(Generic[D]):
             mission=self.mission,
             time_s=times,
             states=states,
-            decisions=tuple(decisions),
+            decisions=decisions,
             movements=tuple(self.motion.movements),
             progress=self.progress,
             metrics=measure(times, states, self.world, nominal, margin, intruders, straight),

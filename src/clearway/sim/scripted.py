@@ -19,6 +19,7 @@ import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.made import TimedPlaces
 from clearway.base.state import State, frozen_array
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
@@ -126,14 +127,14 @@ class Traffic:
         self._waiting = sorted(script, key=lambda intruder: intruder.appears_s)
         self._flying: dict[str, _Flyer] = {}
         self._rng = np.random.default_rng([seed, 30])
-        self.tracks: dict[str, list[tuple[float, FloatArray]]] = {}
+        self.tracks: dict[str, TimedPlaces] = {}
 
     def step(self, own: State) -> None:
         """Move on to the time of the own true state; intruders that are due appear."""
         while self._waiting and self._waiting[0].appears_s <= own.time_s + 1e-9:
             scripted = self._waiting.pop(0)
             self._flying[scripted.name] = self._appear(scripted, own)
-            self.tracks[scripted.name] = []
+            self.tracks[scripted.name] = TimedPlaces()
         for name, flyer in self._flying.items():
             flyer.move(own.time_s)
             self.tracks[name].append((own.time_s, flyer.position_m))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -15,6 +16,8 @@ IDLE_S = 0.2
 """In lock-step, a tick is due after so long even if no own position comes."""
 TOLD_S = 1.1e-3
 """Vehicles tell whole milliseconds."""
+LATEST = 100_000
+"""Ticks and decisions whose times are kept: those of more than an hour at the usual rates."""
 NEW_OBJECTS = 20_000
 """At most so many more objects than before until Python looks through them for garbage, which takes
 the longer the more there are."""
@@ -37,8 +40,8 @@ class LoopReport:
     """Ticks that were not done when the next one was due."""
     skipped: int = 0
     """Ticks left out since their time had passed."""
-    tick_s: list[float] = field(default_factory=list)
-    """Each from reading to the last message sent."""
+    tick_s: deque[float] = field(default_factory=lambda: deque(maxlen=LATEST))
+    """Each of the latest from reading to the last message sent."""
 
 
 OnOutcome = Callable[[TickOutcome], None]

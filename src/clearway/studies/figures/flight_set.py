@@ -114,6 +114,6 @@ def _panels(run: Run, index: int) -> dict[str, Figure]:
         decision.cells,
         decision.reach,
         decision.prepared.reach_set,
-        decision.hazards.points.position_m,
+        decision.frame.grid_points(decision.seen_m),
         f"{run.mission.name} at {entry.flight.time_s:.1f} s",
     )

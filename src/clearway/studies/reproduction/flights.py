@@ -49,7 +49,7 @@ def draw_moment(entry: LoggedDecision, quantity: str, title: str) -> Figure:
         decision.cells,
         decision.reach,
         decision.prepared.reach_set,
-        decision.hazards.points.position_m,
+        decision.frame.grid_points(decision.seen_m),
         title,
     )[quantity]
     figure.suptitle(title, fontsize=15)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.frames import FloatArray, enu_from_geodetic
+from clearway.base.made import TimedPlaces
 from clearway.base.state import BoolArray, IntArray, State, frozen_array
 from clearway.obstacles.obstacle import Obstacle
 from clearway.traffic import Intruder
@@ -77,7 +78,7 @@ class RecordedTraffic:
     def __init__(
         self, tracks: Sequence[PlayedTrack], heard_within_m: float = np.inf, deaf: bool = False
     ) -> None:
-        self.tracks: dict[str, list[tuple[float, FloatArray]]] = {}
+        self.tracks: dict[str, TimedPlaces] = {}
         self._played = tuple(tracks)
         self._heard_within_m, self._deaf = heard_within_m, deaf
         # What was told shortly before is known at the start.
@@ -90,7 +91,7 @@ class RecordedTraffic:
         for track in self._played:
             place = track.at(own.time_s)
             if place is not None:
-                self.tracks.setdefault(track.name, []).append((own.time_s, place))
+                self.tracks.setdefault(track.name, TimedPlaces()).append((own.time_s, place))
 
     def reports(self, time_s: float) -> list[Intruder]:
         """What has been reported since the last call, up to a time, in the world frame."""

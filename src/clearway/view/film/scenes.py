@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,8 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.view.replay.reading import Recording
 
 MOST_DOTS = 6_000
+TOGETHER = 64
+"""Decisions whose dots are looked at together."""
 TRAIL_S = 6.0
 """Of intruders."""
 
@@ -39,7 +42,7 @@ class Scenes:
     """[n] to any surface; inf where there is none."""
     decided_s: FloatArray
     """[decisions]"""
-    decisions: tuple[dict[str, Any], ...]
+    decisions: Sequence[dict[str, Any]]
     seen_m: FloatArray
     """[dots, 3] places that decisions reckoned with, each once."""
     seen_s: FloatArray
@@ -118,14 +121,19 @@ def _nearest(recording: Recording, radii: dict[str, float]) -> FloatArray:
 
 def _seen(recording: Recording) -> tuple[FloatArray, FloatArray]:
     """Places with the time of the first decision that knew of them."""
-    points, times = [np.zeros((0, 3))], [np.zeros(0)]
-    for decision, cloud in zip(recording.decisions, recording.points_m, strict=False):
-        points.append(cloud)
-        times.append(np.full(len(cloud), float(decision["time_s"])))
-    every, when = np.concatenate(points), np.concatenate(times)
-    first = np.unique(np.round(every, 2), axis=0, return_index=True)[1]
-    first = np.sort(first)[:: max(1, len(first) // MOST_DOTS)]
-    return every[first], when[first]
+    every, when = np.zeros((0, 3)), np.zeros(0)
+    decided_s = np.array([float(one["time_s"]) for one in recording.decisions])
+    # A few at a time: those of an hour together would fill the memory.
+    for begin in range(0, min(len(decided_s), len(recording.points_m)), TOGETHER):
+        clouds = recording.points_m[begin : begin + TOGETHER]
+        times = decided_s[begin : begin + TOGETHER]
+        every = np.concatenate([every, *clouds[: len(times)]])
+        counts = [len(cloud) for cloud in clouds[: len(times)]]
+        when = np.concatenate([when, np.repeat(times[: len(clouds)], counts)])
+        first = np.sort(np.unique(np.round(every, 2), axis=0, return_index=True)[1])
+        every, when = every[first], when[first]
+    thin = slice(None, None, max(1, len(when) // MOST_DOTS))
+    return every[thin], when[thin]
 
 
 def _tracks(recording: Recording) -> dict[str, FloatArray]:

@@ -128,23 +128,22 @@ def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
     entries = run.decisions if index is None else run.decisions[index : index + 1]
     decisions = [entry.flight.decision for entry in entries]
     held = [one for one in decisions if one.way_out is not None and one.way_out.certain]
-    ways = [one.way_out_path_m for one in held]
-    if not ways:
+    if not held:
         return []
-    few = np.unique(np.linspace(0.0, len(ways) - 1.0, MOST_WAYS_OUT).astype(np.int64))
-    return [ways[at] for at in few.tolist()]
+    few = np.unique(np.linspace(0.0, len(held) - 1.0, MOST_WAYS_OUT).astype(np.int64))
+    return [held[at].way_out_path_m for at in few.tolist()]
 
 
 def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
     """[n, 3] returns used by the decisions until then, world frame, thinned to a drawable few."""
+    used = [entry.flight.decision for entry in decisions if entry.flight.time_s <= until_s + 1e-9]
+    ends = np.cumsum([len(decision.seen_m) for decision in used])
+    every = max(1, int(ends[-1]) // MOST_DOTS) if used else 1
+    # Thinned one by one: those of an hour together would fill the memory.
     clouds = [np.zeros((0, 3))]
-    for entry in decisions:
-        if entry.flight.time_s > until_s + 1e-9:
-            break
-        decision = entry.flight.decision
-        clouds.append(decision.frame.world_points(decision.hazards.points.position_m))
-    points = np.concatenate(clouds)
-    return points[:: max(1, len(points) // MOST_DOTS)]
+    for decision, start in zip(used, [0, *ends.tolist()], strict=False):
+        clouds.append(decision.seen_m[-start % every :: every].copy())
+    return np.concatenate(clouds)
 
 
 def field_of_view(entry: LoggedDecision) -> list[FloatArray]:

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.past import VOXELS_IN_RANGE
 from clearway.avoidance.rules import GroundHeights
 from clearway.base.frames import FloatArray
 from clearway.base.own_code import shown
+from clearway.base.packed import one_a_voxel
 from clearway.base.version import __version__
 from clearway.io.json_values import rounded
 from clearway.missions.setup import FlightSetup
@@ -19,7 +21,6 @@ from clearway.obstacles.point_world import PointWorld
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sim import Run
 from clearway.sim.pilot import Steering
-from clearway.view.replay.messages import VOXELS_IN_RANGE, one_a_voxel
 from clearway.view.replay.schemas import FORMAT
 
 MOST_HEIGHTS = 120

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.made import Made
 from clearway.live import FlightDecision
 from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
@@ -23,21 +24,20 @@ def recording_of(run: Run[Steering], setup: FlightSetup) -> Recording:
     """States, decisions, seen points and intruders of a run; without cells and reach sets."""
     mission = mission_message(run, setup, 0.0)
     begins, ends = float(run.time_s[0]), float(run.time_s[-1])
+    times_s: list[float] = []
+    if run.intruder_tracks:
+        times_s = np.arange(begins, ends + INTRUDER_STEP_S, INTRUDER_STEP_S).tolist()
     flights = [entry.flight for entry in run.decisions]
     clearways = [flight for flight in flights if isinstance(flight, FlightDecision)]
     return Recording(
         source=run.mission.name,
         mission=mission,
-        states=tuple(state_messages(run)),
-        decisions=tuple(decision_message(entry) for entry in run.decisions),
+        states=state_messages(run),
+        decisions=Made(run.decisions, decision_message),
         cells=(),
         reach=(),
-        points_m=tuple(seen_points(flight.decision, mission["voxel_m"]) for flight in clearways),
+        points_m=Made(clearways, lambda flight: seen_points(flight.decision, mission["voxel_m"])),
         reach_sets=(),
-        intruders=tuple(
-            intruders_message(run, time_s)
-            for time_s in np.arange(begins, ends + INTRUDER_STEP_S, INTRUDER_STEP_S)
-            if run.intruder_tracks
-        ),
+        intruders=Made(times_s, lambda time_s: intruders_message(run, time_s)),
         surveyed_m=surveyed_points(setup.world),
     )

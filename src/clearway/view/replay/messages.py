@@ -6,6 +6,7 @@ from its evidence.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.fusion import RATINGS, assess_cells
 from clearway.avoidance.planner import AvoidanceSettings
 from clearway.base.frames import FloatArray
+from clearway.base.made import Made
 from clearway.base.own_code import shown
-from clearway.base.state import IntArray
+from clearway.base.packed import voxel_centers
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mode
@@ -30,8 +32,6 @@ DIGITS = 3
 """Decimals of probabilities."""
 SILENCE_S = 0.1
 """Without a place for longer than this, an intruder is not there: tracks have one each step."""
-VOXELS_IN_RANGE = 50
-"""Voxels along the range of the grid that seen points are merged in."""
 
 
 def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
@@ -130,47 +130,25 @@ def reach_message(decision: Decision) -> dict[str, Any]:
 
 def seen_points(decision: Decision, voxel_m: float) -> FloatArray:
     """[n, 3] centres of the voxels of the world that hold points the planner reckoned with."""
-    points = decision.frame.world_points(decision.hazards.points.position_m)
-    return voxel_centers(points, voxel_m)
+    return voxel_centers(decision.seen_m, voxel_m)
 
 
-def voxel_centers(points_m: FloatArray, voxel_m: float) -> FloatArray:
-    """[n, 3] centres of the cubes of a fixed lattice that hold points, in a fixed order."""
-    kept = points_m[one_a_voxel(points_m, voxel_m)]
-    return np.asarray((np.floor(kept / voxel_m) + 0.5) * voxel_m)
-
-
-def one_a_voxel(points_m: FloatArray, voxel_m: float) -> IntArray:
-    """[n] index of the first point in each cube of a fixed lattice that holds any."""
-    if not len(points_m):
-        return np.zeros(0, dtype=np.int64)
-    index = np.floor(points_m / voxel_m).astype(np.int64)
-    index -= index.min(axis=0)
-    flat = np.ravel_multi_index(tuple(index.T), tuple(index.max(axis=0) + 1))
-    return np.unique(flat, return_index=True)[1]
-
-
-def state_messages(run: Run[Steering]) -> list[dict[str, Any]]:
+def state_messages(run: Run[Steering]) -> Sequence[dict[str, Any]]:
     """The true states step by step, and how far the nearest obstacle and intruder are."""
     traffic = run.metrics.intruders
     nearest = np.full(len(run.time_s), np.inf) if traffic is None else traffic.nearest_m
-    return [
-        {
-            "time_s": round(time_s, 6),
-            "position_m": place,
-            "attitude_rad": attitude,
-            "obstacle_distance_m": rounded(obstacle_m),
-            "intruder_distance_m": rounded(intruder_m),
+    places, attitudes = np.round(run.states[:, :3], 4), np.round(run.states[:, 3:], 5)
+
+    def state(at: int) -> dict[str, Any]:
+        return {
+            "time_s": round(float(run.time_s[at]), 6),
+            "position_m": places[at].tolist(),
+            "attitude_rad": attitudes[at].tolist(),
+            "obstacle_distance_m": rounded(float(run.metrics.obstacle_distance_m[at])),
+            "intruder_distance_m": rounded(float(nearest[at])),
         }
-        for time_s, place, attitude, obstacle_m, intruder_m in zip(
-            run.time_s.tolist(),
-            np.round(run.states[:, :3], 4).tolist(),
-            np.round(run.states[:, 3:], 5).tolist(),
-            run.metrics.obstacle_distance_m.tolist(),
-            nearest.tolist(),
-            strict=True,
-        )
-    ]
+
+    return Made(range(len(run.time_s)), state)
 
 
 def intruders_message(run: Run[Steering], time_s: float) -> dict[str, Any]:

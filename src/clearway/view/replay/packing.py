@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import struct
 import zlib
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ STATE_STEP_S = 0.2
 """States closer together than this are left out; the page interpolates."""
 FLAT = ("path_m", "way_out_m")
 """What of a decision the page takes in another form."""
+TOGETHER = 64
+"""Decisions whose points are looked at together: those of an hour would fill the memory."""
 MOST_SEEN = 400_000
 """Seen voxels that a page keeps; beyond it every other one is left out, and so on."""
 
@@ -100,8 +103,9 @@ def _pack_cells(recording: Recording, blocks: dict[str, Array]) -> None:
     """[decisions, quantities, cells] in 255ths, and flags as bits of one byte."""
     if not recording.cells:
         return
+    quantities = _quantities(recording)
     blocks["cells"] = np.array(
-        [[_shares(one[name]) for name in _quantities(recording)] for one in recording.cells]
+        [[_shares(one[name]) for name in quantities] for one in recording.cells]
     )
     flags = [
         sum(np.array(one[name], dtype=np.uint8) << bit for bit, name in enumerate(CELL_FLAGS))
@@ -139,14 +143,14 @@ def _pack_reach(recording: Recording, blocks: dict[str, Array]) -> None:
             np.array(one["samples_mm"], dtype=np.float32).reshape(nodes, one["samples"], 3) / 1e3
         )
     if recording.reach:
-        sets = [pitches.index(one["start_pitch_rad"]) for one in recording.reach]
-        blocks["reach_of"] = np.array(
-            [(s, one["chosen"]) for s, one in zip(sets, recording.reach, strict=True)],
-            dtype=np.int32,
-        )
-        counts = [len(one["rating"]) for one in recording.reach]
+        rated = [
+            (pitches.index(one["start_pitch_rad"]), one["chosen"], _shares(one["rating"]))
+            for one in recording.reach
+        ]
+        blocks["reach_of"] = np.array([chosen for *chosen, _ in rated], dtype=np.int32)
+        counts = [len(shares) for *_, shares in rated]
         blocks["node_start"] = np.array([0, *np.cumsum(counts)], dtype=np.int32)
-        blocks["node_rating"] = np.concatenate([_shares(one["rating"]) for one in recording.reach])
+        blocks["node_rating"] = np.concatenate([shares for *_, shares in rated])
 
 
 def _pack_intruders(recording: Recording, blocks: dict[str, Array]) -> list[Message]:
@@ -166,20 +170,26 @@ def _pack_intruders(recording: Recording, blocks: dict[str, Array]) -> list[Mess
 
 def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> Message | None:
     """Each voxel that was ever seen, with the first and last decision that reckoned with it."""
-    filled = [one for one in recording.points_m if len(one)]
-    if not filled:
-        return None
-    decision = np.repeat(np.arange(len(recording.points_m)), [len(p) for p in recording.points_m])
     voxel = recording.mission["voxel_m"]
-    index = np.floor(np.concatenate(recording.points_m) / voxel).astype(np.int64)
-    low = index.min(axis=0)
-    shape = tuple(index.max(axis=0) - low + 1)
-    flat = np.ravel_multi_index(tuple((index - low).T), shape)
-    places, inverse = np.unique(flat, return_inverse=True)
-    first = np.full(len(places), len(recording.points_m))
-    last = np.zeros(len(places), dtype=np.int64)
-    np.minimum.at(first, inverse, decision)
-    np.maximum.at(last, inverse, decision)
+
+    def index(points_m: FloatArray) -> npt.NDArray[np.int64]:
+        return np.asarray(np.floor(points_m / voxel), dtype=np.int64)
+
+    ends = [np.stack([i.min(axis=0), i.max(axis=0)]) for i in map(index, _filled(recording))]
+    if not ends:
+        return None
+    low = np.min(ends, axis=(0, 1))
+    shape = tuple(np.max(ends, axis=(0, 1)) - low + 1)
+    places, first, last = (np.zeros(0, dtype=np.int64) for _ in range(3))
+    for begin in range(0, len(recording.points_m), TOGETHER):
+        clouds = recording.points_m[begin : begin + TOGETHER]
+        decision = np.repeat(np.arange(len(clouds)) + begin, [len(cloud) for cloud in clouds])
+        flat = np.ravel_multi_index(tuple((index(np.concatenate(clouds)) - low).T), shape)
+        both, inverse = np.unique(np.concatenate([places, flat]), return_inverse=True)
+        since, until = np.full(len(both), len(recording.points_m)), np.full(len(both), -1)
+        np.minimum.at(since, inverse, np.concatenate([first, decision]))
+        np.maximum.at(until, inverse, np.concatenate([last, decision]))
+        places, first, last = both, since, until
     thin = slice(None, None, -(-len(places) // MOST_SEEN))
     order = np.argsort(first[thin], kind="stable")
     points = (np.stack(np.unravel_index(places[thin][order], shape), axis=1) + low + 0.5) * voxel
@@ -187,6 +197,10 @@ def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> Message | None
         np.uint16
     )
     return _pack_points("seen", points, blocks)
+
+
+def _filled(recording: Recording) -> Iterator[FloatArray]:
+    return (cloud for cloud in recording.points_m if len(cloud))
 
 
 def _pack_points(name: str, points_m: FloatArray, blocks: dict[str, Array]) -> Message | None:

@@ -1,18 +1,25 @@
-"""A run read back from its MCAP file, as far as a view of it needs."""
+"""A run read back from its MCAP file, as far as a view of it needs.
+
+Messages are kept as they came, large ones packed, and read when somebody asks for one: those of an
+hour, all read at once, take gigabytes.
+"""
 
 from __future__ import annotations
 
 import json
+import zlib
 from collections import defaultdict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
+from clearway.base.made import Made
 from clearway.io.foreign_errors import damage_told
 from clearway.io.what_file import require_file
 from clearway.view.replay import schemas
@@ -27,7 +34,12 @@ READ = (*OWN, schemas.POINTS, schemas.WORLD_POINTS)
 """Topics that are read back; the others are for Foxglove."""
 UNPACKED_BYTES, UNPACKED_PER_BYTE = 64_000_000, 20
 """That a recording may unpack to, beside and for each of its bytes; flights have 9 for each."""
+PACK_FROM = 1_000
+"""Bytes of a message from which on it is kept packed."""
+PACKED = b"\x78"
+"""What begins packed messages, and neither JSON nor a point cloud."""
 Message = dict[str, Any]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +48,15 @@ class Recording:
 
     source: str
     mission: Message
-    states: tuple[Message, ...]
-    decisions: tuple[Message, ...]
-    cells: tuple[Message, ...]
+    states: Sequence[Message]
+    decisions: Sequence[Message]
+    cells: Sequence[Message]
     """One per decision; none in a run of a planner without cells. So with the next two."""
-    reach: tuple[Message, ...]
-    points_m: tuple[FloatArray, ...]
+    reach: Sequence[Message]
+    points_m: Sequence[FloatArray]
     """[n, 3] each: centres of the voxels with points that the decision reckoned with."""
-    reach_sets: tuple[Message, ...]
-    intruders: tuple[Message, ...]
+    reach_sets: Sequence[Message]
+    intruders: Sequence[Message]
     surveyed_m: FloatArray
     """[n, 3] points of a surveyed world, thinned."""
 
@@ -77,8 +89,8 @@ def read_run(run: Path) -> Recording:
 
 
 def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
-    own = {topic: tuple(json.loads(data) for data in messages[topic]) for topic in OWN}
-    surveyed = [cloud_points(data) for data in messages[schemas.WORLD_POINTS]]
+    own = {topic: _read(messages[topic], json.loads) for topic in OWN}
+    surveyed = _read(messages[schemas.WORLD_POINTS], cloud_points)
     return Recording(
         source=str(path),
         mission=own[schemas.MISSION][0],
@@ -86,11 +98,26 @@ def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
         decisions=own[schemas.DECISION],
         cells=own[schemas.CELLS],
         reach=own[schemas.REACH],
-        points_m=tuple(cloud_points(data) for data in messages[schemas.POINTS]),
+        points_m=_read(messages[schemas.POINTS], cloud_points),
         reach_sets=own[schemas.REACH_SET],
         intruders=own[schemas.INTRUDERS],
         surveyed_m=surveyed[0] if surveyed else np.zeros((0, 3)),
     )
+
+
+def _read(messages: list[bytes], read: Callable[[bytes], T]) -> Sequence[T]:
+    """What messages say, read when asked for; each is read once at first, to find the damaged."""
+    for data in messages:
+        read(_unpacked(data))
+    return Made(messages, lambda data: read(_unpacked(data))) if messages else ()
+
+
+def _packed(data: bytes) -> bytes:
+    return zlib.compress(data, 1) if len(data) >= PACK_FROM or data[:1] == PACKED else data
+
+
+def _unpacked(data: bytes) -> bytes:
+    return zlib.decompress(data) if data[:1] == PACKED else data
 
 
 def _check_complete(path: Path, messages: dict[str, list[bytes]]) -> None:
@@ -103,7 +130,7 @@ def _check_complete(path: Path, messages: dict[str, list[bytes]]) -> None:
             f"there are {topics}",
         )
     try:
-        about = json.loads(messages[schemas.MISSION][0])
+        about = json.loads(_unpacked(messages[schemas.MISSION][0]))
         version = about["format"]
     except (ValueError, KeyError, TypeError) as cause:
         raise InputError(str(path), f"{schemas.MISSION}: no readable message") from cause
@@ -123,7 +150,7 @@ def _check_complete(path: Path, messages: dict[str, list[bytes]]) -> None:
 
 
 def _messages(path: Path) -> dict[str, list[bytes]]:
-    """Data of all messages by topic, in the order of their times."""
+    """Data of all messages by topic, packed, in the order of their times."""
     try:
         from mcap.reader import SeekingReader
     except ImportError as cause:
@@ -141,7 +168,7 @@ def _messages(path: Path) -> dict[str, list[bytes]]:
         for channel in summary.channels.values() if summary else ():
             found[channel.topic] = []
         for _, channel, message in reader.iter_messages(topics=READ):
-            found[channel.topic].append(message.data)
+            found[channel.topic].append(_packed(message.data))
     return found
 
 

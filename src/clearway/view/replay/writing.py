@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, BinaryIO, cast
@@ -46,7 +46,7 @@ def write_mcap(
     setup: FlightSetup,
     mission_toml: str,
     path: Path,
-    scans: Sequence[Scan] = (),
+    scans: Iterable[Scan] = (),
 ) -> None:
     """Write the file; raises MissingExtraError without the extra `foxglove`, OSError where the disk
     refuses it.
@@ -184,7 +184,7 @@ class _Writer:
         """Since 1970."""
         return self.begins_ns + int(np.rint(time_s * 1e9))
 
-    def write(self, scans: Sequence[Scan]) -> None:
+    def write(self, scans: Iterable[Scan]) -> None:
         run = self.run
         self._write_what_stays()
         self._write_scans(scans)
@@ -216,7 +216,7 @@ class _Writer:
             cloud = self.fox.point_cloud(at_ns, surveyed)
             self.clouds[schemas.WORLD_POINTS].log(cloud, log_time=at_ns)
 
-    def _write_scans(self, scans: Sequence[Scan]) -> None:
+    def _write_scans(self, scans: Iterable[Scan]) -> None:
         """Every reading in the frame of its sensor, which sits on the vehicle."""
         from foxglove import channels
 
