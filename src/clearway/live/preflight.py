@@ -208,16 +208,16 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
         would = "no ball about the start would do, a wider field of view may"
         if needed_m < np.inf:
             would = f"start_free_m = {needed_m:.3g} would do"
-        stays = f"; {FARTHER}: it may stay where it starts, {would}"
+        may_stay = f"{FARTHER}: it may stay where it starts, {would}"
         if declared_m is None and needed_m > step_m:
             most_m = WIDER_START * max(step_m, planner.settings.safety_margin_m)
             start_free_m = min(needed_m, most_m)
             after = settles(with_start_ball(planner, start_free_m), library, sensors, start)
             if after != 0:
-                return EscapePlan(asked, Escape.KNOWN, f"{unmapped}{stays[2:]}; {UNSURE}")
+                return EscapePlan(asked, Escape.KNOWN, f"{unmapped}{may_stay}; {UNSURE}")
             more = f"; {FARTHER}: {start_free_m:.3g} m about the start count as free"
         if needed_m > (start_free_m or declared_m or step_m):
-            more = f"{more}{stays}"
+            more = f"{more}; {may_stay}"
     first = f"from movement {after + 1} on straight ahead in empty air"
     return EscapePlan(
         asked,
