@@ -153,7 +153,7 @@ def _serve(pipe: Connection) -> None:
             limited = True
         case = Case(name, seed, number, whole_files(name))
         outcome, faults = tried(name, case.data)
-        if "takes more memory" in outcome.errors:
+        if "takes more memory than there is" in outcome.errors:
             faults.append("memory")
         pipe.send((outcome, faults))
 

@@ -8,7 +8,7 @@ import sys
 import threading
 from types import FrameType
 
-GRACE_S = 1.0
+GRACE_S = 0.7
 """How long a command may take to come to Ctrl-C, before it is ended where it is."""
 INTERRUPTED = 130
 KERNELS = "clearway.base.kernels.interrupts"
