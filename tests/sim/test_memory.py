@@ -20,6 +20,7 @@ from clearway.live.readings import DataLimits
 from clearway.live.reports import MOST_UNASKED, reports_for
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import read_mission
+from clearway.sensors import Scan
 from clearway.sim import LoggedDecision, Run, closed_loop
 from clearway.sim.kept_scans import ScanFile
 from clearway.sim.logbook import Logbook
@@ -35,7 +36,8 @@ from held_bytes import held_bytes
 
 PAST_BYTES = 40_000
 """That a past decision holds at most: 150 MB in an hour at one a second, and mostly a third."""
-HOUR_MB = 400
+HOUR_MB, REPLAY_MB = 450, 450
+"""That an hour of flight takes with its recording and pictures; and to show it again."""
 
 
 @lru_cache
@@ -158,7 +160,8 @@ def test_reports_that_nobody_asks_for_fill_no_memory(tracker: TrackerSettings | 
 
 
 def test_kept_scans_come_back_as_they_were() -> None:
-    kept, taken = ScanFile(), []
+    kept = ScanFile()
+    taken: list[Scan] = []
     setup(seconds=3.0).fly_with("clearway", scans=taken)
     for scan in taken:
         kept.append(scan)
@@ -189,7 +192,7 @@ dropout = 0.05
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["plane", "multirotor"])
-def test_an_hour_of_flight_with_all_that_it_leaves_takes_less_than_400_mb(
+def test_an_hour_of_flight_with_all_that_it_leaves_keeps_bounded_memory(
     tmp_path: Path, kind: str
 ) -> None:
     there_and_back = ", ".join(["[52, 0, 4]", "[-4, 0, 4]"] * 60)
@@ -204,7 +207,7 @@ def test_an_hour_of_flight_with_all_that_it_leaves_takes_less_than_400_mb(
     program = [sys.executable, "-m", "clearway"]
     subprocess.run([*program, "fly", tmp_path / "hour.toml", "--out", out], check=False)
     assert json.loads((out / "summary.json").read_text())["time_s"] > 3500.0
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0 < HOUR_MB
     subprocess.run([*program, "replay", out, "--html", tmp_path / "page.html"], check=True)
     assert (tmp_path / "page.html").stat().st_size > 100_000
-    most_mb = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
-    assert most_mb < HOUR_MB
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0 < REPLAY_MB

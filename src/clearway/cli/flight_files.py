@@ -30,10 +30,12 @@ def write_flight(
     scans: Iterable[Scan] = (),
 ) -> None:
     """Everything that the flight leaves but pictures, all of it or nothing; says what."""
+    from clearway.base.give_back import give_back
     from clearway.io.toml_writing import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
     from clearway.missions.run_tables import write_tables
 
+    give_back()
     with folder.written() as scratch:
         write_toml(file.effective(), scratch / "mission.toml")
         write_track(run, scratch / "track.csv")
@@ -58,6 +60,7 @@ def draw_pictures(
     pictures: Pictures,
 ) -> None:
     """The pictures, beside what the flight left before; all of them or none."""
+    from clearway.base.give_back import give_back
     from clearway.sim import decided_by_clearway
     from clearway.studies.figures.flight_set import flight_figures, track_figures
     from clearway.view.plot.flight import Margins
@@ -66,6 +69,7 @@ def draw_pictures(
     body = file.vehicle.body_radius_m
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
     margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
+    give_back()
     with folder.taking_more().written() as scratch, house_style():
         if decided_by_clearway(run):
             figures = flight_figures(run, margins, setup.world, setup.kept_out)

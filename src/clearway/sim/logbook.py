@@ -10,9 +10,9 @@ from clearway.live import FlightDecision
 from clearway.sim.pilot import D
 from clearway.sim.run import LoggedDecision
 
-MOST_BYTES = 48 * 1024 * 1024
+MOST_BYTES = 32 * 1024 * 1024
 """Of decisions that are kept whole: those of a flight of a minute or two among walls, of more than
-that in the open. Beside the program itself that leaves an hour of flight below 400 MB."""
+that in the open."""
 
 
 class Logbook(Generic[D]):

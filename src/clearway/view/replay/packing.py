@@ -37,7 +37,6 @@ def pack(recording: Recording) -> bytes:
     blocks: dict[str, Array] = {}
     head: dict[str, Any] = {
         "mission": recording.mission,
-        "decisions": [_decision(one) for one in recording.decisions],
         "quantities": _quantities(recording),
         "movement_names": [one.get("movement_names") for one in recording.reach_sets],
         "flags": list(CELL_FLAGS),
@@ -48,17 +47,24 @@ def pack(recording: Recording) -> bytes:
     head["intruders"] = _pack_intruders(recording, blocks)
     head["seen"] = _pack_seen(recording, blocks)
     head["surveyed"] = _pack_points("surveyed", recording.surveyed_m, blocks)
-    return zlib.compress(_joined(head, blocks), level=9)
+    # As text one by one: as objects those of an hour take a hundred megabytes.
+    decisions = ",".join(_text(_decision(one)) for one in recording.decisions)
+    return zlib.compress(_joined(head, decisions, blocks), level=9)
 
 
-def _joined(head: dict[str, Any], blocks: dict[str, Array]) -> bytes:
+def _text(value: dict[str, Any]) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+
+def _joined(head: dict[str, Any], decisions: str, blocks: dict[str, Array]) -> bytes:
     body = bytearray()
     places: dict[str, Any] = {}
     for name, array in blocks.items():
         places[name] = {"type": array.dtype.name, "shape": list(array.shape), "at": len(body)}
         body += np.ascontiguousarray(array).astype(f"<{TYPES[array.dtype.name]}").tobytes()
         body += b"\0" * (-len(body) % 4)
-    text = json.dumps(head | {"blocks": places}, separators=(",", ":"), allow_nan=False).encode()
+    rest = _text(head | {"blocks": places})
+    text = f'{rest[:-1]},"decisions":[{decisions}]}}'.encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<I", len(text)) + text + bytes(body)
 
