@@ -178,7 +178,9 @@ try:
 except SystemExit as end:
     status = end.code or 0
 used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-told = [status, max(one.ru_maxrss for one in used), sum(one.ru_utime for one in used)]
+# Not ru_maxrss, which a process has from the one that it was forked from.
+own_kb = next(int(line.split()[1]) for line in open("/proc/self/status") if "VmHWM" in line)
+told = [status, max(own_kb, used[1].ru_maxrss), sum(one.ru_utime for one in used)]
 print("measured", *told, file=sys.stderr)
 """
 

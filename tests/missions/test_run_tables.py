@@ -9,6 +9,7 @@ pytest.importorskip("pyarrow")
 
 from pyarrow import parquet
 
+from clearway.base.version import SCHEMA_VERSION
 from clearway.missions.run_files import decision_record
 from clearway.missions.run_tables import DECISIONS, INTRUDERS, TRACK, write_tables
 from flown_missions import flown
@@ -46,7 +47,7 @@ def test_columns_are_typed(tables):
 
 def test_every_table_tells_the_version_of_its_form(tables):
     for table in tables.values():
-        assert table.schema.metadata[b"schema_version"] == b"2"
+        assert table.schema.metadata[b"schema_version"] == str(SCHEMA_VERSION).encode()
 
 
 def test_the_track_and_the_intruders_are_the_true_ones(tables):

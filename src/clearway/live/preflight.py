@@ -212,10 +212,13 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
         if declared_m is None and needed_m > step_m:
             most_m = WIDER_START * max(step_m, planner.settings.safety_margin_m)
             start_free_m = min(needed_m, most_m)
-            after = settles(with_start_ball(planner, start_free_m), library, sensors, start)
-            if after != 0:
+            widened = settles(with_start_ball(planner, start_free_m), library, sensors, start)
+            if widened == 0:
+                after, more = 0, f"; {FARTHER}: {start_free_m:.3g} m about the start count as free"
+            elif any(planner.settings.wind_mps):  # Blown off, it cannot hold there for ever.
+                start_free_m = None
+            else:
                 return EscapePlan(asked, Escape.KNOWN, f"{unmapped}{may_stay}; {UNSURE}")
-            more = f"; {FARTHER}: {start_free_m:.3g} m about the start count as free"
         if needed_m > (start_free_m or declared_m or step_m):
             more = f"{more}; {may_stay}"
     first = f"from movement {after + 1} on straight ahead in empty air"

@@ -19,6 +19,12 @@ RECORD_HEAD = 9
 """Bytes of an MCAP record before its content: what it is, and how long."""
 
 
+def damage_complaints() -> tuple[type[Exception], ...]:
+    """Return what libraries raise for one damaged part; too little memory is no damage of it."""
+    named = (*COMPLAINTS, *library_complaints())
+    return tuple(one for one in named if one is not MemoryError)
+
+
 class Lost(NamedTuple):
     """A message that cannot be read."""
 
@@ -41,7 +47,7 @@ def read_mcap_messages(reader: Any, file: BinaryIO, names: Sequence[str]) -> Ite
                 found += 1
                 yield one
             return
-        except (*COMPLAINTS, *library_complaints()) as cause:
+        except damage_complaints() as cause:
             summary, why = reader.get_summary(), describe(cause)
             damaged = [one for one in summary.chunk_indexes if not _is_whole(one, file)]
             if not damaged:
@@ -60,7 +66,7 @@ def _is_whole(index: Any, file: BinaryIO) -> bool:
     try:
         file.seek(index.chunk_start_offset + RECORD_HEAD)
         breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
-    except (*COMPLAINTS, *library_complaints()):
+    except damage_complaints():
         return False
     return True
 
@@ -77,7 +83,7 @@ def _list_lost(
         if channel is None or channel.topic not in names:
             continue
         times = [index.message_start_time]
-        with suppress(*COMPLAINTS, *library_complaints()):
+        with suppress(*damage_complaints()):
             file.seek(offset + RECORD_HEAD)
             listed = MessageIndex.read(ReadDataStream(file)).records
             times = [logged_ns for logged_ns, _ in listed]
@@ -102,7 +108,7 @@ def read_bag1_messages(reader: Any, wanted: Sequence[Any]) -> Iterator[Any]:
                 done += 1
                 yield one
             return
-        except (*COMPLAINTS, *library_complaints()) as cause:
+        except damage_complaints() as cause:
             why, damaged = describe(cause), entries[done]
         yield from _drop_damaged(reader, wanted, damaged, why)
 
@@ -124,7 +130,7 @@ def _unpacks(reader: Any, chunk: Any) -> bool:
     try:
         reader.bio.seek(chunk.datapos)
         chunk.decompressor(reader.bio.read(chunk.datasize))
-    except (*COMPLAINTS, *library_complaints()):
+    except damage_complaints():
         return False
     return True
 
@@ -166,7 +172,7 @@ def try_unpack(data: bytes) -> tuple[bytes, str]:
     """Return a message that may be packed by zstd as it was serialised, or why it cannot be."""
     try:
         return unpacked_message(data), ""
-    except (*COMPLAINTS, *library_complaints()) as cause:
+    except damage_complaints() as cause:
         return b"", describe(cause)
 
 
