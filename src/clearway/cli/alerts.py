@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,6 +17,7 @@ MOST_LINES = 20
 
 if TYPE_CHECKING:
     from clearway.missions.alert_history import AlertHistory
+    from clearway.traffic.recorded.report import Clock
 
 
 def alerts(
@@ -58,12 +60,13 @@ def alerts(
 
         folder = ResultsFolder.checked(out, "alerts", file.name)
     kept, able = volumes_named(volumes), PERFORMANCES.named(vehicle)
-    history = judge_recording(read_traffic(file), own, kept, able)
+    recording = read_traffic(file)
+    history = judge_recording(recording, own, kept, able)
     told = sourced(history.as_dict() | {"vehicle": vehicle}, [file])
     if as_json:
         print_json(told)
     else:
-        show("\n".join(_lines(history)))
+        show("\n".join(_lines(history, recording.clock)))
     if folder is not None:
         from clearway.view.plot.alerts import draw_alerts
         from clearway.view.plot.style import house_style
@@ -75,8 +78,8 @@ def alerts(
         say(f"wrote alerts.json, {picture} to {out}")
 
 
-def _lines(history: AlertHistory) -> list[str]:
-    """The text: changes of level, what was not judged, and notes."""
+def _lines(history: AlertHistory, clock: Clock) -> list[str]:
+    """The text: changes of level by the recording's clock, what was not judged, and notes."""
     changes, missed = history.changes(), history.not_judged
     count, seconds = len(history.judged), len(history.seconds)
     judged = f"{count} other aircraft judged in {seconds} s"
@@ -87,7 +90,10 @@ def _lines(history: AlertHistory) -> list[str]:
     else:
         lines = [f"{history.volumes.name}: no alert in {seconds} s, {count} other aircraft judged"]
     for time_s, name, level in changes:
-        lines.append(f"{time_s:10.0f} s  {level.name.lower():10}  {name}")
+        when = f"{time_s:10.0f} s"
+        if clock == "utc":
+            when = f"{datetime.fromtimestamp(time_s, UTC):%Y-%m-%d %H:%M:%SZ}"
+        lines.append(f"{when}  {level.name.lower():10}  {name}")
     if missed:
         lines.append(f"not judged ({len(missed)}): each may have been near without an alert above")
     for one in missed[:MOST_LINES]:
