@@ -194,7 +194,9 @@ def play_for_a_while(browser):
     browser.press(" ", "Space")
 
 
-@pytest.mark.parametrize("view", ["chase", "top", "side"])
+@pytest.mark.parametrize(
+    "view", ["chase", *(pytest.param(one, marks=pytest.mark.nightly) for one in ("top", "side"))]
+)
 def test_obstacles_and_ground_stay_after_every_step_scrub_and_pause(browser, address, view):
     at(browser, address, f"t=2&view={view}&colouring=none")
     steps = {
