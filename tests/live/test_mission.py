@@ -72,6 +72,21 @@ def test_landing_points_follow_the_waypoints():
     assert progress.following(mission) is None
 
 
+@given(st.floats(-0.9, 0.9), st.floats(0.02, 0.3), st.floats(0.0, 1.0))
+def test_a_landing_ends_where_it_comes_no_nearer(aside_m, step_m, phase):
+    """Flown straight past the point, it ends one step beyond the nearest place."""
+    point = np.array([10.0, 0.0, 2.0])
+    mission = replace(MISSION, landing_m=point[None])
+    progress = replace(Progress(), goal=len(mission.waypoints_m))
+    for now in range(2000):
+        place = point + np.array([(now + phase) * step_m - 4.0, aside_m, 0.0])
+        progress = advanced(mission, progress, place, float(now))
+        if progress.done(mission):
+            break
+    assert progress.done(mission)
+    assert 0.0 <= place[0] - point[0] <= 2.0 * step_m
+
+
 def test_no_progress_is_noticed_and_patience_grows():
     progress = advanced(MISSION, Progress(), np.zeros(3), 0.0)
     assert not stuck(progress, 20.0, 20.0)

@@ -234,6 +234,8 @@ def advanced(
             if distance < progress.nearest_m - NEARER * mission.reach_radius_m:
                 return _nearer(progress, distance, time_s)
             return progress
+        if _lands_last(mission, progress) and distance < progress.nearest_m:
+            return _nearer(progress, distance, time_s)  # Until it comes no nearer.
         progress = replace(
             progress,
             goal=progress.goal + 1,
@@ -247,6 +249,11 @@ def advanced(
             tried=0,
         )
     return progress
+
+
+def _lands_last(mission: Mission, progress: Progress) -> bool:
+    """Whether the goal is the last landing point, at which the flight ends."""
+    return len(mission.landing_m) > 0 and progress.goal == len(mission.goals_m) - 1
 
 
 def news_in_m(

@@ -53,8 +53,8 @@ class MissionSection(Section):
     than half a movement, or an eighth of the turning radius, it may be circled for ever, which is
     said before take-off."""
     landing_m: Points = ()
-    """Points of the landing sequence, after the last waypoint. It ends within `reach_radius_m`
-    of the last one, not on it."""
+    """Points of the landing sequence, after the last waypoint. It ends where the vehicle comes
+    nearest to the last one, within `reach_radius_m`."""
     pass_within_m: Positive | None = None
     """A waypoint before the last also counts once it is abeam within this distance; default: every
     waypoint has to be reached."""
