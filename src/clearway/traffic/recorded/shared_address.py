@@ -11,6 +11,8 @@ from clearway.traffic.recorded.geodesy import surface_points
 
 LEAST_REPORTS = 3
 """Fewer that lie apart are wrong positions, as receivers decode now and then."""
+MOST_TRACKS = 256
+"""Of one address; what jumps to more places is noise, and stays with the longest track."""
 
 
 def split_address(one: Aircraft) -> list[Aircraft]:
@@ -23,6 +25,7 @@ def split_address(one: Aircraft) -> list[Aircraft]:
         return [one]
     surface = surface_points(one.latitude_deg, one.longitude_deg)
     tracks: list[list[int]] = []
+    strays: list[int] = []
     for at, place in enumerate(surface):
         last = np.array([track[-1] for track in tracks], dtype=np.int64)
         elapsed = one.time_s[at] - one.time_s[last]
@@ -32,10 +35,12 @@ def split_address(one: Aircraft) -> list[Aircraft]:
             tracks[int(np.argmin(np.where(could, way / np.maximum(elapsed, 1e-9), np.inf)))].append(
                 at
             )
-        else:
+        elif len(tracks) < MOST_TRACKS:
             tracks.append([at])
+        else:
+            strays.append(at)
     tracks.sort(key=len, reverse=True)
-    strays = [at for track in tracks[1:] if len(track) < LEAST_REPORTS for at in track]
+    strays += [at for track in tracks[1:] if len(track) < LEAST_REPORTS for at in track]
     kept = [track for track in tracks[1:] if len(track) >= LEAST_REPORTS]
     parts = [_part(one, sorted(tracks[0] + strays)), *(_part(one, track) for track in kept)]
     numbered = [replace(part, address=f"{one.address} ({n})") for n, part in enumerate(parts, 1)]
