@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.avoidance.long_range.bands import Bands, bands
 from clearway.base.errors import InputError
-from clearway.io.traffic.traffic_rows import NO_ADDRESS
+from clearway.io.traffic.traffic_rows import ELSEWHERE, NO_ADDRESS
 from clearway.missions.judged_traffic import (
     OWN_SILENT,
     POSITIONS_TELL,
@@ -25,6 +25,7 @@ from clearway.traffic.recorded import TrafficRecording, aircraft_of
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.ghosts import ghosts_of
 from clearway.traffic.recorded.placed import PlacedTrack, place_aircraft
+from clearway.traffic.recorded.shared_address import split_address
 from clearway.traffic.volumes import AlertLevel, Alerts, VolumeSet, alerts_after
 from clearway.vehicle.performance import Performance
 
@@ -125,6 +126,8 @@ def judge_recording(
     ]
     if nameless := recording.left_out.get(NO_ADDRESS, 0):
         missed.append(NotJudged("", f"{nameless} messages name no aircraft", seconds))
+    if double := recording.left_out.get(ELSEWHERE, 0):
+        missed.append(NotJudged("", f"{double} messages: {ELSEWHERE}", seconds))
     return replace(
         history,
         not_judged=(*history.not_judged, *sorted(missed, key=lambda one: one.address)),
@@ -139,12 +142,15 @@ def alert_history(
 
     Every aircraft that can be placed is judged: positions are straight between reports and for
     30 s after one, a velocity that is not reported comes from positions, a height that is not known
-    counts as the own one. What cannot be judged, though it may have come near, is in `not_judged`.
+    counts as the own one. Several that report by one address are all judged, as "address (2)" and
+    so on. What cannot be judged, though it may have come near, is in `not_judged`.
     Raises InputError for an own aircraft that is not there, or never flies.
     """
-    mine = find_own_aircraft(aircraft, own)
+    named = find_own_aircraft(aircraft, own)
+    mine, *doubtful = split_address(named)
     here = place_aircraft(mine).until(math.ceil(max(one.time_s[-1] for one in aircraft)))
-    others = [one for one in aircraft if one is not mine]
+    parts = [split_address(one) for one in aircraft if one is not named]
+    others = doubtful + [part for several in parts for part in several]
     doubles = ghosts_of([mine, *(one for one in others if one.source == "tisb")])
     there = [place_aircraft(one, here.second) for one in others]
     ghosts = [one.address for one in there if one.address in doubles and _fly_alike(here, one)]

@@ -38,6 +38,9 @@ NO_ADDRESS = "no address"
 NO_TIME = "no time"
 IMPOSSIBLE = "impossible value"
 DUPLICATE = "told twice"
+ELSEWHERE = "another place at the time of another report by that address"
+ELSEWHERE_DEG = 0.01
+"""Of a great circle: 1.1 km."""
 CUT_OFF = "cut off"
 
 
@@ -52,7 +55,7 @@ class Sieve:
         self.heard: Counter[str] = Counter()
         self.notes: list[str] = []
         self._reports: list[TrafficReport] = []
-        self._times: set[tuple[str, float]] = set()
+        self._places: dict[tuple[str, float], tuple[float, float]] = {}
         self._last: dict[str, TrafficReport] = {}
         self._odd: Counter[str] = Counter()
 
@@ -99,14 +102,16 @@ class Sieve:
         key = (report.address, report.time_s)
         last = self._last.get(report.address)
         wrong = _impossible_fields(report)
-        twice = key in self._times or (last is not None and _is_same(last, report))
+        twice = key in self._places or (last is not None and _is_same(last, report))
         if _is_nowhere(report) or (twice and wrong):
             self.drop(IMPOSSIBLE)
+        elif twice and _is_elsewhere(self._places.get(key), report):
+            self.drop(ELSEWHERE, f"{report.address} is at two places at one time")
         elif twice:
             self.drop(DUPLICATE)
         else:
             self.messages += 1
-            self._times.add(key)
+            self._places[key] = (report.latitude_deg, report.longitude_deg)
             self._last[report.address] = report
             self._reports.append(self._without(report, wrong) if wrong else report)
 
@@ -196,6 +201,15 @@ def _is_same(last: TrafficReport, report: TrafficReport) -> bool:
         and report.latitude_deg == last.latitude_deg
         and report.longitude_deg == last.longitude_deg
     )
+
+
+def _is_elsewhere(place_deg: tuple[float, float] | None, report: TrafficReport) -> bool:
+    """Whether a report lies so far from a place of the same time that another aircraft sent it."""
+    if place_deg is None:
+        return False
+    north = abs(report.latitude_deg - place_deg[0])
+    east = abs((report.longitude_deg - place_deg[1] + 180.0) % 360.0 - 180.0)
+    return max(north, east * math.cos(math.radians(place_deg[0]))) > ELSEWHERE_DEG
 
 
 def number(value: Any) -> float | None:

@@ -33,8 +33,10 @@ def believe_climbs(one: Aircraft) -> FloatArray:
     climbed = np.append(0.0, np.cumsum(pieces))
     then = np.searchsorted(time_s, time_s - CLIMB_WINDOW_S)
     flown, told = height_m - height_m[then], climbed - climbed[then]
-    clear = np.abs(flown) > CLEAR_CLIMB_M
-    off = np.abs(told - flown)[clear] / np.abs(flown)[clear]
+    # Where the height stays, a climb that is told has to show.
+    scale = np.where(np.abs(flown) > CLEAR_CLIMB_M, np.abs(flown), np.abs(told))
+    clear = scale > CLEAR_CLIMB_M
+    off = np.abs(told - flown)[clear] / scale[clear]
     belied = len(off) > 0 and float(np.median(off)) > MOST_OFF
     return np.full_like(rate, np.nan) if belied else rate
 
