@@ -87,6 +87,20 @@ def test_a_landing_ends_where_it_comes_no_nearer(aside_m, step_m, phase):
     assert 0.0 <= place[0] - point[0] <= 2.0 * step_m
 
 
+@given(st.floats(-1.0, 1.0), st.floats(0.02, 4.0), st.floats(0.0, 1.0))
+def test_a_landing_whose_radius_is_left_at_once_ends(aside: float, step_m: float, phase: float):
+    """Own states may lie far apart: one within the radius, and the next beyond it."""
+    point = np.array([10.0, 0.0, 2.0])
+    mission = replace(MISSION, landing_m=point[None])
+    progress, entered = replace(Progress(), goal=len(mission.waypoints_m)), False
+    for now in range(1000):
+        ahead_m = (now + phase) * step_m - 10.0
+        place = point + np.array([ahead_m, aside * mission.reach_radius_m, 0.0])
+        progress = advanced(mission, progress, place, float(now))
+        entered |= bool(np.linalg.norm(place - point) <= mission.reach_radius_m)
+    assert progress.done(mission) == entered
+
+
 def test_no_progress_is_noticed_and_patience_grows():
     progress = advanced(MISSION, Progress(), np.zeros(3), 0.0)
     assert not stuck(progress, 20.0, 20.0)

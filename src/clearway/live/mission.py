@@ -230,7 +230,8 @@ def advanced(
     while not progress.done(mission):
         distance = _away_m(position_m, mission.goals_m[progress.goal], stays_level)
         passed = _passed(mission, progress.goal, position_m, counts)
-        if distance > mission.reach_radius_m and not passed:
+        entered = progress.nearest_m <= mission.reach_radius_m  # Of a last landing point alone.
+        if distance > mission.reach_radius_m and not passed and not entered:
             if distance < progress.nearest_m - NEARER * mission.reach_radius_m:
                 return _nearer(progress, distance, time_s)
             return progress
