@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import fields, is_dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -29,6 +30,7 @@ from clearway.io.scans.bag_mcap import open_mcap
 from clearway.io.scans.lost_chunks import Lost, read_bag1_messages
 from clearway.io.what_file import require_file
 
+LIBRARIES = ("mcap", "rosbags")
 LOADED_APART = (
     "lz4.frame",
     "mcap.reader",
@@ -49,6 +51,8 @@ def open_bag(path: Path, *, decoded: bool = True) -> Iterator[Bag]:
     the packages of [lidar], InputError where it is damaged or not there.
     """
     require_file(path)
+    if any(find_spec(name) is None for name in LIBRARIES):
+        raise MissingExtraError(f"reading {path}", "lidar")
     with ExitStack() as stack:
         files = () if _is_alone(path) else tuple(plain_files(path, stack))
         size = sum(one.stat().st_size for one in files or (path,))
@@ -107,7 +111,7 @@ def _plain(value: Any) -> Any:
 @contextmanager
 def _opened(path: Path, files: tuple[Path, ...]) -> Iterator[Bag]:
     """A recording; files: those of a ROS 2 bag, unpacked."""
-    try:
+    try:  # They may be there, and not load.
         import mcap.reader  # noqa: F401
         import rosbags.highlevel  # noqa: F401
     except ImportError as cause:
