@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 from importlib import import_module
 from pathlib import Path
@@ -53,10 +54,10 @@ def changed_sources(stamp: Path, package: Path) -> list[str]:
     changed = []
     for line in lines:
         digest, changed_ns, name = line.split(" ", 2)
-        path = package / name
+        path = f"{package}/{name}"
         try:
-            same = path.stat().st_mtime_ns == int(changed_ns)
-            if not same and hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+            same = os.stat(path).st_mtime_ns == int(changed_ns)
+            if not same and hashlib.sha256(Path(path).read_bytes()).hexdigest() != digest:
                 changed.append(name)
         except OSError:
             changed.append(name)
