@@ -15,7 +15,7 @@ from clearway_build.compiler import STANDARD, Compiler, find_compiler
 from clearway_build.errors import BuildError
 from clearway_build.headers import Headers, find_headers
 from clearway_build.target import Target
-from clearway_build.translate import write_sources
+from clearway_build.translate import NotTranslatableError, write_sources
 
 CORE = "_core.abi3.so"
 FOLDED = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p log2 log10 pow hypot"
@@ -24,8 +24,6 @@ FLAGS = (
     *(STANDARD, "-fPIC", "-fvisibility=hidden", "-fvisibility-inlines-hidden"),
     *("-ffp-contract=off", "-fno-math-errno", "-fwrapv"),
     *(f"-fno-builtin-{name}" for name in (*FOLDED.split(), "erf", "erfc", "fmod", "cbrt")),
-    *("-DPy_LIMITED_API=0x030B0000", "-DNPY_NO_DEPRECATED_API=NPY_1_25_API_VERSION"),
-    "-DNPY_TARGET_VERSION=NPY_1_25_API_VERSION",
 )
 FLAVOURS = {
     "fast": ("-O2", "-DNDEBUG"),
@@ -55,7 +53,10 @@ def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> 
     began = time.perf_counter()
     headers, compiler = find_headers(), find_compiler(target)
     work = root / "build" / "core"
-    sources = write_sources(root / "src" / "clearway", work / "source")
+    try:
+        sources = write_sources(root / "src" / "clearway", work / "source")
+    except NotTranslatableError as cause:
+        raise BuildError(f"{cause}\nOnly the subset of Python in docs/core.md is translated.") from cause
     folder = work / f"{target.folder}-{flavour}"
     folder.mkdir(parents=True, exist_ok=True)
     flags = (*FLAGS, *FLAVOURS[flavour])
