@@ -54,7 +54,7 @@ def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> 
     headers, compiler = find_headers(), find_compiler(target)
     work = root / "build" / "core"
     try:
-        sources = write_sources(root / "src" / "clearway", work / "source")
+        sources = write_sources(root / "src", work / "source")
     except NotTranslatableError as cause:
         raise BuildError(f"{cause}\nOnly the subset of Python in docs/core.md is translated.") from cause
     folder = work / f"{target.folder}-{flavour}"

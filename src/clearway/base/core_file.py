@@ -12,7 +12,6 @@ from typing import Any
 from clearway.base.errors import ClearwayError
 
 BASE = Path(__file__).parent
-PACKAGE = BASE.parent
 CORE = "_core.abi3.so"
 STAMP = "_core.stamp"
 MACHINES = {3: "x86", 40: "arm", 62: "x86_64", 183: "aarch64", 243: "riscv64"}
@@ -29,7 +28,7 @@ class CoreError(ClearwayError):
 
 def load_core(base: Path = BASE) -> Any:
     """Return the compiled core; raises CoreError if it is absent, stale or of another machine."""
-    changed = changed_sources(base / STAMP, base.parent)
+    changed = changed_sources(base / STAMP, base.parent.parent)
     if changed:
         more = f" and {len(changed) - 1} more" if changed[1:] else ""
         raise CoreError(
@@ -42,7 +41,7 @@ def load_core(base: Path = BASE) -> Any:
         raise CoreError(why_unusable(base / CORE, cause)) from cause
 
 
-def changed_sources(stamp: Path, package: Path) -> list[str]:
+def changed_sources(stamp: Path, source: Path) -> list[str]:
     """Return the files that differ from what the core was made of; none where there is no stamp.
 
     Only an editable install has a stamp. A file is read only where its time of change differs.
@@ -54,7 +53,7 @@ def changed_sources(stamp: Path, package: Path) -> list[str]:
     changed = []
     for line in lines:
         digest, changed_ns, name = line.split(" ", 2)
-        path = f"{package}/{name}"
+        path = f"{source}/{name}"
         try:
             same = os.stat(path).st_mtime_ns == int(changed_ns)
             if not same and hashlib.sha256(Path(path).read_bytes()).hexdigest() != digest:
