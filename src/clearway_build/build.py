@@ -22,7 +22,8 @@ FOLDED = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p lo
 """What a compiler computes ahead with roundings of its own, if it may: left to the C library."""
 FLAGS = (
     *(STANDARD, "-fPIC", "-fvisibility=hidden", "-fvisibility-inlines-hidden"),
-    *("-ffp-contract=off", "-fno-math-errno", "-fwrapv"),
+    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fwrapv"),
+    *("-Werror=float-conversion", "-Werror=sign-compare"),
     *(f"-fno-builtin-{name}" for name in (*FOLDED.split(), "erf", "erfc", "fmod", "cbrt")),
 )
 FLAVOURS = {
@@ -66,7 +67,7 @@ def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> 
         for source in sources
     }
     wanted = {one: source for one, source in objects.items() if not one.is_file()}
-    includes = [f"-I{place}" for place in (*headers.folders, work / "source")]
+    includes = [part for place in headers.folders for part in ("-isystem", str(place))]
 
     def compiled(item: tuple[Path, Path]) -> None:
         made, source = item

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ MACHINES = {3: "x86", 40: "arm", 62: "x86_64", 183: "aarch64", 243: "riscv64"}
 MACHINE_AT = slice(18, 20)
 """Where in the head it stands."""
 REBUILD = "Type `make core` in the checkout"
+AS_PYTHON = "set CLEARWAY_CORE=python to run the source as it stands"
 REINSTALL = "Type `pip install --force-reinstall clearway`"
 
 
@@ -26,14 +28,23 @@ class CoreError(ClearwayError):
     """The compiled core cannot be used; says why and what to type."""
 
 
+def compiled_loop(name: str) -> Any:
+    """Return a loop of the core by its module and name; raises CoreError where it has none such."""
+    loop = getattr(load_core(), name, None)
+    if loop is None:
+        raise CoreError(f"{name} is not in the compiled core. {REBUILD}, or {AS_PYTHON}.")
+    return loop
+
+
+@cache
 def load_core(base: Path = BASE) -> Any:
     """Return the compiled core; raises CoreError if it is absent, stale or of another machine."""
     changed = changed_sources(base / STAMP, base.parent.parent)
     if changed:
         more = f" and {len(changed) - 1} more" if changed[1:] else ""
         raise CoreError(
-            f"the compiled core is older than {changed[0]}{more}, so it would fly other loops than "
-            f"the source shows. {REBUILD}, or set CLEARWAY_CORE=python."
+            f"the compiled core is older than {changed[0]}{more}: it would fly other loops than the "
+            f"source shows. {REBUILD}, or {AS_PYTHON}."
         )
     try:
         return import_module("clearway.base._core")
