@@ -13,6 +13,8 @@ from clearway_build.translate.writes import Writes
 PARTS = (("avoidance",), ("sensors",), ("obstacles", "traffic"), ())
 """Packages whose loops make one file of C++ each; the last takes all others. Files are compiled side
 by side, each with all that its loops call, which the compiler may write into them."""
+READ = "read.txt"
+"""The list of files of Python that all this was made from, a path a line."""
 
 
 def write_sources(source: Path, out: Path) -> list[Path]:
@@ -36,6 +38,8 @@ def write_sources(source: Path, out: Path) -> list[Path]:
         paths.append(path)
     path = out / "module.cpp"
     _write(path, _module(len(PARTS)))
+    read = sorted(str(each.relative_to(source)) for each in translated.program.files())
+    _write(out / READ, "\n".join(read) + "\n")
     return [*paths, path]
 
 
@@ -147,4 +151,4 @@ PyMODINIT_FUNC PyInit__core() {{
 """
 
 
-__all__ = ["NotTranslatableError", "write_sources"]
+__all__ = ["READ", "NotTranslatableError", "write_sources"]

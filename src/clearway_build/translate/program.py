@@ -86,6 +86,10 @@ class Program:
             }
         return self._names[module]
 
+    def files(self) -> list[Path]:
+        """The files that were read so far."""
+        return [self.path(module) for module in self._names]
+
     def kernels(self) -> Iterator[Kernel]:
         """All loops, in the order of their files."""
         for path in sorted(self.source.joinpath("clearway").rglob("*.py")):
