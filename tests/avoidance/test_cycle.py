@@ -5,12 +5,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from clearway.avoidance.cycle import assessed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.avoidance.candidates import Candidates, Commitment, Side, log_ratings
 from clearway.avoidance.costs import curved_distance_to_go
-from clearway.avoidance.cycle import assessed
 from clearway.avoidance.decide import decide
 from clearway.avoidance.evidence import Sources
 from clearway.avoidance.fusion import Evidence, assess_cells, total

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from clearway.avoidance.assess import assess_situation
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearway
-from clearway.avoidance.assess import assess_situation
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import PointHazards, grown_in_grid
 from clearway.avoidance.planner import Planner

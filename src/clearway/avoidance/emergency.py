@@ -52,7 +52,7 @@ def best_clearances(
     """[candidates, 2] as `verify.clearances` of those whose clearance rounds to the best; of others
     the clearance may be told as any that does not, -inf too."""
     nodes = candidates.nodes
-    asked = id(hazards), margin_m, nodes.tobytes()
+    asked = hazards, margin_m, nodes.tobytes()
     if asked not in looked.best:
         is_end = np.zeros(len(looked.paths.parent), dtype=np.bool_)
         is_end[nodes] = True

@@ -7,18 +7,24 @@ time. Only where that has been lost too, what is less sure follows, and the emer
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.candidates import Candidates, among
-from clearway.avoidance.chosen import Basis, Choice, Grounds
+from clearway.avoidance.candidates import Candidates, Commitment, among
+from clearway.avoidance.choice import choose_by_rules, pick
+from clearway.avoidance.chosen import Basis, Choice
+from clearway.avoidance.costs import price_of
 from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import Cause, Hazards
+from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import ReachAssessment
-from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
+from clearway.avoidance.rated import Rated
+from clearway.avoidance.rules.rule import Ruling
+from clearway.avoidance.verify import KnownClearances
+from clearway.avoidance.way_out import LESSER_MARGINS, Narrow, UnderWay, WayOut
 from clearway.avoidance.ways_out import WaysOut
 
 SHORTER = (0.25, 0.125, 0.0625)
@@ -26,8 +32,6 @@ SHORTER = (0.25, 0.125, 0.0625)
 TO_AND_FRO = 8
 """Decisions in a row that led nowhere, after which a vehicle looks all round: as many as an eighth
 of a turn each needs for a whole one."""
-ChooseAmong = Callable[[Hazards, Candidates, float], Choice]
-"""The best of some candidates, with a share of the margin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +39,6 @@ class Taken:
     """What a decision flies."""
 
     choice: Choice
-    hazards: Hazards
-    """What it keeps clear of."""
     way_out: WayOut | None = None
     """From the end of its first movement on."""
     banned: tuple[str, ...] = ()
@@ -45,6 +47,11 @@ class Taken:
     """Whether it leaves a way out, where one is asked for."""
     finishes: UnderWay | None = None
     """The movement under way, where that is flown to its end and then the way out."""
+
+    @property
+    def hazards(self) -> Hazards:
+        """What it keeps clear of."""
+        return self.choice.grounds.hazards
 
     @property
     def good(self) -> bool:
@@ -58,30 +65,63 @@ class Taken:
 class Leaving:
     """One decision's choice among what leaves a way out."""
 
-    prepared: PreparedReachSet
-    assessment: ReachAssessment
+    planner: Planner
+    rated: Rated
     candidates: Candidates
-    choose_among: ChooseAmong
+    ruling: Ruling | None
+    """What rules say of every trajectory; None where there are none."""
     goal: Goal
     ways: WaysOut | None
     """None where no way out is asked for."""
-    held: WayOut | None
-    """The way out in hand: what would be flown from now on without this decision."""
-    certain_within: int | None = None
-    """As of `Commitment`."""
-    narrow_price_m: float = np.inf
-    """What leaves none is flown, as far as it was seen to be free, where everything else costs more
-    by this; inf where the mission does not allow it."""
-    thin: bool = False
-    """Whether thin things are declared, which show late."""
-    had_certain: bool = False
-    """As of `Commitment`."""
-    blind: bool = False
-    """As of `Commitment`."""
-    best: Choice | None = None
-    """The best of all candidates with the whole margin, where that was found with them."""
-    stood: int = 0
-    """As of `Commitment`."""
+    before: Commitment
+
+    @property
+    def held(self) -> WayOut | None:
+        """The way out in hand: what would be flown from now on without this decision."""
+        return self.before.way_out
+
+    @property
+    def had_certain(self) -> bool:
+        """Whether a certain way out is in hand, or was before in this flight."""
+        return self.before.had_certain or (self.held is not None and self.held.certain)
+
+    @property
+    def prepared(self) -> PreparedReachSet:
+        """What can be flown."""
+        return self.rated.prepared
+
+    @property
+    def _declares_thin(self) -> bool:
+        """Whether thin things are declared, which show late."""
+        return self.planner.settings.smallest_object_m is not None
+
+    @cached_property
+    def _narrow_price_m(self) -> float:
+        """What leaves no way out is flown, as far as it was seen to be free, where everything else
+        costs more by this; inf where the mission does not allow it."""
+        allowed = self.planner.settings.narrow == Narrow.ALLOW
+        if not allowed or self.ways is None or not self.ways.strict:
+            return np.inf
+        return price_of(self.planner.prices.no_room) * self.prepared.step_m
+
+    @cached_property
+    def _looked(self) -> KnownClearances:
+        """What was found of movements up to now."""
+        return KnownClearances(self.prepared.paths)
+
+    def _pick(self, hazards: Hazards, allowed: Candidates, share: float = 1.0) -> Choice:
+        """The best of some candidates, clear of some hazards by a share of the margin."""
+        rated, margin_m = self.rated.clear_of(hazards), share * self.rated.near.margin_m
+        verify = self.planner.settings.verify
+
+        def pick_among(some: Candidates, none_passes: bool) -> Choice:
+            return pick(
+                rated, some, margin_m, verify=verify, none_passes=none_passes, looked=self._looked
+            )
+
+        if self.ruling is None:
+            return pick_among(allowed, False)
+        return choose_by_rules(self.ruling, allowed, pick_among)  # fig. 7.1
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
@@ -92,20 +132,20 @@ class Leaving:
         narrow: Choice | None = None
         bold: Taken | None = None
         while len(allowed.nodes):
-            choice = self._best(hazards, allowed)
+            choice = self._pick(hazards, allowed)
             best = best or choice
             if self.ways is None or choice.basis is Basis.EMERGENCY:
                 break
             first = int(self.prepared.first_movement[choice.node])
             way = self._after(self.ways, first, strict)
             if way is not None and strict and not self.ways.aloof(first):
-                bold = bold or Taken(choice, hazards, way, tuple(banned))
+                bold = bold or Taken(choice, way, tuple(banned))
                 allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
                 continue
             if way is not None:
-                if narrow is not None and choice.cost_m > narrow.cost_m + self.narrow_price_m:
+                if narrow is not None and choice.cost_m > narrow.cost_m + self._narrow_price_m:
                     break
-                return Taken(choice, hazards, way, banned=tuple(banned))
+                return Taken(choice, way, tuple(banned))
             if narrow is None and strict and self._may_be_flown(self.ways, choice.node):
                 narrow = choice
             banned.append(self._name(first))
@@ -115,27 +155,20 @@ class Leaving:
             return bold
         if narrow is not None:
             without = replace(narrow, basis=Basis.NARROW)
-            return Taken(without, hazards, banned=tuple(banned), leaves=False)
+            return Taken(without, banned=tuple(banned), leaves=False)
         if self.ways is not None and best.basis is not Basis.EMERGENCY:
             best = replace(best, basis=Basis.NO_LOITER)
-        return Taken(best, hazards, banned=tuple(banned), leaves=self.ways is None)
+        return Taken(best, banned=tuple(banned), leaves=self.ways is None)
 
-    def _best(self, hazards: Hazards, allowed: Candidates) -> Choice:
-        """The best of some candidates; of all it may be known already."""
-        best = self.best
-        if best is not None and allowed is self.candidates and hazards is best.grounds.hazards:
-            return best
-        return self.choose_among(hazards, allowed, 1.0)
-
-    def stay(self, hazards: Hazards, *, nothing_leads_on: bool) -> Taken | None:
+    def stay(self, hazards: Hazards) -> Taken | None:
         """The way out in hand, or a fresh one, flown for its own sake: where nothing leads on, and
         where nobody sees what is ahead and ways out need not lead through what was seen. None where
         that is not so, or where none keeps the whole margin, of intruders too; of who is blind, a
         lesser one."""
         ways = self.ways
-        if ways is None or not (nothing_leads_on if ways.strict else self.blind):
+        if ways is None or not (self.before.stays if ways.strict else self.before.blind):
             return None
-        for share in (1.0, *LESSER_MARGINS) if self.blind else (1.0,):
+        for share in (1.0, *LESSER_MARGINS) if self.before.blind else (1.0,):
             for way in self._with_share(ways, share):
                 taken = self._flown(way, hazards, ())
                 if taken.good:
@@ -173,7 +206,7 @@ class Leaving:
         many before have come to nothing: to look to and fro, or to hold, shows nothing new. Where
         something moves, holding may be worth its time."""
         ways = self.ways
-        if ways is None or self.stood <= TO_AND_FRO or len(taken.hazards.moving.radius_m):
+        if ways is None or self.before.stood <= TO_AND_FRO or len(taken.hazards.moving.radius_m):
             return taken
         turns = ways.standing_turns()
         stands = ways.library.automaton.stands[self.prepared.first_movement[taken.choice.node]]
@@ -186,10 +219,10 @@ class Leaving:
         way = ways.after(left)
         if way is None or not len(allowed.nodes):
             return taken
-        choice = self.choose_among(taken.hazards, allowed, 1.0)
+        choice = self._pick(taken.hazards, allowed)
         if choice.basis is Basis.EMERGENCY:
             return taken
-        return Taken(choice, taken.hazards, way, taken.banned)
+        return Taken(choice, way, taken.banned)
 
     def _no_nearer(self, ways: WaysOut, stays: Taken) -> Taken | None:
         """What leads on from a place that noise has brought too near to something, and comes no
@@ -200,14 +233,14 @@ class Leaving:
             return None
         share, allowed = near_m / full_m, self.candidates
         while len(allowed.nodes):
-            choice = self.choose_among(stays.hazards, allowed, share)
+            choice = self._pick(stays.hazards, allowed, share)
             if choice.basis is Basis.EMERGENCY:
                 return None
             first = int(self.prepared.first_movement[choice.node])
             leaves = ways.after(first, share=share)
             if leaves is not None:
                 choice = replace(choice, basis=Basis.NO_NEARER)
-                return Taken(choice, stays.hazards, leaves, stays.banned)
+                return Taken(choice, leaves, stays.banned)
             allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
         return None
 
@@ -225,9 +258,9 @@ class Leaving:
         allowed = among(self.candidates, np.isin(firsts, leave))
         if not len(allowed.nodes):
             return None
-        choice = self.choose_among(hazards, allowed, 1.0)
+        choice = self._pick(hazards, allowed)
         way = self._after(ways, int(self.prepared.first_movement[choice.node]), True)
-        return Taken(choice, hazards, way, taken.banned)
+        return Taken(choice, way, taken.banned)
 
     def _is_farther_off(self, beside: Taken, ways: WaysOut, way: WayOut) -> bool:
         """Whether what leads past intruders, though with less than the margin, stays farther off
@@ -260,11 +293,13 @@ class Leaving:
         nothing at all stays for as long as that is so.
         """
         unsure = 1 if self.held is None else self.held.unsure + 1
-        late = self.certain_within is not None and unsure > self.certain_within
+        late = self.before.certain_within is not None and unsure > self.before.certain_within
         # Who can stop, and has had a certain one, was brought out of it by an unsure place.
         waits = self.had_certain and ways.can_stop
-        stays = self._stays(ways, hazards, taken.banned) if late or waits or self.blind else None
-        if stays is not None and stays.way_out is not None and not self.blind:
+        stays = (
+            self._stays(ways, hazards, taken.banned) if late or waits or self.before.blind else None
+        )
+        if stays is not None and stays.way_out is not None and not self.before.blind:
             stays = None if self._has_looked_round(stays.way_out, unsure) else stays
         found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
         if found is None or found.way_out is None:
@@ -277,7 +312,7 @@ class Leaving:
         from afar, so that the first one to be had leads near what is seen next. Where one was lost
         in flight, a lesser certain one is safer than none."""
         held = self.held
-        if not self.thin or not ways.strict or ways.drift or self.had_certain:
+        if not self._declares_thin or not ways.strict or ways.drift or self.had_certain:
             return False
         if held is not None and self._has_looked_round(held, held.unsure + 1):
             return False
@@ -285,7 +320,7 @@ class Leaving:
 
     def _has_looked_round(self, way: WayOut, unsure: int) -> bool:
         """Whether a round has been flown, which shows no more a second time."""
-        return unsure > (self.certain_within or 0) + len(way.movements)
+        return unsure > (self.before.certain_within or 0) + len(way.movements)
 
     def _goes_on(self, hazards: Hazards) -> Taken | None:
         """The best that leaves a way out as far as is known."""
@@ -356,7 +391,7 @@ class Leaving:
     def _may_be_flown(self, ways: WaysOut, node: int) -> bool:
         """Whether the way to a node may be flown without a way out: the mission allows it, and its
         first half leads through seen space."""
-        if not self.narrow_price_m < np.inf:
+        if not self._narrow_price_m < np.inf:
             return False
         reach_set = self.prepared.reach_set
         nodes = reach_set.path(node)
@@ -395,8 +430,7 @@ class Leaving:
             np.zeros(1),
             np.zeros(1, dtype=np.int64),
         )
-        grounds = Grounds(self.prepared, self.assessment, hazards)
-        choice = Choice.of(grounds, alone, 0, Basis.WAY_OUT, way.margin_m)
+        choice = Choice.of(self.rated.clear_of(hazards), alone, 0, Basis.WAY_OUT, way.margin_m)
         if choice.limited_by is Cause.INTRUDER and choice.clearance_m < way.margin_m:
             choice = replace(choice, basis=Basis.EMERGENCY)
-        return Taken(choice, hazards, way.after_one, banned, finishes=finishes)
+        return Taken(choice, way.after_one, banned, finishes=finishes)

@@ -9,7 +9,7 @@ import numpy as np
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
+from clearway.base.state import IntArray
 from clearway.sensors.binning import CellTables
 from clearway.sensors.return_block import Filters
 from clearway.sensors.returns import bin_returns
@@ -67,16 +67,6 @@ def detected_in(scan: PlacedScan) -> DetectedCells:
         hindrance,
         visibility,
     )
-
-
-@compiled
-def looked_into(beams: IntArray, layers: int) -> BoolArray:
-    """[layers * columns * rows] whether any beam looks into the cell's column."""
-    seen = np.empty(layers * len(beams), dtype=np.bool_)
-    for column in range(len(beams)):
-        for layer in range(layers):
-            seen[layer * len(beams) + column] = beams[column] > 0
-    return seen
 
 
 @compiled
