@@ -19,6 +19,7 @@ from clearway.avoidance.calibration import calibration, classes_of
 from clearway.avoidance.reach_rating import ReachAssessment as ReachAssessment
 from clearway.avoidance.reach_rating import rate_reach_set as rate_reach_set
 from clearway.avoidance.reach_rating import untouched as untouched
+from clearway.base.arrays import Floats
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.errors import OwnCodeError
@@ -113,12 +114,12 @@ def total(evidence: Evidence, unknown: FloatArray) -> FloatArray:
 
 @compiled
 def total_of(
-    detected: FloatArray,
-    visibility: FloatArray,
-    map_base: FloatArray,
-    intruder: FloatArray,
-    unknown: FloatArray,
-) -> FloatArray:
+    detected: Floats,
+    visibility: Floats,
+    map_base: Floats,
+    intruder: Floats,
+    unknown: Floats,
+) -> Floats:
     """The rating `total` of every cell."""
     rating = np.empty(len(detected))
     for cell in range(len(detected)):
@@ -222,11 +223,11 @@ def assess_cells(
 
 @compiled
 def obstacle_of(
-    detected: FloatArray,
-    visibility: FloatArray,
-    map_base: FloatArray,
-    intruder: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    detected: Floats,
+    visibility: Floats,
+    map_base: Floats,
+    intruder: Floats,
+) -> tuple[Floats, Floats]:
     """P_OM (5.54) and P_O (4.17) of every cell."""
     cells = len(detected)
     map_probability, obstacle = np.empty(cells), np.empty(cells)

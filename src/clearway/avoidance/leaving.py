@@ -292,14 +292,14 @@ class Leaving:
         for a round and looks about: what stands there would close in on the way ahead. Who sees
         nothing at all stays for as long as that is so.
         """
-        unsure = 1 if self.held is None else self.held.unsure + 1
-        late = self.before.certain_within is not None and unsure > self.before.certain_within
+        before, unsure = self.before, 1 if self.held is None else self.held.unsure + 1
+        late = before.certain_within is not None and unsure > before.certain_within
         # Who can stop, and has had a certain one, was brought out of it by an unsure place.
         waits = self.had_certain and ways.can_stop
-        stays = (
-            self._stays(ways, hazards, taken.banned) if late or waits or self.before.blind else None
-        )
-        if stays is not None and stays.way_out is not None and not self.before.blind:
+        stays = None
+        if late or waits or before.blind:
+            stays = self._stays(ways, hazards, taken.banned)
+        if stays is not None and stays.way_out is not None and not before.blind:
             stays = None if self._has_looked_round(stays.way_out, unsure) else stays
         found = stays or self._goes_on(hazards) or self._stays(ways, hazards, taken.banned)
         if found is None or found.way_out is None:

@@ -11,6 +11,7 @@ import numpy as np
 from clearway.avoidance.costs import Prices, StageCost, length_and_prices
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.verify import Paths, paths_of
+from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -155,17 +156,17 @@ class PreparedReachSet:
 class Ends(NamedTuple):
     """Where trajectories end, and what decisions ask of them that is the same at all of them."""
 
-    nodes: IntArray
+    nodes: Ints
     """[ends]"""
-    path_cost_m: FloatArray
+    path_cost_m: Floats
     """[ends]"""
-    first_movement: IntArray
+    first_movement: Ints
     """[ends]"""
-    ahead_m: FloatArray
+    ahead_m: Floats
     """[ends] along the heading, in the level frame."""
-    left_m: FloatArray
+    left_m: Floats
     """[ends]"""
-    leads_on: BoolArray
+    leads_on: Bools
     """[ends] whether the trajectory leads anywhere but up or down.
 
     Straight up leaves the grid at once and passes no cell: what it costs to go from there is a

@@ -108,8 +108,8 @@ def with_something_near(
 
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
-    """Compile and load what only some decisions ask for: several intruders, rules, sides of passing, a wind that grows, hits in the grid, ways
-    out."""
+    """Compile and load what only some decisions ask for: several intruders, rules, sides of
+    passing, a wind that grows, ways out."""
     combine_intruders(np.zeros((2, planner.grid.cells)))
     prepared = prepared_from(planner, situation)
     near = near_from(planner, situation, prepared)
