@@ -20,7 +20,6 @@ from clearway.avoidance.verify import (
     movement_room,
 )
 from clearway.base.arrays import Bools, Floats2
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
@@ -78,7 +77,6 @@ class _Looks(NamedTuple):
     room: MovementRoom
 
 
-@by_leaf
 @compiled
 def _best_clearances(
     paths: Paths,

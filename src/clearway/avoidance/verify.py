@@ -19,7 +19,6 @@ from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
 from clearway.base.arrays import Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.brief import brief
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
@@ -280,7 +279,6 @@ def first_clear_of(
     )
 
 
-@by_leaf
 @compiled
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
