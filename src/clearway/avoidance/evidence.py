@@ -122,13 +122,13 @@ def evidence_of(
     intruders: what they mean for the cells, by `intruder_cells`.
     """
     grid, points, shapes = terms.grid, near.hazards.points, near.hazards.shapes
-    known = Evidence.free(grid)
-    detected, visibility, seen = known.detected, known.visibility, known.seen
-    map_base, met = known.map_base, known.intruder
+    detected = map_base = met = np.zeros(grid.cells)
     if situation.detections:  # (5.38), (5.41), (5.47)
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
         detected, visibility = plain(sensed.detected), plain(sensed.visibility)
         seen = plain(sensed.seen, np.bool_)
+    else:  # Nothing known and everything visible, as (4.19) starts.
+        visibility, seen = np.ones(grid.cells), np.ones(grid.cells, dtype=np.bool_)
     coated = coated_by_points(grid, points.position_m, points.radius_m + near.margin_m)
     if len(shapes.radius_m):  # (5.53)
         map_base = plain(base_probability(shapes, grid, terms.settings.accuracy))
