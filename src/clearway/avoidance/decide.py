@@ -14,6 +14,7 @@ from clearway.avoidance.candidates import Commitment, price_candidates
 from clearway.avoidance.chosen import Choice
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.evidence import InReach, evidence_of, intruder_cells
+from clearway.avoidance.fall_back import FallBack
 from clearway.avoidance.from_here import FromHere, near_from, prepared_from
 from clearway.avoidance.fusion import assess_cells
 from clearway.avoidance.hazards import Hazards
@@ -71,7 +72,7 @@ def decide(
     # Verify and choose, the cheapest first, among what leaves an escape; else fly the one held.
     ways = _ways_out(planner, situation, near, before)
     leaving = Leaving(planner, rated, candidates, rules.ruling, goal, ways, before)
-    taken = _taken(leaving, near.hazards)
+    taken = _taken(leaving)
     # Explain: what was taken, with all that it was taken from.
     return _decision(situation, rules, leaving, taken)
 
@@ -94,11 +95,14 @@ def _ways_out(
     return WaysOut(planner, planner.escapes, situation, near, before.under_way)
 
 
-def _taken(leaving: Leaving, hazards: Hazards) -> Taken:
+def _taken(leaving: Leaving) -> Taken:
     """What is flown: the best that leaves a way out, or else the way out in hand."""
-    stay = leaving.stay(hazards)
-    taken = stay or choose_for_manoeuvres(hazards, leaving.choose)
-    return leaving.look_all_round(taken if taken.good else leaving.fall_back(taken, hazards))
+    hazards, ways = leaving.rated.hazards, leaving.ways
+    if ways is None:
+        return choose_for_manoeuvres(hazards, leaving.choose)
+    fall_back = FallBack(leaving, ways)
+    taken = fall_back.stay() or choose_for_manoeuvres(hazards, leaving.choose)
+    return fall_back.look_all_round(taken if taken.good else fall_back.instead_of(taken))
 
 
 def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Taken]) -> Taken:
