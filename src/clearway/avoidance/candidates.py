@@ -15,7 +15,7 @@ from clearway.avoidance.goal import Arrival, Goal, arrival
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
+from clearway.avoidance.prepared import Ends, PreparedReachSet, complete_ends
 from clearway.avoidance.rated import Rated
 from clearway.avoidance.reach_rating import untouched
 from clearway.avoidance.rules.rule import Ruling
@@ -105,9 +105,23 @@ class Candidates(NamedTuple):
 
 
 def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitment) -> Candidates:
-    """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
+    """Return every candidate with its cost: (4.6), risk, and what changing one's mind costs.
 
-    Raises ClearwayError for costs that are no finite numbers.
+    Parameters
+    ----------
+    planner
+        Its stage costs, terminal cost and prices count.
+    rated
+        What can be flown, how safe it is, and what moves around.
+    goal
+        In the level frame.
+    before
+        What the last decision binds this one to.
+
+    Raises
+    ------
+    ClearwayError
+        For costs that are no finite numbers.
     """
     prepared, prices, moving = rated.prepared, planner.prices, rated.hazards.moving
     reach_set, step_m = prepared.reach_set, prepared.step_m
@@ -260,17 +274,6 @@ def _side_of(ahead_m: float, left_m: float, view: GoalView) -> int:
     if not abs(across) >= view.dead_band_m:  # What is not a number lies on no side.
         return 0
     return 1 if across > 0.0 else -1
-
-
-def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
-    """Of complete trajectories that can be flown: at the last goal, none leads past it."""
-    if not goal.final or not np.count_nonzero(arrived.reached):
-        return prepared.ends if prepared.may_stay else prepared.leading_on
-    complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
-    ends = ends_of(prepared, complete)
-    if prepared.may_stay or not ends.leads_on.any():
-        return ends
-    return ends.some(ends.leads_on | arrived.reached[ends.nodes])
 
 
 def among(candidates: Candidates, keep: BoolArray) -> Candidates:

@@ -51,13 +51,30 @@ def pick(
     none_passes: bool = False,
     looked: KnownClearances | None = None,
 ) -> Choice:
-    """The cheapest candidate that passes, else the emergency rule's.
+    """Return the cheapest candidate that passes, else the emergency rule's.
 
-    verify: without it a candidate must keep out of coated cells instead.
-    none_passes: where that is known, none is tried.
-    looked: what was found of movements before, for who asks again and again.
-    Candidates that break rules come last, those that break the less important ones first. Raises
-    ClearwayError for a margin that is not a positive number: every trajectory would keep it.
+    Candidates that break rules come last, those that break the less important ones first.
+
+    Parameters
+    ----------
+    rated
+        How safe trajectories are, and what they must keep clear of.
+    candidates
+        The complete trajectories to choose from.
+    margin_m
+        Distance to keep.
+    verify
+        Check candidates against points, shapes and intruders. Without it, one that passes must
+        also keep out of inflated cells.
+    none_passes
+        Known not to pass: none is tried.
+    looked
+        What was found of movements before, for a caller that picks repeatedly.
+
+    Raises
+    ------
+    ClearwayError
+        For a margin that is not a positive number: every trajectory would keep it.
     """
     positive("safety margin", margin_m)
     prepared, reach, hazards = rated.prepared, rated.reach, rated.hazards

@@ -37,11 +37,25 @@ MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
-    """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6).
+    """Return what to fly at one decision time, and why: (4.7), (4.19), (4.20), (4.6).
 
-    Raises ClearwayError for detections of another grid, and for costs or a margin that are no
-    finite numbers.
+    Parameters
+    ----------
+    planner
+        What stays the same from decision to decision: reach sets, costs, settings, rules.
+    situation
+        All that is known at the decision time.
+    commitment
+        What the last decision binds this one to; None binds to nothing.
 
+    Raises
+    ------
+    ClearwayError
+        For detections of another grid, for costs or a margin that are no finite numbers, and for
+        a user's own rating, cost or rule that fails.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)

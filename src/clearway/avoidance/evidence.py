@@ -117,9 +117,18 @@ def in_reach(
 def evidence_of(
     terms: Terms, situation: Situation, near: InReach, intruders: Sequence[IntruderCells]
 ) -> Evidence:
-    """What each source says of every cell: sensors 5.2 and 5.3, map 5.4, intruders 5.1.
+    """Return what each source says of every cell: sensors 5.2 and 5.3, map 5.4, intruders 5.1.
 
-    intruders: what they mean for the cells, by `intruder_cells`.
+    Parameters
+    ----------
+    terms
+        A planner or a scene: the grid, and how evidence is gathered.
+    situation
+        Its detections are what sensors say.
+    near
+        Points and shapes around, in the grid frame, and the margin that inflates them.
+    intruders
+        What intruders mean for the cells, by `intruder_cells`.
     """
     grid, points, shapes = terms.grid, near.hazards.points, near.hazards.shapes
     detected = map_base = met = np.zeros(grid.cells)

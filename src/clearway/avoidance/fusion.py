@@ -140,10 +140,13 @@ def calibrated(evidence: Evidence, unknown: FloatArray) -> FloatArray:
 
 
 def own_rating(label: str, found: Any) -> Rating:
-    """A user's rating, an `OwnRating`.
+    """Return a user's `OwnRating` as a `Rating` that checks each result, in flight too.
 
-    Raises OwnCodeError for what cannot be called so, at once, and for whatever it returns that is
-    no number within [0, 1] for every cell, in flight.
+    Raises
+    ------
+    OwnCodeError
+        At once for what cannot be called with the three arguments. In flight for what raises, and
+        for a result that is not one number within [0, 1] for every cell.
     """
     function = guarded(label, callable_own(label, found, ("evidence", "obstacle", "unknown")))
 
@@ -212,10 +215,18 @@ def assess_cells(
     unknown: float = 0.0,
     unknown_unseen: float = 1.0,
 ) -> CellAssessment:
-    """Rate all cells by the named rating; (4.17) and (5.54) where it needs them.
+    """Rate all cells; P_O (4.17) and P_OM (5.54) are computed only for a rating that needs them.
 
-    unknown: how far hidden space counts as blocked, u in [0, 1]; unknown_unseen: the same for
-    columns without any beam.
+    Parameters
+    ----------
+    evidence
+        What every source says of every cell.
+    rating
+        One of `RATINGS`, or a user's by `own_rating`.
+    unknown
+        How far hidden space counts as blocked, u in [0, 1].
+    unknown_unseen
+        The same for columns without any beam.
     """
     unknown_cells = np.where(evidence.seen, float(unknown), float(unknown_unseen))
     return CellAssessment(evidence, rating(evidence, unknown_cells))

@@ -79,9 +79,16 @@ class Arrival:
 
 
 def arrival(reach_set: ReachSet, goal: Goal, reach_m: float = np.inf) -> Arrival:
-    """Which paths come within the reach radius of the goal, checked along chords.
+    """Return which paths come within the reach radius of the goal, checked along chords.
 
-    reach_m: how far from the vehicle paths lead at most, where that is known.
+    Parameters
+    ----------
+    reach_set
+        The paths.
+    goal
+        In the level frame.
+    reach_m
+        How far from the vehicle paths lead at most, where that is known.
     """
     return Arrival(reach_set, goal, reach_m)
 

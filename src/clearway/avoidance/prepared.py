@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.costs import Prices, StageCost, length_and_prices
+from clearway.avoidance.goal import Arrival, Goal
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.verify import Paths, paths_of
 from clearway.base.arrays import Bools, Floats, Ints
@@ -203,6 +204,17 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
         left,
         np.hypot(ahead, left) > LEADS_ON * prepared.step_m,
     )
+
+
+def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
+    """Of complete trajectories that can be flown: at the last goal, none leads past it."""
+    if not goal.final or not np.count_nonzero(arrived.reached):
+        return prepared.ends if prepared.may_stay else prepared.leading_on
+    complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
+    ends = ends_of(prepared, complete)
+    if prepared.may_stay or not ends.leads_on.any():
+        return ends
+    return ends.some(ends.leads_on | arrived.reached[ends.nodes])
 
 
 def away_of(paths: Paths) -> FloatArray:

@@ -81,7 +81,14 @@ def rate_reach_set(
 ) -> ReachAssessment:
     """Rate every node, cell and continuation of a reach set, (4.21)-(4.23) and P_D (2.3).
 
-    cell_rating: [cells] of the reach set's grid.
+    Parameters
+    ----------
+    reach_set
+        The trajectories.
+    cell_rating
+        [cells] of the reach set's grid: how safe a passage is.
+    threshold
+        Rating from which trajectories and continuations count.
     """
     one = reach_set
     node_rating, feasibility = rate_nodes(
