@@ -7,21 +7,17 @@ either by a function of the same type.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.goal import Arrival, Goal
-
-# Where version 0.1.0 had it.
-from clearway.avoidance.goal import arrival as arrival
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, take_floats
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import BoolArray, IndexArray, IntArray
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
@@ -36,7 +32,6 @@ OPEN = ("coated", "no_room")
 """Prices that may be left open."""
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class Prices:
     """Small prices beside the length flown, in metres of flight.
@@ -52,6 +47,7 @@ class Prices:
     """Per movement that is not smooth, as a share of its length."""
     change: float = 0.1
     """Per movement unlike the one before it, as a share of its length."""
+    _: KW_ONLY
     vertical: float = 0.15
     """Per metre of height changed."""
     risk: float = 0.5

@@ -7,7 +7,7 @@ gives them their three axes. `grid_frame` says where it sits at the time of deci
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -18,7 +18,6 @@ from clearway.base.brief import brief, one_line
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 
 BORDER_TOLERANCE = 1e-9
@@ -38,7 +37,6 @@ class GridEdges(NamedTuple):
         return brief(self)
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class AvoidanceGrid:
     """Polar cells between edges; `AvoidanceGrid.uniform` makes the usual ones.
@@ -56,6 +54,7 @@ class AvoidanceGrid:
 
     range_edges_m: FloatArray
     azimuth_edges_rad: FloatArray
+    _: KW_ONLY
     elevation_edges_rad: FloatArray
 
     def __post_init__(self) -> None:
@@ -71,11 +70,11 @@ class AvoidanceGrid:
             object.__setattr__(self, name, edges)
 
     @classmethod
-    @keywords_beyond_two
     def uniform(
         cls,
         range_m: float | tuple[float, float] = 10.0,
         layers: int = 10,
+        *,
         azimuth_deg: float | tuple[float, float] = 45.0,
         columns: int = 7,
         elevation_deg: float | tuple[float, float] = 30.0,
@@ -92,7 +91,7 @@ class AvoidanceGrid:
             return cls(
                 np.linspace(near, far, layers + 1),
                 np.radians(np.linspace(right, left, columns + 1)),
-                np.radians(np.linspace(bottom, top, rows + 1)),
+                elevation_edges_rad=np.radians(np.linspace(bottom, top, rows + 1)),
             )
 
     def __repr__(self) -> str:

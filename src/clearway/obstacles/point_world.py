@@ -12,7 +12,6 @@ from clearway.base.brief import one_line
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 
 if TYPE_CHECKING:
@@ -36,7 +35,6 @@ class Voxels(NamedTuple):
     """[entries, 3]; a ball stands once in every voxel that it may reach into."""
 
 
-@keywords_beyond_two
 class PointWorld:
     """Balls of one radius at points [n, 3] of the world frame; satisfies `World`.
 
@@ -53,6 +51,7 @@ class PointWorld:
         self,
         points_m: FloatArray,
         point_radius_m: float,
+        *,
         labels: npt.NDArray[np.integer] | None = None,
     ) -> None:
         points = read_only(points_m)
