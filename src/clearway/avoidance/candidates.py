@@ -20,6 +20,7 @@ from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
 from clearway.avoidance.reach_rating import ReachAssessment
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
+from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
@@ -86,17 +87,17 @@ DEAD_BAND = 0.1
 class Candidates(NamedTuple):
     """Complete trajectories and what they cost."""
 
-    nodes: IntArray
+    nodes: Ints
     """[candidates] ends: by range, by side, or at the final waypoint."""
-    cost_m: FloatArray
+    cost_m: Floats
     """[candidates] path, cost to go and prices."""
-    sides: IntArray
+    sides: Ints
     """[candidates]"""
-    untouched: BoolArray
+    untouched: Bools
     """[candidates] whether it passes no coated cell."""
-    room_price_m: FloatArray
+    room_price_m: Floats
     """[candidates] what it costs to have no room to circle early on the way; 0 at the last goal."""
-    broken: IntArray
+    broken: Ints
     """[candidates] which rules it breaks, one bit each: the higher, the worse; 0 obeys all."""
 
     def __repr__(self) -> str:
@@ -164,7 +165,7 @@ def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
 
 
 @compiled
-def log_ratings(rating: FloatArray, nodes: IntArray) -> FloatArray:
+def log_ratings(rating: Floats, nodes: Ints) -> Floats:
     """[n] log P_R of some nodes [n]; rating: [nodes]."""
     logs = np.empty(len(nodes))
     for n in range(len(nodes)):
@@ -188,7 +189,7 @@ class GoalView(NamedTuple):
 
 
 @compiled
-def view_of(target: FloatArray, range_m: float) -> GoalView:
+def view_of(target: Floats, range_m: float) -> GoalView:
     """target: [3] level frame; range_m: of the grid."""
     away_m = np.hypot(target[0], target[1])
     return GoalView(target[0], target[1], away_m, HERE * range_m, DEAD_BAND * range_m)
@@ -228,12 +229,12 @@ def weights_of(prices: Prices, commitment: Commitment, prepared: PreparedReachSe
 @compiled
 def priced_ends(
     ends: Ends,
-    to_go: FloatArray,
+    to_go: Floats,
     final: bool,
-    reached: BoolArray,
-    grazing: FloatArray,
-    log_rating: FloatArray,
-    untouched: BoolArray,
+    reached: Bools,
+    grazing: Floats,
+    log_rating: Floats,
+    untouched: Bools,
     view: GoalView,
     weights: Weights,
 ) -> Candidates:
@@ -264,7 +265,7 @@ def priced_ends(
 
 
 @compiled
-def are_finite(cost: FloatArray) -> bool:
+def are_finite(cost: Floats) -> bool:
     finite = True
     for each in cost:
         finite &= np.isfinite(each)

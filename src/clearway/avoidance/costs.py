@@ -13,12 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.goal import Arrival, Goal
+from clearway.base.arrays import Bools, Floats, Floats2, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, take_floats
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -267,15 +268,15 @@ def _climbed(
 
 @compiled
 def cost_to_go(
-    states: FloatArray,
-    parent: IndexArray,
-    length_m: FloatArray,
-    nodes: IntArray,
+    states: Floats2,
+    parent: Int32s,
+    length_m: Floats,
+    nodes: Ints,
     start_pitch: float,
-    reached: BoolArray,
+    reached: Bools,
     to: Goal,
     able: TurnsAndClimbs,
-) -> FloatArray:
+) -> Floats:
     """[n] `curved_distance_to_go` from the ends of nodes [n]."""
     result = np.empty(len(nodes))
     target, following, reach_radius = to.target_m, to.next_m, to.reach_radius_m

@@ -27,12 +27,11 @@ from clearway.avoidance.hazards import MovingHazards, PointBins, PointHazards, b
 from clearway.avoidance.prepared import Ends, WayArrays
 from clearway.avoidance.reach_rating import PassedCells, rate_nodes, untouched_nodes
 from clearway.avoidance.tiers import NodeRatings, Picked, picked
+from clearway.base.arrays import Bools, Floats, Floats2
 from clearway.base.brief import brief
 from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
-from clearway.base.state import BoolArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.coating import coated_by
 from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into
@@ -41,13 +40,13 @@ from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into
 class RatedWays(NamedTuple):
     """What is known, as far as trajectories go by it."""
 
-    rating: FloatArray
+    rating: Floats
     """[cells] how safe a passage is."""
-    node_rating: FloatArray
+    node_rating: Floats
     """[nodes] P_R (4.22)."""
-    feasibility: FloatArray
+    feasibility: Floats
     """[nodes] P_D (2.3)."""
-    untouched: BoolArray
+    untouched: Bools
     """[nodes] paths that pass no coated cell."""
 
     def __repr__(self) -> str:
@@ -90,21 +89,21 @@ def assessed(
 class Decided(NamedTuple):
     """What comes of all that can be flown, and what it comes of."""
 
-    detected: FloatArray
+    detected: Floats
     """[cells] as of `Sources`, these and the next two."""
-    visibility: FloatArray
-    seen: BoolArray
-    node_rating: FloatArray
+    visibility: Floats
+    seen: Bools
+    node_rating: Floats
     """[nodes] as of `RatedWays`, these and the next two."""
-    feasibility: FloatArray
-    untouched: BoolArray
+    feasibility: Floats
+    untouched: Bools
     bins: PointBins
     """Of the points."""
     priced: bool
     """Whether all costs are finite numbers; else nothing is picked."""
     candidates: Candidates
     picked: Picked
-    known: FloatArray
+    known: Floats2
     """[nodes, 3] what was found of movements, as of `verify.KnownClearances.at`."""
 
     def __repr__(self) -> str:
@@ -127,8 +126,8 @@ def decided(
     ways: WayArrays,
     ends: Ends,
     goal: Goal,
-    reached: BoolArray,
-    grazing: FloatArray,
+    reached: Bools,
+    grazing: Floats,
     able: TurnsAndClimbs,
     weights: Weights,
 ) -> Decided:

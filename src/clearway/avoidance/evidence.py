@@ -22,6 +22,7 @@ from clearway.avoidance.hazards import (
 )
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.situation import Situation, margin_m, margin_slope
+from clearway.base.arrays import Bools, Floats
 from clearway.base.brief import brief
 from clearway.base.compiled import plain, read_only
 from clearway.base.frames import FloatArray
@@ -122,17 +123,17 @@ class Sources(NamedTuple):
     What sensors say has no length where it is yet to be worked out from a scan at hand.
     """
 
-    detected: FloatArray
+    detected: Floats
     """[cells] P_OD (5.38)."""
-    visibility: FloatArray
+    visibility: Floats
     """[cells] P_V (5.47)."""
-    seen: BoolArray
+    seen: Bools
     """[cells] as of `fusion.Evidence`."""
-    map_base: FloatArray
+    map_base: Floats
     """[cells] (5.53)."""
-    intruder: FloatArray
+    intruder: Floats
     """[cells] P_OI (5.37)."""
-    coated_by_map: BoolArray
+    coated_by_map: Bools
     """[cells] that the margin around shapes reaches into."""
 
     def __repr__(self) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.calibration import calibration, classes_of
+from clearway.base.arrays import Bools, Floats
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.errors import OwnCodeError
@@ -90,12 +91,12 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
 
 @compiled
 def total_of(
-    detected: FloatArray,
-    visibility: FloatArray,
-    map_base: FloatArray,
-    intruder: FloatArray,
-    unknown: FloatArray,
-) -> FloatArray:
+    detected: Floats,
+    visibility: Floats,
+    map_base: Floats,
+    intruder: Floats,
+    unknown: Floats,
+) -> Floats:
     """The rating `total` of every cell."""
     rating = np.empty(len(detected))
     for cell in range(len(detected)):
@@ -194,11 +195,11 @@ def assess_cells(
 
 @compiled
 def obstacle_of(
-    detected: FloatArray,
-    visibility: FloatArray,
-    map_base: FloatArray,
-    intruder: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    detected: Floats,
+    visibility: Floats,
+    map_base: Floats,
+    intruder: Floats,
+) -> tuple[Floats, Floats]:
     """P_OM (5.54) and P_O (4.17) of every cell."""
     cells = len(detected)
     map_probability, obstacle = np.empty(cells), np.empty(cells)
@@ -210,7 +211,7 @@ def obstacle_of(
 
 
 @compiled
-def unknown_of(seen: BoolArray, unknown: float, unknown_unseen: float) -> FloatArray:
+def unknown_of(seen: Bools, unknown: float, unknown_unseen: float) -> Floats:
     """[cells] how far what is hidden counts as blocked."""
     shares = np.empty(len(seen))
     for cell in range(len(seen)):

@@ -6,19 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats3, Int32s
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray
+from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 
 
 class Goal(NamedTuple):
     """Where to go, in the level frame: origin at the vehicle, x along its heading, z up."""
 
-    target_m: FloatArray
+    target_m: Floats
     """[3] the waypoint."""
-    next_m: FloatArray
+    next_m: Floats
     """[3] the one after it; the target again if there is none."""
     reach_radius_m: float
     final: bool
@@ -57,12 +58,12 @@ def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
 
 @compiled
 def _arrival(
-    parent: IndexArray,
-    samples: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
     start_pitch: float,
-    target: FloatArray,
+    target: Floats,
     reach_radius: float,
-) -> tuple[BoolArray, BoolArray, FloatArray]:
+) -> tuple[Bools, Bools, Floats]:
     nodes, count = samples.shape[0], samples.shape[1]
     reached = np.zeros(nodes, dtype=np.bool_)
     first = np.zeros(nodes, dtype=np.bool_)

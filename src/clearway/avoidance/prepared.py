@@ -13,6 +13,7 @@ from clearway.avoidance.goal import Arrival
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.reach_rating import PassedCells
 from clearway.avoidance.verify import Paths, paths_of
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -178,15 +179,15 @@ class PreparedReachSet:
 class WayArrays(NamedTuple):
     """What can be flown, as arrays."""
 
-    states: FloatArray
+    states: Floats2
     """[nodes, 6]"""
-    length_m: FloatArray
+    length_m: Floats
     """[nodes]"""
     start_pitch_rad: float
     range_m: float
     """Of the grid."""
     passed: PassedCells
-    first_node: IntArray
+    first_node: Ints
     """[nodes] of the first movement on the way to each node."""
     paths: Paths
     loiter: LoiterCircles
@@ -198,17 +199,17 @@ class WayArrays(NamedTuple):
 class Ends(NamedTuple):
     """Where trajectories end, and what decisions ask of them that is the same at all of them."""
 
-    nodes: IntArray
+    nodes: Ints
     """[ends]"""
-    path_cost_m: FloatArray
+    path_cost_m: Floats
     """[ends]"""
-    first_movement: IntArray
+    first_movement: Ints
     """[ends]"""
-    ahead_m: FloatArray
+    ahead_m: Floats
     """[ends] along the heading, in the level frame."""
-    left_m: FloatArray
+    left_m: Floats
     """[ends]"""
-    leads_on: BoolArray
+    leads_on: Bools
     """[ends] whether the trajectory leads anywhere but up or down.
 
     Straight up leaves the grid at once and passes no cell: what it costs to go from there is a

@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Int8s, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet
 
 
@@ -65,10 +66,10 @@ class ReachAssessment:
 class PassedCells(NamedTuple):
     """Of a reach set, which cells its movements pass."""
 
-    parent: IndexArray
-    cell_start: IndexArray
-    cell_index: IndexArray
-    exit_kind: IndexArray
+    parent: Int32s
+    cell_start: Int32s
+    cell_index: Int32s
+    exit_kind: Int8s
 
     def __repr__(self) -> str:
         return brief(self)
@@ -98,9 +99,7 @@ def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
 
 
 @compiled
-def untouched_nodes(
-    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, coated: BoolArray
-) -> BoolArray:
+def untouched_nodes(parent: Int32s, cell_start: Int32s, cell_index: Int32s, coated: Bools) -> Bools:
     """[nodes] `untouched`."""
     clear = np.ones(len(parent), dtype=np.bool_)
     for n in range(len(parent)):
@@ -116,12 +115,12 @@ def untouched_nodes(
 
 @compiled
 def rate_nodes(
-    parent: IndexArray,
-    cell_start: IndexArray,
-    cell_index: IndexArray,
-    exit_kind: IndexArray,
-    cell_rating: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    parent: Int32s,
+    cell_start: Int32s,
+    cell_index: Int32s,
+    exit_kind: Int8s,
+    cell_rating: Floats,
+) -> tuple[Floats, Floats]:
     """[nodes] rating up to the end of each, and the best of the ways on from there."""
     nodes = len(parent)
     rating, feasibility = np.empty(nodes), np.zeros(nodes)
@@ -138,8 +137,8 @@ def rate_nodes(
 
 @compiled
 def _own_ratings(
-    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, cell_rating: FloatArray
-) -> FloatArray:
+    parent: Int32s, cell_start: Int32s, cell_index: Int32s, cell_rating: Floats
+) -> Floats:
     """[nodes] product of the ratings of the cells that each movement passes."""
     own = np.empty(len(parent))
     for n in range(len(parent)):
@@ -152,14 +151,14 @@ def _own_ratings(
 
 @compiled
 def _reach_cells(
-    parent: IndexArray,
-    cell_start: IndexArray,
-    cell_index: IndexArray,
-    exit_kind: IndexArray,
-    node_rating: FloatArray,
-    cell_rating: FloatArray,
+    parent: Int32s,
+    cell_start: Int32s,
+    cell_index: Int32s,
+    exit_kind: Int8s,
+    node_rating: Floats,
+    cell_rating: Floats,
     threshold: float,
-) -> tuple[FloatArray, BoolArray, IntArray]:
+) -> tuple[Floats, Bools, Ints]:
     """[cells] best rating, whether any trajectory passes, and how many complete ones arrive."""
     leaves = _leaves_below(parent, exit_kind)
     best = np.zeros(len(cell_rating))
@@ -179,7 +178,7 @@ def _reach_cells(
 
 
 @compiled
-def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
+def _leaves_below(parent: Int32s, exit_kind: Int8s) -> Ints:
     """[nodes] complete trajectories through a node, its own end among them."""
     leaves = np.zeros(len(parent), dtype=np.int64)
     for n in range(len(parent) - 1, -1, -1):
@@ -192,13 +191,13 @@ def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
 
 @compiled
 def _continuations(
-    parent: IndexArray,
-    cell_start: IndexArray,
-    cell_index: IndexArray,
-    exit_kind: IndexArray,
-    cell_rating: FloatArray,
+    parent: Int32s,
+    cell_start: Int32s,
+    cell_index: Int32s,
+    exit_kind: Int8s,
+    cell_rating: Floats,
     threshold: float,
-) -> FloatArray:
+) -> Floats:
     """[nodes] share of the ways on from a node that are rated above the threshold."""
     leaves = _leaves_below(parent, exit_kind)
     own = _own_ratings(parent, cell_start, cell_index, cell_rating)

@@ -17,11 +17,11 @@ from clearway.avoidance.clearance import Found, Span, reach_about
 from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
+from clearway.base.arrays import Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import IndexArray, IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import ReachSet
 
@@ -35,10 +35,10 @@ can then be passed over."""
 class Paths(NamedTuple):
     """The part of a reach set that verification walks."""
 
-    parent: IndexArray
-    samples_m: FloatArray
-    sagitta_m: FloatArray
-    end_time_s: FloatArray
+    parent: Int32s
+    samples_m: Floats3
+    sagitta_m: Floats
+    end_time_s: Floats
 
     def __repr__(self) -> str:
         return brief(self)
@@ -47,9 +47,9 @@ class Paths(NamedTuple):
 class MovementRoom(NamedTuple):
     """Where a movement at a time is laid out."""
 
-    corners_m: FloatArray
+    corners_m: Floats2
     """[samples + 1, 3]"""
-    middle_m: FloatArray
+    middle_m: Floats
     """[3]"""
     crowd: Crowd
 
@@ -75,13 +75,13 @@ class Verification(NamedTuple):
 
     chosen: int
     """Index of the first candidate that passes; -1 if none does."""
-    blocked_at: IntArray
+    blocked_at: Ints
     """[tried] node at which each candidate before the chosen one fails."""
-    causes: IntArray
+    causes: Ints
     """[tried] `Cause` of that failure."""
-    cause_index: IntArray
+    cause_index: Ints
     """[tried] which point, shape or intruder."""
-    shortfall_m: FloatArray
+    shortfall_m: Floats
     """[tried] clearance found there."""
 
     def __repr__(self) -> str:
@@ -194,12 +194,12 @@ def movement_clearance(
 @borrowing
 def _keeps(
     paths: Paths,
-    path: IndexArray,
+    path: Ints,
     bins: PointBins,
     shapes: Shapes,
     moving: MovingHazards,
     margin: float,
-    known: FloatArray,
+    known: Floats2,
     room: MovementRoom,
 ) -> tuple[int, int, int, float]:
     """Where a path first lacks the margin: (node or -1, cause, index, clearance there).
@@ -219,7 +219,7 @@ def _keeps(
 
 
 @compiled
-def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
+def _way_to(paths: Paths, end: int, path: Ints) -> Ints:
     """The nodes from `end` back to the first movement, written into the start of `path`."""
     steps, n = 0, end
     while n >= 0:
@@ -232,15 +232,15 @@ def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
 @compiled
 def first_clear_of(
     paths: Paths,
-    candidates: IntArray,
+    candidates: Ints,
     bins: PointBins,
     shapes: Shapes,
     moving: MovingHazards,
     margin: float,
     loiter: LoiterCircles,
-    cost: FloatArray,
-    price: FloatArray,
-    known: FloatArray,
+    cost: Floats,
+    price: Floats,
+    known: Floats2,
 ) -> Verification:
     """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
 
@@ -302,7 +302,7 @@ def _path_clearance(
 @compiled
 def _clearances(
     paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
-) -> FloatArray:
+) -> Floats2:
     result, room = np.empty((len(paths.parent), 2)), movement_room(paths, shapes)
     _note_clearances(paths, bins, shapes, moving, cap, room, result)
     return result
@@ -316,7 +316,7 @@ def _note_clearances(
     moving: MovingHazards,
     cap: float,
     room: MovementRoom,
-    result: FloatArray,
+    result: Floats2,
 ) -> None:
     for n in range(len(paths.parent)):
         found = movement_clearance(paths, n, bins, shapes, moving, cap, -np.inf, room)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.situation import CALM
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, length_of
@@ -84,7 +85,7 @@ class _LatestSteps:
 
 
 @compiled
-def _latest_of(rows: FloatArray, first: int, end: int, window_s: float) -> tuple[int, float, float]:
+def _latest_of(rows: Floats2, first: int, end: int, window_s: float) -> tuple[int, float, float]:
     """The first row from which on they last no longer than a window, for how long these last, and
     the fastest of them."""
     while True:

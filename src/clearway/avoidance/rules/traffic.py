@@ -14,9 +14,10 @@ import numpy as np
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict, worst_on_way
+from clearway.base.arrays import Floats, Floats3, Int32s
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, wrap_angle
-from clearway.base.state import BoolArray, IndexArray
+from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 
 HEAD_ON_RAD = np.radians(20.0)
@@ -155,13 +156,13 @@ def passed_on(reach_set: ReachSet, moving: MovingHazards, left: FloatArray) -> F
 
 @compiled
 def _passed_on(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    left: FloatArray,
-) -> FloatArray:
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
+    place: Floats,
+    velocity: Floats,
+    left: Floats,
+) -> Floats:
     nodes, count = samples.shape[0], samples.shape[1]
     nearest2 = np.empty(nodes)
     aside = np.empty(nodes)

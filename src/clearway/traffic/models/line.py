@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.borders import (
@@ -53,8 +53,8 @@ def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells
 @by_leaf
 @compiled
 def _lines(
-    position: FloatArray,
-    velocity: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
     borders: Borders,
     edges: GridEdges,
     arrays: ModelArrays,
@@ -74,8 +74,8 @@ def _lines(
 @borrowing
 def follow_line(
     n: int,
-    position: FloatArray,
-    velocity: FloatArray,
+    position: Floats,
+    velocity: Floats,
     borders: Borders,
     edges: GridEdges,
     lines: HalfLines,
@@ -98,8 +98,8 @@ def follow_line(
 def _follow(
     n: int,
     m: int,
-    position: FloatArray,
-    velocity: FloatArray,
+    position: Floats,
+    velocity: Floats,
     borders: Borders,
     edges: GridEdges,
     lines: HalfLines,
