@@ -45,8 +45,10 @@ def test_unusable_readings_are_counted_by_reason():
     live.update(state(1.0))
     live.update(state(0.5))
     assert not live.receive(State, [np.nan, 0, 0], time_s=2.0)
-    assert not live.receive(State, [9.0, 0, 0], [0, 0, 0], 2.0, -1.0, np.inf)
-    assert not live.receive(Scan, np.zeros((0, 3)), np.nan, "lidar")
+    assert not live.receive(
+        State, [9.0, 0, 0], time_s=2.0, position_std_m=-1.0, attitude_std_rad=np.inf
+    )
+    assert not live.receive(Scan, np.zeros((0, 3)), np.nan, sensor="lidar")
     assert not live.receive(Intruder, [0, 0, np.inf], ["x", 0, 0])
     live.update(Scan(np.zeros((0, 3)), 1.0, sensor="radar"))
     live.update(Scan(np.zeros((0, 3)), 1.0, sensor="lidar"))
@@ -311,7 +313,11 @@ def test_the_mode_after_the_last_waypoint_is_landing():
     landing = AvoidanceSystem(
         PLANNER,
         type(MISSION)(
-            "land", state(0.0), np.array([[2.0, 0, 0]]), 1.5, np.array([[12.0, 0, -3.0]])
+            "land",
+            state(0.0),
+            waypoints_m=np.array([[2.0, 0, 0]]),
+            reach_radius_m=1.5,
+            landing_m=np.array([[12.0, 0, -3.0]]),
         ),
     )
     landing.update(state(0.0))
