@@ -53,7 +53,7 @@ def decides(number: Callable[[float], float], escape: str) -> None:
     )
     system.warm_up()
     system.update(start)
-    system.update(cw.Scan(np.array([[8.0, 1.0, 0.0]]), number(0), "one"))
+    system.update(cw.Scan(np.array([[8.0, 1.0, 0.0]]), number(0), sensor="one"))
     system.update(cw.Intruder([8.0, 2.0, 0.0], [-1.0, 0.0, 0.0], radius_m=number(1), name="a"))
     system.decide(number(0))
 

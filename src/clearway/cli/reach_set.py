@@ -76,7 +76,9 @@ def reach_set(
     # Once on a small grid, so that the time printed is not the compiler's.
     _warm_up(automaton, grid, method, start_pitch_rad, tuning)
     began = time.perf_counter()
-    tree = build_reach_set(automaton, grid, method, start_pitch_rad, **tuning)
+    tree = build_reach_set(
+        automaton, grid, method=method, start_pitch_rad=start_pitch_rad, **tuning
+    )
     build_s = time.perf_counter() - began
     coverage = measure(tree)
     if as_json:
@@ -111,9 +113,11 @@ def _warm_up(
 
     few = min(3, grid.layers)
     small = AvoidanceGrid(
-        grid.range_edges_m[: few + 1], grid.azimuth_edges_rad, grid.elevation_edges_rad
+        grid.range_edges_m[: few + 1],
+        grid.azimuth_edges_rad,
+        elevation_edges_rad=grid.elevation_edges_rad,
     )
-    build_reach_set(automaton, small, method, start_pitch_rad, **tuning)
+    build_reach_set(automaton, small, method=method, start_pitch_rad=start_pitch_rad, **tuning)
 
 
 def _draw(tree: ReachSet, method: str, folder: ResultsFolder, pictures: Pictures) -> Path:

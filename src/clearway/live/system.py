@@ -24,7 +24,6 @@ from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alarms import AlarmFacts, AlarmWatch
 from clearway.live.alerting import TrafficPicture, traffic_picture
@@ -51,7 +50,6 @@ WIND_MPS = np.array([0.1, 0.0, 0.0])
 """Some wind, to warm up."""
 
 
-@keywords_beyond_two
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
 
@@ -83,6 +81,7 @@ class AvoidanceSystem:
         self,
         planner: Planner,
         mission: Mission,
+        *,
         lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
         limits: DataLimits | None = None,
@@ -226,9 +225,9 @@ class AvoidanceSystem:
         return AvoidanceSystem(
             self._asked_for,
             self.mission,
-            self._lidars,
-            with_something_near(self.obstacle_map, self.planner, self.mission.start),
-            self.limits,
+            lidars=self._lidars,
+            obstacle_map=with_something_near(self.obstacle_map, self.planner, self.mission.start),
+            limits=self.limits,
             detection_rule=self._detection_rule,
             ground_m=self._ground_m,
             follow_movers=self._follow_dynamic_objects,
@@ -367,7 +366,10 @@ class AvoidanceSystem:
         known = self._known
         radius = self.mission.reach_radius_m
         known.mission = Mission(
-            "a new goal", known.own_states.latest, points_of("fly_to", place_m), radius
+            "a new goal",
+            known.own_states.latest,
+            waypoints_m=points_of("fly_to", place_m),
+            reach_radius_m=radius,
         )
         known.progress = Progress(nearest_s=known.clock.own(now_s))
         self._insistence = Insistence(self.planner) if self.escape.insists else None

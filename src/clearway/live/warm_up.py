@@ -69,7 +69,8 @@ def warm_up_moments(
         here = replace(start, attitude_rad=tilted, time_s=time_s, attitude_std_rad=unsure)
         readings: list[Reading] = [here]
         readings += [
-            Scan(SEEN_AT[step] * planner.grid.range_m * _fan(), time_s, name) for name in names
+            Scan(SEEN_AT[step] * planner.grid.range_m * _fan(), time_s, sensor=name)
+            for name in names
         ]
         if ahead is not None:
             readings.append(_passing(planner, start, ahead, time_s))
@@ -80,10 +81,10 @@ def _passing(planner: Planner, start: State, ahead: float, time_s: float) -> Int
     return Intruder(
         start.position_m + ahead * planner.grid.range_m,
         np.array([0.0, -planner.speed_mps, 0.0]),
-        np.array([0.1, 0.1]),
-        planner.settings.safety_margin_m,
-        "passing",
-        time_s,
+        spread_rad=np.array([0.1, 0.1]),
+        radius_m=planner.settings.safety_margin_m,
+        name="passing",
+        time_s=time_s,
     )
 
 

@@ -141,6 +141,11 @@ def _assess_map() -> None:
 
 def _assess_traffic() -> None:
     passing = Intruder(
-        np.array([6.0, 2.0, 0.0]), np.array([0.0, -1.0, 0.0]), np.array([0.1, 0.1]), 0.6, "one", 0.0
+        np.array([6.0, 2.0, 0.0]),
+        np.array([0.0, -1.0, 0.0]),
+        spread_rad=np.array([0.1, 0.1]),
+        radius_m=0.6,
+        name="one",
+        time_s=0.0,
     )
     assess([], state=State(np.zeros(3)), intruders=[passing])
