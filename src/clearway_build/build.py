@@ -46,12 +46,13 @@ class Built:
     report: str
 
 
-def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> Built:
+def build_core(root: Path, target: Target | None = None, flavour: str = "fast") -> Built:
     """Translate the kernels of a checkout, compile what has changed, and link the core.
 
     Everything is written into `build/core` of the checkout. Raises BuildError.
     """
     began = time.perf_counter()
+    target = target or Target()
     headers, compiler = find_headers(), find_compiler(target)
     work = root / "build" / "core"
     try:
