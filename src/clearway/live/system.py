@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.avoidance.decide import decide, warm_up_steps
+from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.situation import Situation
@@ -248,7 +248,6 @@ class AvoidanceSystem:
             trial.update(reading)
         with suppress(ClearwayError):  # Of a user's own code: flight will tell.
             trial.decide(time_s)
-            warm_up_steps(self.planner, trial.situation(time_s)[0])
 
     def warm_up(self) -> None:
         """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""

@@ -8,12 +8,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from clearway.avoidance.decide import warm_up_rare, warm_up_steps
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.fusion import total
+from clearway.avoidance.from_here import near_from, prepared_from
+from clearway.avoidance.in_force import warm_up_rules
 from clearway.avoidance.passing import Meetings
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.situation import Situation, goal_of
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
@@ -21,7 +20,7 @@ from clearway.live.readings import Reading
 from clearway.live.wind import WindEstimate
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import Scan, coated_cells
+from clearway.sensors import Scan
 from clearway.traffic import Intruder, combine_intruders
 
 INTRUDERS_AHEAD = (None, 0.5, 0.0)
@@ -109,19 +108,14 @@ def with_something_near(
 
 
 def warm_up_more(planner: Planner, situation: Situation) -> None:
-    """Compile and load what only some decisions ask for: several intruders, rules by which nothing
-    passes, and those out of force, sides of passing, a wind that grows, hits in the grid, ways
-    out."""
+    """Compile and load what only some decisions ask for: several intruders, rules, sides of
+    passing, a wind that grows, ways out."""
     combine_intruders(np.zeros((2, planner.grid.cells)))
-    warm_up_steps(planner, situation, none_passes=True)
-    warm_up_rare(planner, situation)
+    prepared = prepared_from(planner, situation)
+    near = near_from(planner, situation, prepared)
+    warm_up_rules(planner, situation, prepared, goal_of(situation), near)
     WindEstimate(planner.speed_mps).warm_up()
-    if planner.cell_rating is not total:  # Which sees them in one call.
-        coated_cells(planner.grid, np.zeros((1, 3)), 1.0)
-    near = in_reach(planner, situation, planner.escape_reach_m, planner.horizon_s)
-    names = near.intruders.names
-    reach_set = planner.prepared_at(situation.state).reach_set
-    Meetings(reach_set, near.hazards.moving, names).warm_up()
+    Meetings(prepared.reach_set, near.hazards.moving, near.intruders.names).warm_up()
     if planner.escapes is None:
         return
     WaysOut(planner, planner.escapes, situation, near).warm_up()

@@ -281,6 +281,20 @@ RT_INLINE decltype(auto) at(const Arr<T, N, S>& a, I... index) {
   }
 }
 
+// The common cases once more, without anything to unfold: they are most of what is compiled.
+template <class T, Integer I>
+RT_INLINE T& at(const Arr<T, 1, false>& a, I i) {
+  return a.data[place_of(i, a.n[0])];
+}
+template <class T, Integer I, Integer J>
+RT_INLINE T& at(const Arr<T, 2, false>& a, I i, J j) {
+  return a.data[place_of(i, a.n[0]) * a.n[1] + place_of(j, a.n[1])];
+}
+template <class T, Integer I, Integer J, Integer K>
+RT_INLINE T& at(const Arr<T, 3, false>& a, I i, J j, K k) {
+  return a.data[(place_of(i, a.n[0]) * a.n[1] + place_of(j, a.n[1])) * a.n[2] + place_of(k, a.n[2])];
+}
+
 // Some of the rows: by number, or by a mask.
 template <class T, int N, bool S, class I, bool R>
   requires(Integer<I> && N <= 2)
@@ -334,6 +348,14 @@ RT_INLINE T at(const List<T>& list, I index) {
 template <class First, class... Q>
 RT_INLINE auto list_of(First first, Q... rest) {
   return List<First>{{first, rest...}};
+}
+template <class T, Integer I>
+RT_INLINE auto get(const Arr<T, 1, false>& a, I i) {
+  return widened(a.data[place_of(i, a.n[0])]);
+}
+template <class T, Integer I, Integer J>
+RT_INLINE auto get(const Arr<T, 2, false>& a, I i, J j) {
+  return widened(a.data[place_of(i, a.n[0]) * a.n[1] + place_of(j, a.n[1])]);
 }
 template <class X, class... I>
 RT_INLINE auto get(const X& from, I... index) {

@@ -13,35 +13,38 @@
 
 #include "numbers.hpp"
 
+// Once for each type, not for each loop.
+#define RT_APART __attribute__((noinline))
+
 namespace rt {
 
 struct Mismatch : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// What a loop is called in Python; parameters are its names, in order.
+// What a loop is called in Python; its parameters, in order, with a comma after each; of every array
+// in them a letter, w for one that it writes to.
 struct Loop {
   const char* name;
-  std::vector<const char*> parameters;
-  // Whether it writes to each of the arrays in them.
-  std::vector<bool> writes;
+  const char* parameters;
+  const char* arrays;
 };
 
 // One call: the arrays that it was given, and copies of those that were of another type.
 class Call {
  public:
-  explicit Call(const Loop& loop) : loop(loop), first_(given().size()) {}
+  RT_APART explicit Call(const Loop& loop) : loop(loop), first_(given().size()) {}
   const Loop& loop;
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
-  ~Call() {
+  RT_APART ~Call() {
     for (PyObject* copy : copies_) Py_DECREF(copy);
     given().resize(first_);
   }
-  void note(PyArrayObject* array) { given().push_back(array); }
+  RT_APART void note(PyArrayObject* array) { given().push_back(array); }
   void own(PyObject* copy) { copies_.push_back(copy); }
   // The array of this call in whose memory a place is.
-  PyArrayObject* holder_of(const void* place) const {
+  RT_APART PyArrayObject* holder_of(const void* place) const {
     const auto* p = static_cast<const char*>(place);
     for (std::size_t k = first_; k < given().size(); ++k) {
       const auto* start = static_cast<const char*>(PyArray_DATA(given()[k]));
@@ -51,7 +54,7 @@ class Call {
     return nullptr;
   }
   const char* reading = "";
-  std::size_t arrays = 0;
+  std::size_t at = 0, arrays = 0;
 
  private:
   static std::vector<PyArrayObject*>& given() {
@@ -80,7 +83,7 @@ RT_ELEMENT(u32, NPY_UINT32, "uint32")
 RT_ELEMENT(u8, NPY_UINT8, "uint8")
 RT_ELEMENT(bool, NPY_BOOL, "bool")
 
-inline std::string text_of(PyObject* object) {
+RT_APART inline std::string text_of(PyObject* object) {
   PyObject* text = PyObject_Str(object);
   const char* letters = text == nullptr ? nullptr : PyUnicode_AsUTF8AndSize(text, nullptr);
   std::string result = letters == nullptr ? "?" : letters;
@@ -88,7 +91,7 @@ inline std::string text_of(PyObject* object) {
   PyErr_Clear();
   return result;
 }
-inline std::string kind_of(PyObject* object) {
+RT_APART inline std::string kind_of(PyObject* object) {
   if (!PyArray_Check(object)) {
     PyObject* type = PyObject_Type(object);
     PyObject* name = PyObject_GetAttrString(type, "__name__");
@@ -101,9 +104,41 @@ inline std::string kind_of(PyObject* object) {
   return "an array of " + text_of(reinterpret_cast<PyObject*>(PyArray_DESCR(array))) + " with " +
          std::to_string(PyArray_NDIM(array)) + " dimensions";
 }
-[[noreturn]] inline void mismatch(const std::string& wanted, PyObject* object) {
+[[noreturn]] RT_APART inline void mismatch(const std::string& wanted, PyObject* object) {
   PyErr_Clear();
   throw Mismatch("wants " + wanted + ", not " + kind_of(object));
+}
+
+RT_APART inline void check_tuple(PyObject* from, int count, const char* name) {
+  if (!PyTuple_Check(from) || PyTuple_Size(from) != count)
+    mismatch(std::string("a ") + name + " of " + std::to_string(count), from);
+}
+// A tuple, or one of a class that is one, with its items; takes over all of them.
+RT_APART inline PyObject* filled(PyObject* tuple, PyObject** items, std::size_t count) {
+  bool good = tuple != nullptr;
+  for (std::size_t k = 0; k < count; ++k) {
+    good = good && items[k] != nullptr;
+    if (!good)
+      Py_XDECREF(items[k]);
+    else
+      good = PyTuple_SetItem(tuple, static_cast<Py_ssize_t>(k), items[k]) == 0;
+  }
+  if (good) return tuple;
+  Py_XDECREF(tuple);
+  return nullptr;
+}
+// An instance of a named tuple, whose class is looked up once.
+RT_APART inline PyObject* empty_record(PyTypeObject*& type, const char* module, const char* name,
+                                       std::size_t count) {
+  if (type == nullptr) {
+    PyObject* imported = PyImport_ImportModule(module);
+    if (imported == nullptr) return nullptr;
+    type = reinterpret_cast<PyTypeObject*>(PyObject_GetAttrString(imported, name));
+    Py_DECREF(imported);
+    if (type == nullptr) return nullptr;
+  }
+  const auto allocate = reinterpret_cast<allocfunc>(PyType_GetSlot(type, Py_tp_alloc));
+  return allocate(type, static_cast<Py_ssize_t>(count));
 }
 
 template <class T>
@@ -160,9 +195,9 @@ struct Value<Arr<T, N, Strided>> {
     return std::string(Strided ? "an array of " : "a contiguous array of ") + Element<T>::name +
            " with " + std::to_string(N) + " dimensions";
   }
-  static Arr<T, N, Strided> read(PyObject* from, Call& call) {
+  RT_APART static Arr<T, N, Strided> read(PyObject* from, Call& call) {
     PyArrayObject* array = nullptr;
-    const bool written = call.loop.writes[call.arrays++];
+    const bool written = call.loop.arrays[call.arrays++] == 'w';
     if (PyArray_Check(from) && fits(reinterpret_cast<PyArrayObject*>(from))) {
       array = reinterpret_cast<PyArrayObject*>(from);
       if (written && !PyArray_ISWRITEABLE(array)) throw Mismatch("is written, but read only");
@@ -189,7 +224,7 @@ struct Value<Arr<T, N, Strided>> {
     }
     return result;
   }
-  static PyObject* make(const Arr<T, N, Strided>& value, Call& call) {
+  RT_APART static PyObject* make(const Arr<T, N, Strided>& value, Call& call) {
     npy_intp n[N];
     for (int k = 0; k < N; ++k) n[k] = value.n[k];
     PyArrayObject* holder =
@@ -228,27 +263,17 @@ template <class... Q>
 struct Value<std::tuple<Q...>> {
   static constexpr bool has_arrays = (Value<Q>::has_arrays || ...);
   static std::tuple<Q...> read(PyObject* from, Call& call) {
-    if (!PyTuple_Check(from) || PyTuple_Size(from) != static_cast<Py_ssize_t>(sizeof...(Q)))
-      mismatch("a tuple of " + std::to_string(sizeof...(Q)), from);
+    check_tuple(from, sizeof...(Q), "tuple");
     Py_ssize_t k = 0;
     return std::tuple<Q...>{Value<Q>::read(PyTuple_GetItem(from, k++), call)...};
   }
-  static PyObject* make(const std::tuple<Q...>& value, Call& call) {
+  RT_APART static PyObject* make(const std::tuple<Q...>& value, Call& call) {
     return std::apply(
-        [&](const auto&... each) { return filled(PyTuple_New(sizeof...(Q)), call, each...); }, value);
-  }
-  // A tuple, or one of a class that is one, with values.
-  static PyObject* filled(PyObject* tuple, Call& call, const Q&... values) {
-    if (tuple == nullptr) return nullptr;
-    Py_ssize_t k = 0;
-    bool good = true;
-    auto put = [&](PyObject* item) {
-      good = good && item != nullptr && PyTuple_SetItem(tuple, k++, item) == 0;
-    };
-    ((good ? put(Value<Q>::make(values, call)) : void()), ...);
-    if (good) return tuple;
-    Py_DECREF(tuple);
-    return nullptr;
+        [&](const auto&... each) {
+          PyObject* items[] = {Value<Q>::make(each, call)...};
+          return filled(PyTuple_New(sizeof...(Q)), items, sizeof...(Q));
+        },
+        value);
   }
 };
 
@@ -256,80 +281,60 @@ template <Record R>
 struct Value<R> {
   using Parts = decltype(std::declval<R>().parts());
   static constexpr bool has_arrays = Value<Parts>::has_arrays;
-  static R read(PyObject* from, Call& call) {
+  RT_APART static R read(PyObject* from, Call& call) {
     constexpr int count = static_cast<int>(std::tuple_size_v<Parts>);
-    if (!PyTuple_Check(from) || PyTuple_Size(from) != count) mismatch(std::string("a ") + R::record_name, from);
+    check_tuple(from, count, R::record_name);
     return [&]<std::size_t... K>(std::index_sequence<K...>) {
       return R{(call.reading = R::record_fields[K],
                 Value<std::tuple_element_t<K, Parts>>::read(PyTuple_GetItem(from, K), call))...};
     }(std::make_index_sequence<static_cast<std::size_t>(count)>{});
   }
-  static PyObject* make(const R& value, Call& call) {
+  RT_APART static PyObject* make(const R& value, Call& call) {
     static PyTypeObject* type = nullptr;
-    if (type == nullptr) {
-      PyObject* module = PyImport_ImportModule(R::record_module);
-      if (module == nullptr) return nullptr;
-      type = reinterpret_cast<PyTypeObject*>(PyObject_GetAttrString(module, R::record_name));
-      Py_DECREF(module);
-      if (type == nullptr) return nullptr;
-    }
-    static const auto allocate = reinterpret_cast<allocfunc>(PyType_GetSlot(type, Py_tp_alloc));
-    PyObject* tuple = allocate(type, static_cast<Py_ssize_t>(std::tuple_size_v<Parts>));
+    PyObject* tuple = empty_record(type, R::record_module, R::record_name, std::tuple_size_v<Parts>);
     return std::apply(
         [&](const auto&... each) {
-          return Value<std::tuple<std::decay_t<decltype(each)>...>>::filled(tuple, call, each...);
+          PyObject* items[] = {Value<std::decay_t<decltype(each)>>::make(each, call)...};
+          return filled(tuple, items, sizeof...(each));
         },
         value.parts());
   }
 };
 
+// The name of a parameter.
+RT_APART inline std::string parameter(const Loop& loop, std::size_t at) {
+  const char* start = loop.parameters;
+  for (; at > 0; --at) start = std::strchr(start, ',') + 1;
+  return {start, std::strchr(start, ',')};
+}
 // Arguments in the order of the parameters; false with an error set where they do not fit.
-inline bool arrange(const Loop& loop, PyObject* const* given, Py_ssize_t count, PyObject* names,
-                    PyObject** arranged) {
-  const auto wanted = static_cast<Py_ssize_t>(loop.parameters.size());
-  const Py_ssize_t named = names == nullptr ? 0 : PyTuple_Size(names);
-  bool good = count + named == wanted;
-  for (Py_ssize_t k = 0; k < wanted; ++k) arranged[k] = k < count && good ? given[k] : nullptr;
-  for (Py_ssize_t k = 0; good && k < named; ++k) {
-    PyObject* name = PyTuple_GetItem(names, k);
-    Py_ssize_t at = count;
-    while (at < wanted && PyUnicode_CompareWithASCIIString(name, loop.parameters[static_cast<std::size_t>(at)]) != 0) ++at;
+RT_APART inline bool arrange(const Loop& loop, std::size_t wanted, PyObject* const* given,
+                             Py_ssize_t count, PyObject* names, PyObject** arranged) {
+  const auto placed = static_cast<std::size_t>(count);
+  const auto named = static_cast<std::size_t>(names == nullptr ? 0 : PyTuple_Size(names));
+  bool good = placed + named == wanted;
+  for (std::size_t k = 0; good && k < wanted; ++k) arranged[k] = k < placed ? given[k] : nullptr;
+  for (std::size_t k = 0; good && k < named; ++k) {
+    PyObject* name = PyTuple_GetItem(names, static_cast<Py_ssize_t>(k));
+    std::size_t at = placed;
+    while (at < wanted &&
+           PyUnicode_CompareWithASCIIString(name, parameter(loop, at).c_str()) != 0)
+      ++at;
     good = at < wanted && arranged[at] == nullptr;
-    if (good) arranged[at] = given[count + k];
+    if (good) arranged[at] = given[placed + k];
   }
-  if (!good) {
-    std::string list;
-    for (const char* each : loop.parameters) list += std::string(list.empty() ? "" : ", ") + each;
-    PyErr_Format(PyExc_TypeError, "%s takes (%s)", loop.name, list.c_str());
-  }
+  if (!good) PyErr_Format(PyExc_TypeError, "%s takes (%s)", loop.name, loop.parameters);
   return good;
 }
 
-template <class R, class... A>
-PyObject* called(R (*function)(A...), const Loop& loop, PyObject* const* given, Py_ssize_t count,
-                 PyObject* names) {
-  PyObject* arranged[sizeof...(A) + 1];
-  if (!arrange(loop, given, count, names, arranged)) return nullptr;
-  std::size_t at = 0;
-  Call call(loop);
+// What went wrong, as an error of Python.
+RT_APART inline PyObject* failed(const Call& call) {
+  const Loop& loop = call.loop;
   try {
-    const Scope scope;
-    // In braces: they are read in their order.
-    std::tuple<std::decay_t<A>...> values{
-        (call.reading = "",
-         Value<std::decay_t<A>>::read(arranged[at++], call))...};
-    at = sizeof...(A);
-    if constexpr (std::is_void_v<R>) {
-      std::apply(function, values);
-      Py_INCREF(Py_None);
-      return Py_None;
-    } else {
-      return Value<R>::make(std::apply(function, values), call);
-    }
+    throw;
   } catch (const Mismatch& error) {
     PyErr_Format(PyExc_TypeError, "%s, argument %s%s%s: %s", loop.name,
-                 at > 0 ? loop.parameters[at - 1] : "", *call.reading ? "." : "", call.reading,
-                 error.what());
+                 parameter(loop, call.at).c_str(), *call.reading ? "." : "", call.reading, error.what());
   } catch (const std::bad_alloc&) {
     PyErr_NoMemory();
   } catch (const std::out_of_range& error) {
@@ -338,6 +343,12 @@ PyObject* called(R (*function)(A...), const Loop& loop, PyObject* const* given, 
     PyErr_Format(PyExc_ValueError, "%s: %s", loop.name, error.what());
   }
   return nullptr;
+}
+template <class T>
+RT_INLINE T argument(PyObject* const* arranged, std::size_t at, Call& call) {
+  call.at = at;
+  call.reading = "";
+  return Value<T>::read(arranged[at], call);
 }
 
 }  // namespace rt

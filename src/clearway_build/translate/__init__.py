@@ -10,7 +10,7 @@ from clearway_build.translate.kinds import Kinds, identifier, qualified
 from clearway_build.translate.program import Kernel, NotTranslatableError, Program
 from clearway_build.translate.writes import Writes
 
-PARTS = (("avoidance",), ("sensors",), ("obstacles", "traffic"), ())
+PARTS = (("obstacles", "sensors", "traffic"), ())
 """Packages whose loops make one file of C++ each; the last takes all others. Files are compiled side
 by side, each with all that its loops call, which the compiler may write into them."""
 READ = "read.txt"
@@ -95,14 +95,9 @@ class Translated:
             if kernel in needed:
                 space = "::".join(identifier(part) for part in kernel.module.split("."))
                 parts.append(f"namespace {space} {{\n{function.text}\n}}")
-        bound = [each for each in own if not each.is_generic]
+        bound = [each for each in own if self._is_bound(each)]
         loops = [self._loop(each) for each in bound]
-        calls = [
-            f"static PyObject* call_{n}(PyObject*, PyObject* const* a, Py_ssize_t n, PyObject* k) "
-            f"{{ return rt::called(&{qualified(each.kernel.module, each.kernel.name)}, loops[{n}], "
-            "a, n, k); }"
-            for n, each in enumerate(bound)
-        ]
+        calls = [self._call(n, each) for n, each in enumerate(bound)]
         methods = [
             f"  {{loops[{n}].name, reinterpret_cast<PyCFunction>(reinterpret_cast<void*>(call_{n})),"
             " METH_FASTCALL | METH_KEYWORDS, nullptr},"
@@ -117,6 +112,33 @@ class Translated:
         )
         return "\n".join(parts) + "\n"
 
+    def _is_bound(self, function: Function) -> bool:
+        """Whether Python calls a loop: one without an underscore, or what is no loop does so."""
+        kernel = function.kernel
+        is_used = kernel in self.program.used() or not kernel.name.startswith("_")
+        return is_used and not function.is_generic
+
+    def _call(self, number: int, function: Function) -> str:
+        """How Python calls one loop."""
+        count = len(function.parameters)
+        name = qualified(function.kernel.module, function.kernel.name)
+        read = "".join(
+            f"    const auto x{n} = rt::argument<{kind}>(a, {n}, call);\n"
+            for n, kind in enumerate(function.parameters)
+        )
+        result = f"{name}({', '.join(f'x{n}' for n in range(count))})"
+        if function.returned == "void":
+            made = f"{result};\n    Py_INCREF(Py_None);\n    return Py_None;"
+        else:
+            made = f"return rt::Value<{function.returned}>::make({result}, call);"
+        return (
+            f"static PyObject* call_{number}(PyObject*, PyObject* const* given, Py_ssize_t count, "
+            f"PyObject* names) {{\n  PyObject* a[{max(1, count)}];\n"
+            f"  if (!rt::arrange(loops[{number}], {count}, given, count, names, a)) return nullptr;\n"
+            f"  rt::Call call(loops[{number}]);\n  try {{\n    const rt::Scope scope;\n{read}    {made}\n"
+            "  } catch (...) {\n    return rt::failed(call);\n  }\n}"
+        )
+
     def _loop(self, function: Function) -> str:
         kernel = function.kernel
         arrays = [
@@ -125,17 +147,18 @@ class Translated:
             for path in self.kinds.arrays(kernel.module, each.annotation, (each.arg,))
         ]
         written = self.writes[kernel]
-        flags = ", ".join(
-            "true" if any(path[: len(each)] == each for each in written) else "false"
-            for path in arrays
+        flags = "".join(
+            "w" if any(path[: len(each)] == each for each in written) else "r" for path in arrays
         )
-        names = ", ".join(f'"{each.arg}"' for each in kernel.parameters)
-        return f'  {{"{kernel.module}.{kernel.name}", {{{names}}}, {{{flags}}}}},'
+        names = "".join(f"{each.arg}," for each in kernel.parameters)
+        return f'  {{"{kernel.module}.{kernel.name}", "{names}", "{flags}"}},'
 
 
 def _module(count: int) -> str:
     listed = "\n".join(f"extern PyMethodDef methods_{n}[];" for n in range(count))
-    added = "\n".join(f"  if (PyModule_AddFunctions(core, methods_{n}) < 0) return nullptr;" for n in range(count))
+    added = "\n".join(
+        f"  if (PyModule_AddFunctions(core, methods_{n}) < 0) return nullptr;" for n in range(count)
+    )
     return f"""#define CLEARWAY_MODULE
 #include "python.hpp"
 {listed}

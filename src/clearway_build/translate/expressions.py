@@ -54,9 +54,59 @@ CASTS = {
     bool: "bool",
 }
 """Types that values are turned into, or that arrays are made of."""
-RENAMED = {"arccos": "acos", "arcsin": "asin", "arctan": "atan", "arctan2": "atan2", "fabs": "absolute", "abs": "absolute"}
+RENAMED = {
+    "arccos": "acos",
+    "arcsin": "asin",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "fabs": "absolute",
+    "abs": "absolute",
+}
 PLAIN = frozenset(
-    ["sqrt", "cos", "sin", "tan", "acos", "asin", "atan", "atan2", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil", "rint", "isnan", "isinf", "isfinite", "hypot", "copysign", "nextafter", "gcd", "absolute", "sum", "mean", "max", "min", "any", "all", "count_nonzero", "sort", "partition", "flatnonzero", "cumsum", "diff", "append", "linspace", "cross", "empty_like", "heappush", "heappop"]
+    [
+        "sqrt",
+        "cos",
+        "sin",
+        "tan",
+        "acos",
+        "asin",
+        "atan",
+        "atan2",
+        "exp",
+        "expm1",
+        "log",
+        "log1p",
+        "erf",
+        "floor",
+        "ceil",
+        "rint",
+        "isnan",
+        "isinf",
+        "isfinite",
+        "hypot",
+        "copysign",
+        "nextafter",
+        "gcd",
+        "absolute",
+        "sum",
+        "mean",
+        "max",
+        "min",
+        "any",
+        "all",
+        "count_nonzero",
+        "sort",
+        "partition",
+        "flatnonzero",
+        "cumsum",
+        "diff",
+        "append",
+        "linspace",
+        "cross",
+        "empty_like",
+        "heappush",
+        "heappop",
+    ]
 )
 """Functions of numpy, math and heapq that `numbers.hpp` has under the same name."""
 METHODS = {
@@ -73,7 +123,29 @@ METHODS = {
     "sort": "sort_in_place",
     "fill": "fill",
 }
-MAKES = frozenset(["empty", "zeros", "ones", "full", "array", "arange", "linspace", "copy", "astype", "sort", "argsort", "partition", "flatnonzero", "cumsum", "diff", "append", "cross", "empty_like", "sum_of_rows"])
+MAKES = frozenset(
+    [
+        "empty",
+        "zeros",
+        "ones",
+        "full",
+        "array",
+        "arange",
+        "linspace",
+        "copy",
+        "astype",
+        "sort",
+        "argsort",
+        "partition",
+        "flatnonzero",
+        "cumsum",
+        "diff",
+        "append",
+        "cross",
+        "empty_like",
+        "sum_of_rows",
+    ]
+)
 """Calls that take memory of the arena."""
 
 

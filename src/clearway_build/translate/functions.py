@@ -137,7 +137,9 @@ class Function(Expressions):
         self.write("continue;")
 
     def visit_Return(self, node: ast.Return) -> None:
-        if node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None):
+        if node.value is None or (
+            isinstance(node.value, ast.Constant) and node.value.value is None
+        ):
             self.write("return;")
         else:
             value = self.visit(node.value)
@@ -154,7 +156,9 @@ class Function(Expressions):
             else:
                 self.write(f"{name} = rt::to<std::decay_t<decltype({name})>>({value});")
         elif isinstance(target, ast.Subscript):
-            self.write(f"rt::store(rt::at({self.visit(target.value)}, {self.indices(target)}), {value});")
+            self.write(
+                f"rt::store(rt::at({self.visit(target.value)}, {self.indices(target)}), {value});"
+            )
         elif isinstance(target, ast.Tuple):
             whole = self.fresh()
             self.write(f"auto {whole} = {value};")
@@ -265,7 +269,9 @@ class Function(Expressions):
 
 
 def _is_range(node: ast.expr) -> bool:
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    return (
+        isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    )
 
 
 def _is_enumerate(node: ast.expr) -> bool:

@@ -30,7 +30,76 @@ ELEMENTS = {
 """By the names of `clearway.base.arrays`; a digit after one is the number of dimensions."""
 ARRAY = re.compile(rf"(Strided)?({'|'.join(ELEMENTS)})(\d?)")
 RESERVED = frozenset(
-    ["alignas", "alignof", "and", "asm", "auto", "bool", "break", "case", "catch", "char", "class", "const", "continue", "default", "delete", "do", "double", "else", "enum", "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if", "inline", "int", "long", "mutable", "namespace", "new", "not", "operator", "or", "private", "protected", "public", "register", "return", "short", "signed", "sizeof", "static", "struct", "switch", "template", "this", "throw", "true", "try", "typedef", "typename", "union", "unsigned", "using", "virtual", "void", "volatile", "while", "xor", "std", "rt", "clearway", "unix", "linux"]
+    [
+        "alignas",
+        "alignof",
+        "and",
+        "asm",
+        "auto",
+        "bool",
+        "break",
+        "case",
+        "catch",
+        "char",
+        "class",
+        "const",
+        "continue",
+        "default",
+        "delete",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "explicit",
+        "export",
+        "extern",
+        "false",
+        "float",
+        "for",
+        "friend",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "mutable",
+        "namespace",
+        "new",
+        "not",
+        "operator",
+        "or",
+        "private",
+        "protected",
+        "public",
+        "register",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "template",
+        "this",
+        "throw",
+        "true",
+        "try",
+        "typedef",
+        "typename",
+        "union",
+        "unsigned",
+        "using",
+        "virtual",
+        "void",
+        "volatile",
+        "while",
+        "xor",
+        "std",
+        "rt",
+        "clearway",
+        "unix",
+        "linux",
+    ]
 )
 
 
@@ -72,7 +141,9 @@ class Kinds:
                 return self.of(found.module, found.expression)
         if isinstance(annotation, ast.Subscript) and ast.unparse(annotation.value) == "tuple":
             assert isinstance(annotation.slice, ast.Tuple)
-            return f"std::tuple<{', '.join(self.of(module, each) for each in annotation.slice.elts)}>"
+            return (
+                f"std::tuple<{', '.join(self.of(module, each) for each in annotation.slice.elts)}>"
+            )
         raise NotTranslatableError(
             f"{self.program.path(module)}:{annotation.lineno}: {text} is no type of the core; "
             "arrays state their dimensions, as Floats2 of clearway.base.arrays does"
@@ -101,7 +172,9 @@ class Kinds:
             f'*record_module = "{record.module}", *record_fields[] = {{{labels}}};\n}};\n}}\n'
         )
 
-    def arrays(self, module: str, annotation: ast.expr | None, path: tuple[str, ...]) -> list[tuple[str, ...]]:
+    def arrays(
+        self, module: str, annotation: ast.expr | None, path: tuple[str, ...]
+    ) -> list[tuple[str, ...]]:
         """The paths of all arrays in a parameter, in order."""
         assert annotation is not None
         if ARRAY.fullmatch(ast.unparse(annotation)):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import builtins
 import importlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,7 +54,9 @@ class Record:
     @property
     def fields(self) -> dict[str, ast.expr]:
         found = [each for each in self.tree.body if isinstance(each, ast.AnnAssign)]
-        return {each.target.id: each.annotation for each in found if isinstance(each.target, ast.Name)}
+        return {
+            each.target.id: each.annotation for each in found if isinstance(each.target, ast.Name)
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +75,12 @@ class Program:
         self._names: dict[str, dict[str, ast.stmt]] = {}
         self._found: dict[tuple[str, str], Any] = {}
         self._values: dict[tuple[str, str], Any] = {}
+        self._used: set[Kernel] | None = None
 
     def path(self, module: str) -> Path:
         path = self.source.joinpath(*module.split("."))
-        return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+        file = Path(f"{path}.py")
+        return file if file.exists() else path / "__init__.py"
 
     def names(self, module: str) -> dict[str, ast.stmt]:
         """What a module defines or imports, by name."""
@@ -92,15 +97,40 @@ class Program:
 
     def kernels(self) -> Iterator[Kernel]:
         """All loops, in the order of their files."""
-        for path in sorted(self.source.joinpath("clearway").rglob("*.py")):
-            if "base.compiled import" not in path.read_text(encoding="utf-8"):
+        for module in self._modules():
+            if "base.compiled import" not in self.path(module).read_text(encoding="utf-8"):
                 continue
-            parts = path.relative_to(self.source).with_suffix("").parts
-            module = ".".join(parts)
             for statement in self.names(module).values():
                 if _is_kernel(statement):
                     assert isinstance(statement, ast.FunctionDef)
                     yield self.resolve(module, statement.name)
+
+    def _modules(self) -> Iterator[str]:
+        for path in sorted(self.source.joinpath("clearway").rglob("*.py")):
+            yield ".".join(path.relative_to(self.source).with_suffix("").parts)
+
+    def used(self) -> set[Kernel]:
+        """Loops that code calls which is none."""
+        if self._used is None:
+            self._used = set()
+            words = re.compile(rf"\b({'|'.join({each.name for each in self.kernels()})})\b")
+            for module in self._modules():
+                if not words.search(self.path(module).read_text(encoding="utf-8")):
+                    continue
+                for statement in self.names(module).values():
+                    if not _is_kernel(statement):
+                        self._used |= set(self._named(module, statement, words))
+        return self._used
+
+    def _named(self, module: str, statement: ast.stmt, words: re.Pattern[str]) -> Iterator[Kernel]:
+        for each in ast.walk(statement):
+            if isinstance(each, ast.Name) and words.fullmatch(each.id):
+                try:
+                    found = self.resolve(module, each.id)
+                except NotTranslatableError:
+                    continue
+                if isinstance(found, Kernel):
+                    yield found
 
     def resolve(self, module: str, name: str) -> Any:
         """What a name means in a module: a loop, a record, an assignment, or a library's object."""
@@ -117,12 +147,17 @@ class Program:
         if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
             return self._assigned(module, statement, name)
         if isinstance(statement, ast.ImportFrom):
-            origin = next(each.name for each in statement.names if (each.asname or each.name) == name)
+            origin = next(
+                each.name for each in statement.names if (each.asname or each.name) == name
+            )
             if statement.module in LIBRARIES:
                 return getattr(importlib.import_module(statement.module), origin)
-            return self.resolve(str(statement.module), origin)
+            if str(statement.module).startswith("clearway."):
+                return self.resolve(str(statement.module), origin)
         if isinstance(statement, ast.Import):
-            origin = next(each.name for each in statement.names if (each.asname or each.name) == name)
+            origin = next(
+                each.name for each in statement.names if (each.asname or each.name) == name
+            )
             if origin in LIBRARIES:
                 return importlib.import_module(origin)
         if statement is None and hasattr(builtins, name):
@@ -140,7 +175,9 @@ class Program:
                     if isinstance(each, ast.Name) and each.id == name:
                         index = ast.Constant(number)
                         part = ast.Subscript(statement.value, index, ast.Load())
-                        return Assigned(module, ast.fix_missing_locations(ast.copy_location(part, each)))
+                        return Assigned(
+                            module, ast.fix_missing_locations(ast.copy_location(part, each))
+                        )
         raise NotTranslatableError(f"{self.path(module)}:{statement.lineno}: {name}")
 
     def constant(self, module: str, name: str) -> Any:

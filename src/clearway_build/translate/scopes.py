@@ -184,7 +184,11 @@ def _telling(store: ast.stmt, name: str) -> list[str]:
     else:
         assert isinstance(store, ast.Assign)
         value = next(
-            (part for part in (part_for(each, store.value, name) for each in store.targets) if part),
+            (
+                part
+                for part in (part_for(each, store.value, name) for each in store.targets)
+                if part
+            ),
             store.value,
         )
     return [each for each, is_store in _in_order(value) if not is_store]
