@@ -43,8 +43,8 @@ def load_core(base: Path = BASE) -> Any:
     if changed:
         more = f" and {len(changed) - 1} more" if changed[1:] else ""
         raise CoreError(
-            f"the compiled core is older than {changed[0]}{more}: it would fly other loops than the "
-            f"source shows. {REBUILD}, or {AS_PYTHON}."
+            f"the compiled core is older than {changed[0]}{more}: it would fly other loops than "
+            f"the source shows. {REBUILD}, or {AS_PYTHON}."
         )
     try:
         return import_module("clearway.base._core")
