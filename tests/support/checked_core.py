@@ -1,0 +1,193 @@
+"""Calls of the compiled core, each made a second time by the Python that it was made from.
+
+    python tests/support/checked_core.py numba fly static-obstacles    # a command of clearway
+    CLEARWAY_CHECKED=numba pytest -p checked_core tests/obstacles      # tests
+
+Each loop that Python calls is called with copies of its arguments too, compiled by numba or as plain
+Python. Results, errors and arrays written must be equal to the bit; of NaN, the payload may differ.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import struct
+import sys
+from collections import Counter
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, Literal
+
+import numpy as np
+
+Reference = Literal["numba", "python"]
+
+
+class DiffersError(AssertionError):
+    """The core gives something else than the Python that it was made from."""
+
+
+class CheckedLoop:
+    """A function of the core, compared at each of its first calls."""
+
+    def __init__(self, function: FunctionType, core: Callable[..., Any], book: Book) -> None:
+        functools.update_wrapper(self, function)
+        self._function, self._core, self._book = function, core, book
+        self.name = f"{function.__module__}.{function.__name__}"
+        self.reference: Callable[..., Any] | None = None
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        if self._book.calls[self.name] >= self._book.most_calls:
+            return self._core(*arguments, **named)
+        self._book.calls[self.name] += 1
+        given = (arguments, named)
+        again: Any = _copied(given, {})
+        answer = _outcome(self._core, *given)
+        expected = _outcome(self._book.reference_of(self), *again)
+        _compare(self.name, "result", answer, expected)
+        _compare(self.name, "argument", given, again)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def made_of(self, known: dict[str, Any]) -> FunctionType:
+        """Its Python, with other globals."""
+        function = self._function
+        return FunctionType(
+            function.__code__, known, function.__name__, function.__defaults__, function.__closure__
+        )
+
+
+class Book:
+    """All checked loops, their references, and how often each was compared."""
+
+    def __init__(self, reference: Reference, most_calls: int = sys.maxsize) -> None:
+        self.calls: Counter[str] = Counter()
+        self.most_calls = most_calls
+        self._reference = reference
+        self._loops: list[CheckedLoop] = []
+        self._known: dict[str, dict[str, Any]] = {}
+
+    def open(self) -> None:
+        """Check whatever is decorated from now on; before any other import of clearway."""
+        import clearway.base.compiled as module
+
+        bound = module.compiled
+
+        def checked(function: Any) -> Any:
+            loop = CheckedLoop(function, bound(function), self)
+            self._loops.append(loop)
+            return loop
+
+        module.compiled = checked  # type: ignore[assignment]
+
+    def reference_of(self, loop: CheckedLoop) -> Callable[..., Any]:
+        """The same loop by numba or Python, which calls such loops alone."""
+        if loop.reference is None:
+            self._refer()
+        assert loop.reference is not None
+        return loop.reference
+
+    def _refer(self) -> None:
+        """Give every loop a reference: its function, in globals where all loops are references."""
+        for loop in self._loops:
+            if loop.reference is None:
+                known = self._known.setdefault(loop.__module__, {})
+                made = loop.made_of(known)
+                loop.reference = _by_numba(made) if self._reference == "numba" else made
+        for name, known in self._known.items():
+            for key, value in vars(sys.modules[name]).items():
+                known[key] = value.reference if isinstance(value, CheckedLoop) else value
+
+
+def _by_numba(function: FunctionType) -> Callable[..., Any]:
+    import numba
+
+    made: Callable[..., Any] = numba.njit(error_model="numpy")(function)
+    return made
+
+
+def _outcome(function: Callable[..., Any], arguments: Any, named: Any) -> Any:
+    try:
+        return function(*arguments, **named)
+    except Exception as problem:
+        return problem
+
+
+def _copied(value: Any, made: dict[int, bytearray]) -> Any:
+    """A deep copy; arrays that share memory share it in the copy, and keep their layout."""
+    if isinstance(value, np.ndarray):
+        owner = value
+        while isinstance(owner.base, np.ndarray):
+            owner = owner.base
+        if not (owner.flags.c_contiguous or owner.flags.f_contiguous):
+            return value.copy()
+        memory = made.setdefault(id(owner), bytearray(owner.tobytes(order="A")))
+        offset = value.ctypes.data - owner.ctypes.data
+        twin = np.ndarray(value.shape, value.dtype, memory, offset, value.strides)
+        twin.setflags(write=value.flags.writeable)
+        return twin
+    if isinstance(value, tuple):
+        parts = [_copied(one, made) for one in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    if isinstance(value, dict):
+        return {key: _copied(one, made) for key, one in value.items()}
+    return value
+
+
+def _compare(name: str, where: str, one: Any, other: Any) -> None:
+    """Raise DiffersError where a value is not the other."""
+    if isinstance(one, Exception) or isinstance(other, Exception):
+        equal = type(one) is type(other)
+    elif isinstance(one, np.ndarray):
+        equal = isinstance(other, np.ndarray) and _same_bits(one, other)
+    elif isinstance(one, dict):
+        return _compare(name, where, tuple(one.values()), tuple(other.values()))
+    elif isinstance(one, tuple):
+        equal = isinstance(other, tuple) and len(one) == len(other)
+        parts = getattr(one, "_fields", range(len(one)))
+        for part, mine, theirs in zip(parts, one, other if equal else (), strict=False):
+            _compare(name, f"{where}.{part}", mine, theirs)
+    elif isinstance(one, float):
+        equal = isinstance(other, float) and (
+            struct.pack("d", one) == struct.pack("d", other) or (one != one and other != other)
+        )
+    else:
+        equal = bool(one == other)
+    if not equal:
+        raise DiffersError(f"{name}: {where} is {one!r}, and {other!r} by its Python")
+
+
+def _same_bits(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> bool:
+    if one.dtype != other.dtype or one.shape != other.shape:
+        return False
+    if one.dtype.kind != "f":
+        return np.array_equal(one, other)
+    nan = np.isnan(one) & np.isnan(other)
+    return bool((nan | ((one == other) & (np.signbit(one) == np.signbit(other)))).all())
+
+
+def pytest_configure() -> None:
+    """As a plugin of pytest, where the environment names a reference."""
+    book = Book(os.environ["CLEARWAY_CHECKED"])  # type: ignore[arg-type]
+    book.open()
+
+
+def main(arguments: list[str]) -> int:
+    """Run a command, then print how many loops were compared, and how often."""
+    book = Book(arguments[0])  # type: ignore[arg-type]
+    book.open()
+    from clearway.__main__ import main as run
+
+    sys.argv = ["clearway", *arguments[1:]]
+    ended = 0
+    try:
+        run()
+    except SystemExit as end:
+        ended = int(end.code or 0)
+    print(f"{len(book.calls)} loops compared, {book.calls.total()} calls", file=sys.stderr)
+    return ended
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
