@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -16,8 +17,24 @@ from own_process import CLEARWAY
 from repository import REPOSITORY
 
 FLIGHTS = Path(__file__).with_name("flights.toml")
-OUT = REPOSITORY / "clearway-out" / "both-cores"
-"""Kept: a run that was stopped goes on."""
+
+
+def sources() -> str:
+    """A hash of all that a core and its flights are made of."""
+    found = hashlib.sha256()
+    for path in sorted((REPOSITORY / "src").rglob("*.[ph][yp]*")):
+        if "__pycache__" not in path.parts:
+            found.update(path.read_bytes())
+    return found.hexdigest()[:16]
+
+
+OUT = REPOSITORY / "clearway-out" / "both-cores" / sources()
+"""Kept: a run that was stopped goes on, unless the sources have changed."""
+
+
+def folder(core: str) -> Path:
+    """Of the results of a core."""
+    return OUT / (core or "core")
 
 
 def flying(core: str) -> subprocess.Popen[str]:
@@ -40,7 +57,7 @@ def flying(core: str) -> subprocess.Popen[str]:
 
 
 def rows(core: str) -> dict[str, dict[str, Any]]:
-    found, _ = read_results(OUT / (core or "core") / "results.parquet")
+    found, _ = read_results(folder(core) / "results.parquet")
     return {row.key: without_timings(row) for row in found}
 
 

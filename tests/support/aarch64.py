@@ -11,11 +11,12 @@ from pathlib import Path
 from repository import REPOSITORY
 
 DEBIAN = (
-    "python3.11-minimal libpython3.11-minimal libpython3.11-stdlib libc6 libgcc-s1 libstdc++6 "
-    "zlib1g libexpat1 libssl3 libffi8 libbz2-1.0 liblzma5 libsqlite3-0 libuuid1 tzdata"
-).split()
+    *("python3.11-minimal", "libpython3.11-minimal", "libpython3.11-stdlib", "libc6", "libgcc-s1"),
+    *("libstdc++6", "zlib1g", "libexpat1", "libssl3", "libffi8", "libbz2-1.0", "liblzma5"),
+    *("libsqlite3-0", "libuuid1", "tzdata"),
+)
 EMULATOR = "qemu-aarch64-static"
-PYPI = "matplotlib numpy platformdirs pydantic pymap3d rich scipy typer typing-extensions".split()
+PYPI = ("matplotlib", "numpy", "platformdirs", "pydantic", "pymap3d", "rich", "scipy", "typer")
 PLATFORMS = ("manylinux_2_28_aarch64", "manylinux_2_17_aarch64", "manylinux2014_aarch64")
 
 
@@ -24,9 +25,9 @@ class AbsentError(Exception):
 
 
 def emulated_python(folder: Path) -> list[str]:
-    """Return the command of a Python that finds clearway's dependencies, made where it is not there.
+    """Return the command of a Python with clearway's dependencies beside it, in `site`.
 
-    Raises AbsentError where packages cannot be had.
+    It is made where it is not there. Raises AbsentError where packages cannot be had.
     """
     root, ready = folder / "root", folder / "ready"
     if not ready.exists():

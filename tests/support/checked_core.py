@@ -3,8 +3,9 @@
     python tests/support/checked_core.py numba fly static-obstacles    # a command of clearway
     CLEARWAY_CHECKED=numba pytest -p checked_core tests/obstacles      # tests
 
-Each loop that Python calls is called with copies of its arguments too, compiled by numba or as plain
-Python. Results, errors and arrays written must be equal to the bit; of NaN, the payload may differ.
+Each loop that Python calls is called with copies of its arguments too, compiled by numba or as
+plain Python. Results, errors and arrays written must be equal to the bit; of NaN, the payload may
+differ.
 """
 
 from __future__ import annotations
@@ -75,11 +76,14 @@ class Book:
         bound = module.compiled
 
         def checked(function: Any) -> Any:
-            loop = CheckedLoop(function, bound(function), self)
-            self._loops.append(loop)
-            return loop
+            return self.add(CheckedLoop(function, bound(function), self))
 
         module.compiled = checked  # type: ignore[assignment]
+
+    def add(self, loop: CheckedLoop) -> CheckedLoop:
+        """Compare a loop from now on."""
+        self._loops.append(loop)
+        return loop
 
     def reference_of(self, loop: CheckedLoop) -> Callable[..., Any]:
         """The same loop by numba or Python, which calls such loops alone."""
@@ -142,7 +146,9 @@ def _compare(name: str, where: str, one: Any, other: Any) -> None:
     elif isinstance(one, np.ndarray):
         equal = isinstance(other, np.ndarray) and _same_bits(one, other)
     elif isinstance(one, dict):
-        return _compare(name, where, tuple(one.values()), tuple(other.values()))
+        equal = one.keys() == other.keys()
+        for key in one:
+            _compare(name, f"{where}.{key}", one[key], other[key])
     elif isinstance(one, tuple):
         equal = isinstance(other, tuple) and len(one) == len(other)
         parts = getattr(one, "_fields", range(len(one)))
@@ -153,9 +159,15 @@ def _compare(name: str, where: str, one: Any, other: Any) -> None:
             struct.pack("d", one) == struct.pack("d", other) or (one != one and other != other)
         )
     else:
-        equal = bool(one == other)
+        equal = _kind(one) is _kind(other) and bool(one == other)
     if not equal:
         raise DiffersError(f"{name}: {where} is {one!r}, and {other!r} by its Python")
+
+
+def _kind(value: Any) -> type:
+    """The kind of a number, whichever library made it."""
+    kinds = ((bool, np.bool_), (int, np.integer), (float, np.floating))
+    return next((kind for kind, its in kinds if isinstance(value, kind | its)), type(value))
 
 
 def _same_bits(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> bool:
