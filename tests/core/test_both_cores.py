@@ -17,6 +17,7 @@ from own_process import CLEARWAY
 from repository import REPOSITORY
 
 FLIGHTS = Path(__file__).with_name("flights.toml")
+SUPPORT = REPOSITORY / "tests" / "support"
 
 
 def sources() -> str:
@@ -74,25 +75,42 @@ def test_flights_are_equal_to_the_bit() -> None:
 FIRST_CALLS = """
 import sys
 from checked_core import Book
-book = Book("python", most_calls={most})
+book = Book("python", most_calls=3)
 book.open()
 import clearway as cw
-file = cw.read_mission({mission!r}).changed("simulation", time_limit_s={seconds})
-cw.fly(file)
+cw.fly(cw.read_mission(sys.argv[1]).changed("simulation", time_limit_s=10.0))
 print(len(book.calls))
 """
+EXAMPLES = REPOSITORY / "examples" / "missions"
+MISSIONS = (
+    *("static-obstacles", "intruders", "mixed"),
+    *(str(EXAMPLES / name) for name in ("rules.toml", "plants/quadrotor-forest.toml")),
+)
 
 
-@pytest.mark.parametrize("mission", ["static-obstacles", "mixed"])
-def test_the_first_calls_of_a_flight_give_what_plain_python_gives(mission: str) -> None:
+@pytest.mark.parametrize("mission", MISSIONS, ids=lambda one: Path(one).stem)
+def test_first_calls_give_what_plain_python_gives(mission: str) -> None:
     """Both call the same C library, so that this holds with any."""
-    code = FIRST_CALLS.format(most=2, mission=mission, seconds=2.0)
     done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tests" / "support")},
+        [sys.executable, "-c", FIRST_CALLS, mission],
+        env={**os.environ, "PYTHONPATH": str(SUPPORT)},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert int(done.stdout) > 30
+    assert int(done.stdout) > 50
+
+
+@pytest.mark.nightly
+def test_loops_tests_pass_where_numba_checks_the_core() -> None:
+    tests = [f"tests/{name}" for name in ("obstacles", "reach", "sensors", "traffic", "vehicle")]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "checked_core", *tests],
+        env={**os.environ, "PYTHONPATH": str(SUPPORT), "CLEARWAY_CHECKED": "numba"},
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-3000:]

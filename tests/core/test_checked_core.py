@@ -25,9 +25,8 @@ def fill(pair: Pair, value: float) -> float:
 
 def checked(core: Callable[..., Any]) -> CheckedLoop:
     """`fill` as if a core had been made of it."""
-    book = Book("python")
-    loop = CheckedLoop(fill, core, book)  # type: ignore[arg-type]
-    book.add(loop)
+    loop = CheckedLoop(fill, core, Book("numba"))  # type: ignore[arg-type]
+    loop.reference = fill
     return loop
 
 

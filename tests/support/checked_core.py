@@ -1,18 +1,17 @@
 """Calls of the compiled core, each made a second time by the Python that it was made from.
 
     python tests/support/checked_core.py numba fly static-obstacles    # a command of clearway
-    CLEARWAY_CHECKED=numba pytest -p checked_core tests/obstacles      # tests
+    CLEARWAY_CHECKED=numba pytest -p checked_core tests/obstacles      # tests, as a plugin
 
 Each loop that Python calls is called with copies of its arguments too, compiled by numba or as
-plain Python. Results, errors and arrays written must be equal to the bit; of NaN, the payload may
-differ.
+plain Python. Results, errors and arrays written must be equal: by numba to the bit, but for the
+payload of NaN; by Python to a part in 10^12, since NumPy adds in another order.
 """
 
 from __future__ import annotations
 
 import functools
 import os
-import struct
 import sys
 from collections import Counter
 from collections.abc import Callable
@@ -22,6 +21,10 @@ from typing import Any, Literal
 import numpy as np
 
 Reference = Literal["numba", "python"]
+CHECKED = "CLEARWAY_CHECKED"
+"""Of the environment: the reference of the first calls in every process that loads this module."""
+WITHIN = {"numba": 0.0, "python": 1e-12}
+"""Of numbers, how far they may be apart, as a share of them where they are above 1."""
 
 
 class DiffersError(AssertionError):
@@ -45,8 +48,8 @@ class CheckedLoop:
         again: Any = _copied(given, {})
         answer = _outcome(self._core, *given)
         expected = _outcome(self._book.reference_of(self), *again)
-        _compare(self.name, "result", answer, expected)
-        _compare(self.name, "argument", given, again)
+        self._book.compare(self.name, "result", answer, expected)
+        self._book.compare(self.name, "argument", given, again)
         if isinstance(answer, Exception):
             raise answer
         return answer
@@ -91,6 +94,24 @@ class Book:
             self._refer()
         assert loop.reference is not None
         return loop.reference
+
+    def compare(self, name: str, where: str, one: Any, other: Any) -> None:
+        """Raise DiffersError where a value is not the other."""
+        if isinstance(one, tuple | dict):
+            equal = isinstance(other, type(one)) and len(one) == len(other)
+            named = one if isinstance(one, dict) else getattr(one, "_asdict", lambda: {})()
+            parts = list(named) or range(len(one))
+            if equal:
+                pairs = ((_values(one)), (_values(other)))
+                for part, mine, theirs in zip(parts, *pairs, strict=True):
+                    self.compare(name, f"{where}.{part}", mine, theirs)
+        elif isinstance(one, Exception) or isinstance(other, Exception):
+            equal = type(one) is type(other)
+        else:
+            within = WITHIN[self._reference]
+            equal = _kind(one) is _kind(other) and _are_equal(one, other, within)
+        if not equal:
+            raise DiffersError(f"{name}: {where} is {_in_words(one, other)} by its Python")
 
     def _refer(self) -> None:
         """Give every loop a reference: its function, in globals where all loops are references."""
@@ -139,29 +160,19 @@ def _copied(value: Any, made: dict[int, bytearray]) -> Any:
     return value
 
 
-def _compare(name: str, where: str, one: Any, other: Any) -> None:
-    """Raise DiffersError where a value is not the other."""
-    if isinstance(one, Exception) or isinstance(other, Exception):
-        equal = type(one) is type(other)
-    elif isinstance(one, np.ndarray):
-        equal = isinstance(other, np.ndarray) and _same_bits(one, other)
-    elif isinstance(one, dict):
-        equal = one.keys() == other.keys()
-        for key in one:
-            _compare(name, f"{where}.{key}", one[key], other[key])
-    elif isinstance(one, tuple):
-        equal = isinstance(other, tuple) and len(one) == len(other)
-        parts = getattr(one, "_fields", range(len(one)))
-        for part, mine, theirs in zip(parts, one, other if equal else (), strict=False):
-            _compare(name, f"{where}.{part}", mine, theirs)
-    elif isinstance(one, float):
-        equal = isinstance(other, float) and (
-            struct.pack("d", one) == struct.pack("d", other) or (one != one and other != other)
-        )
-    else:
-        equal = _kind(one) is _kind(other) and bool(one == other)
-    if not equal:
-        raise DiffersError(f"{name}: {where} is {one!r}, and {other!r} by its Python")
+def _values(parts: Any) -> Any:
+    return parts.values() if isinstance(parts, dict) else parts
+
+
+def _in_words(one: Any, other: Any) -> str:
+    """Both values; of arrays, the first place where they differ."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and one.shape == other.shape:
+        places = np.argwhere(~((one == other) | ((one != one) & (other != other))))
+        if len(places):
+            first = tuple(places[0].tolist())
+            more = f"at {len(places)} of {one.size} places, first {first}: "
+            return f"{more}{one[first]!r}, and {other[first]!r}"
+    return f"{one!r}, and {other!r}"
 
 
 def _kind(value: Any) -> type:
@@ -170,19 +181,18 @@ def _kind(value: Any) -> type:
     return next((kind for kind, its in kinds if isinstance(value, kind | its)), type(value))
 
 
-def _same_bits(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> bool:
+def _are_equal(one: Any, other: Any, within: float) -> bool:
+    """Whether two arrays or numbers are; a zero is not one of another sign."""
+    one, other = np.asarray(one), np.asarray(other)
     if one.dtype != other.dtype or one.shape != other.shape:
         return False
     if one.dtype.kind != "f":
         return np.array_equal(one, other)
-    nan = np.isnan(one) & np.isnan(other)
-    return bool((nan | ((one == other) & (np.signbit(one) == np.signbit(other)))).all())
-
-
-def pytest_configure() -> None:
-    """As a plugin of pytest, where the environment names a reference."""
-    book = Book(os.environ["CLEARWAY_CHECKED"])  # type: ignore[arg-type]
-    book.open()
+    equal = (one == other) & (np.signbit(one) == np.signbit(other))
+    if within:
+        with np.errstate(invalid="ignore"):
+            equal |= np.abs(one - other) <= within * np.maximum(1.0, np.abs(one))
+    return bool((equal | (np.isnan(one) & np.isnan(other))).all())
 
 
 def main(arguments: list[str]) -> int:
@@ -200,6 +210,9 @@ def main(arguments: list[str]) -> int:
     print(f"{len(book.calls)} loops compared, {book.calls.total()} calls", file=sys.stderr)
     return ended
 
+
+if CHECKED in os.environ:
+    Book(os.environ[CHECKED], most_calls=20).open()  # type: ignore[arg-type]
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
