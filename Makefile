@@ -28,11 +28,11 @@ types: $(VENV)/.dev
 imports: $(VENV)/.dev
 	$(BIN)/lint-imports
 
-unit: $(VENV)/.warm
+unit: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile
 
 # What takes too long for every change: wider families, longer laws.
-nightly: $(VENV)/.warm
+nightly: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
 
 # The site of the documentation, in site/: any warning ends it.
@@ -70,7 +70,6 @@ bench-peers: $(VENV)/.dev $(PEERS)/.ready
 
 # The wheel, with compiled code for this Python and the pinned numba.
 wheel: $(VENV)/.dev
-	$(BIN)/python -m tools.compiled
 	$(BIN)/python -m build --wheel
 
 format: $(VENV)/.dev
@@ -96,11 +95,6 @@ $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,dev]'
 	$(BYTE_CODE)
 	touch $(VENV)/.core $@
-
-# Compiled ahead, once: tests side by side that begin with the same loops wait for each other.
-$(VENV)/.warm: $(VENV)/.dev
-	$(BIN)/clearway warm-up
-	touch $@
 
 clean:
 	rm -rf $(VENV) $(PEERS) clearway-out dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -110,8 +110,6 @@ def set_up_guard(
         setup.refuse_coarse_beams()
         guardian = setup.guardian(terms.hold_s, terms.acceleration_mps2)
         notice_escape(guardian.escape, sensor, notice)
-        notice("warming up; the first run compiles, which takes a while")
-        guardian.warm_up()
         over = terms_of(file, setup, options)
         core = GuardSession(guardian, sensor, over.session, counts, wish_s=terms.wish_s)
         session = GuardMavlinkSession(core, sensor, over, counts)
