@@ -1,4 +1,4 @@
-"""Live use: readings in any order, bad data counted, decisions when due, no compiling in flight."""
+"""Live use: readings in any order, bad data counted, decisions when due."""
 
 from dataclasses import fields, replace
 

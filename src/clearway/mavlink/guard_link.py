@@ -89,7 +89,7 @@ class GuardMavlinkLink:
 def set_up_guard(
     file: MissionFile, options: SessionOptions, terms: GuardTerms, notice: Notice
 ) -> tuple[Loop, GuardMavlinkLink]:
-    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    """Everything loaded and opened; raises InputError for what cannot be used."""
     key = None if options.signing_key is None else read_key(options.signing_key)
     counts: Counter[str] = Counter()
     frames = open_link(options.connect, counts)

@@ -54,7 +54,7 @@ class SessionOptions:
 def set_up(
     file: MissionFile, options: SessionOptions, notice: Notice
 ) -> tuple[Loop, MavlinkLink[Session]]:
-    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    """Everything loaded and opened; raises InputError for what cannot be used."""
     key = None if options.signing_key is None else read_key(options.signing_key)
     _address(options.icao)  # Refused at once.
     counts: Counter[str] = Counter()
