@@ -11,7 +11,7 @@ BYTE_CODE := -$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types imports unit nightly docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo test lint types imports unit nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -34,6 +34,12 @@ unit: $(VENV)/.dev
 # What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# The core with every index checked, under the sanitizers of g++: the loops' tests, then damaged files
+# of every format: make sanitized COUNT=20000
+COUNT ?= 5000
+sanitized: $(VENV)/.dev
+	$(BIN)/python -m tools.sanitized --count $(COUNT)
 
 # The site of the documentation, in site/: any warning ends it.
 docs: $(VENV)/.docs
