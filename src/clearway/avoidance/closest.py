@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import Bools2, Floats, Floats2, Floats3, Int32s, Ints
+from clearway.base.arrays import StridedFloats, StridedFloats2, Bools2, Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.compiled import borrowing, compiled
 
 MANY = 64
@@ -192,8 +192,8 @@ def _note_closest(
     within: Floats2,
     beyond: Floats2,
     on_way: Floats2,
-    aside_m: Floats2,
-    time_s: Floats,
+    aside_m: StridedFloats2,
+    time_s: StridedFloats,
 ) -> None:
     """Fill in what is nearest on the ways themselves [nodes + 1, 5], and where [nodes, 3] and when
     [nodes] it is closest on them and straight on."""

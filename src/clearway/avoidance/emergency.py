@@ -20,7 +20,6 @@ from clearway.avoidance.verify import (
     movement_room,
 )
 from clearway.base.arrays import Bools, Floats2
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
@@ -52,7 +51,7 @@ def best_clearances(
     """[candidates, 2] as `verify.clearances` of those whose clearance rounds to the best; of others
     the clearance may be told as any that does not, -inf too."""
     nodes = candidates.nodes
-    asked = id(hazards), margin_m, nodes.tobytes()
+    asked = hazards, margin_m, nodes.tobytes()
     if asked not in looked.best:
         is_end = np.zeros(len(looked.paths.parent), dtype=np.bool_)
         is_end[nodes] = True
@@ -78,7 +77,6 @@ class _Looks(NamedTuple):
     room: MovementRoom
 
 
-@by_leaf
 @compiled
 def _best_clearances(
     paths: Paths,

@@ -18,7 +18,6 @@ from clearway.avoidance.escape_legs import (
     turn_to_grid,
 )
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.legs import Legs
@@ -44,7 +43,6 @@ def chain_for(movements: int, legs: Legs, shapes: Shapes) -> Chain:
     return Chain(np.empty((movements + 1, 4)), times, at, leg)
 
 
-@by_leaf
 @compiled
 def chain_keeps(
     movements: Ints,

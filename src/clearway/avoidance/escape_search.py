@@ -36,7 +36,6 @@ from clearway.avoidance.wide_space import (
     steps_within,
 )
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
@@ -72,7 +71,6 @@ def movements_of(ways: Ways, escape: int) -> Ints:
     return movements
 
 
-@by_leaf
 @compiled
 def first_escape(
     ways: Ways,

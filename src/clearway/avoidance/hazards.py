@@ -117,11 +117,7 @@ class Hazards:
     @cached_property
     def bins(self) -> PointBins:
         """The points, in cubes."""
-        return bin_points(*self.points)
-
-    def note_bins(self, bins: PointBins) -> None:
-        """Take over what somebody else has sorted by `bin_points`."""
-        self.__dict__["bins"] = bins
+        return bin_points(self.points.position_m, self.points.radius_m)
 
     def keeping_clear_of(self, share: float) -> Hazards:
         """The same with a share of what intruders may do."""

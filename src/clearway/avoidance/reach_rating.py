@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -27,8 +25,8 @@ class ReachAssessment:
     feasibility: FloatArray
     """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
     reach_set: ReachSet = field(repr=False)
-    rated_by: Callable[[], FloatArray] = field(repr=False)
-    """The ratings [cells] that it was rated by."""
+    cell_rating: FloatArray = field(repr=False)
+    """[cells] ratings that it was rated by."""
     threshold: float
 
     __repr__ = brief
@@ -54,30 +52,27 @@ class ReachAssessment:
     @cached_property
     def continuations(self) -> FloatArray:
         """[nodes] share of continuations rated at or above the threshold."""
-        passed = PassedCells.of(self.reach_set)
-        return _continuations(*passed, self.rated_by(), self.threshold)
+        one = self.reach_set
+        return _continuations(
+            one.parent,
+            one.cell_start,
+            one.cell_index,
+            one.exit_kind,
+            self.cell_rating,
+            self.threshold,
+        )
 
     @cached_property
     def _cells(self) -> tuple[FloatArray, BoolArray, IntArray]:
-        passed = PassedCells.of(self.reach_set)
-        return _reach_cells(*passed, self.node_rating, self.rated_by(), self.threshold)
-
-
-class PassedCells(NamedTuple):
-    """Of a reach set, which cells its movements pass."""
-
-    parent: Int32s
-    cell_start: Int32s
-    cell_index: Int32s
-    exit_kind: Int8s
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-    @classmethod
-    def of(cls, reach_set: ReachSet) -> PassedCells:
-        return cls(
-            reach_set.parent, reach_set.cell_start, reach_set.cell_index, reach_set.exit_kind
+        one = self.reach_set
+        return _reach_cells(
+            one.parent,
+            one.cell_start,
+            one.cell_index,
+            one.exit_kind,
+            self.node_rating,
+            self.cell_rating,
+            self.threshold,
         )
 
 
@@ -86,11 +81,20 @@ def rate_reach_set(
 ) -> ReachAssessment:
     """Rate every node, cell and continuation of a reach set, (4.21)-(4.23) and P_D (2.3).
 
-    cell_rating: [cells] of the reach set's grid.
+    Parameters
+    ----------
+    reach_set
+        The trajectories.
+    cell_rating
+        [cells] of the reach set's grid: how safe a passage is.
+    threshold
+        Rating from which trajectories and continuations count.
     """
-    node_rating, feasibility = rate_nodes(*PassedCells.of(reach_set), cell_rating)
-    rated_by = partial(np.asarray, cell_rating)
-    return ReachAssessment(node_rating, feasibility, reach_set, rated_by, float(threshold))
+    one = reach_set
+    node_rating, feasibility = rate_nodes(
+        one.parent, one.cell_start, one.cell_index, one.exit_kind, cell_rating
+    )
+    return ReachAssessment(node_rating, feasibility, reach_set, cell_rating, float(threshold))
 
 
 def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:

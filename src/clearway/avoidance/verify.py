@@ -19,7 +19,6 @@ from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
 from clearway.base.arrays import Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.brief import brief
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
@@ -94,21 +93,17 @@ class KnownClearances:
 
     def __init__(self, paths: Paths) -> None:
         self.paths = paths
-        self._known: dict[tuple[int, float], tuple[Hazards, FloatArray]] = {}
-        self.best: dict[tuple[int, float, bytes], FloatArray] = {}
+        self._known: dict[tuple[Hazards, float], FloatArray] = {}
+        self.best: dict[tuple[Hazards, float, bytes], FloatArray] = {}
         """What `emergency.best_clearances` found, by hazards, margin and candidates."""
 
     def at(self, hazards: Hazards, margin_m: float) -> FloatArray:
         """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan where nobody
         has looked. Whoever looks fills in."""
-        asked = id(hazards), margin_m  # Kept beside it, so that its number is nobody else's.
-        if asked not in self._known:
-            self._known[asked] = hazards, np.full((len(self.paths.parent), 3), np.nan)
-        return self._known[asked][1]
-
-    def note(self, hazards: Hazards, margin_m: float, known: FloatArray) -> None:
-        """Take over what somebody else has found; known: as of `at`."""
-        self._known[id(hazards), margin_m] = hazards, known
+        key = hazards, margin_m
+        if key not in self._known:
+            self._known[key] = np.full((len(self.paths.parent), 3), np.nan)
+        return self._known[key]
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +279,6 @@ def first_clear_of(
     )
 
 
-@by_leaf
 @compiled
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float

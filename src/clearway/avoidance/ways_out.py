@@ -31,7 +31,6 @@ from clearway.avoidance.way_out_search import (
 )
 from clearway.avoidance.way_out_terms import in_wind_s, terms_of
 from clearway.avoidance.wide_space import wide_space
-from clearway.base.by_leaf import by_leaf
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
@@ -43,7 +42,6 @@ CLOSES_RAD = 1e-3
 """Attitude off those of the library by which its loops still close."""
 SURFACE = 1.0 + 0.5 * np.sqrt(3.0)
 """Voxels before what is hit that beams may leave unseen, to their middles and in any direction."""
-_leg_keeps = by_leaf(leg_keeps)
 
 
 class WaysOut:
@@ -94,7 +92,7 @@ class WaysOut:
         """Compile and load what only some decisions run."""
         legs, at, terms = self._legs, self._start, self._terms
         path, sagitta_m = legs.path[at, 0], float(legs.sagitta_m[at, 0])
-        _leg_keeps(STANDING, path, sagitta_m, 0.0, 1.0, terms)
+        leg_keeps(STANDING, path, sagitta_m, 0.0, 1.0, terms)
         pose_after(STANDING, path)
         corners = carried(STANDING, path, (0.0, 1.0), terms)
         keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
@@ -202,7 +200,7 @@ class WaysOut:
             return None
         path = legs.path[at, movement]
         end_s = float(legs.duration_s[movement])
-        if not _leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
+        if not leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
             return None
         return self._first(Beginning(then, pose_after(STANDING, path), end_s, legs), terms)
 
@@ -273,7 +271,7 @@ class WaysOut:
             return None
         path, sagitta_m, attitude = self._rest(under_way)
         left_s = under_way.left_s
-        if not _leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
+        if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
             return None
         at, legs = self.library.nearest(*attitude), self.library.legs_at(*attitude)
         there = Beginning(at, pose_after(STANDING, path), left_s, legs)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import Bools3, Floats3, Ints, UInt64s3
+from clearway.base.arrays import Bools3, Floats, Floats3, Ints, UInt64s3
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.live.nearest_balls import outwards
 from clearway.sensors.seen_space import WORD, is_marked
 
@@ -61,7 +60,7 @@ def _is_mostly_free(free: UInt64s3, u: int, v: int, w: int, per_cell: int) -> bo
 
 @borrowing
 def renew_nearest(
-    nearest: Floats3, fresh: Floats3, squared: tuple[FloatArray, ...], within2: float
+    nearest: Floats3, fresh: Floats3, squared: tuple[Floats, Floats, Floats], within2: float
 ) -> None:
     """Take over distances [nx, ny, nz] known now: what is missing there was nothing only nearby.
 

@@ -151,7 +151,7 @@ def _cheapest(
     most: float,
     greed: float,
     most_looked: int,
-) -> tuple[FloatArray, int]:
+) -> tuple[Floats2, int]:
     """[n, 3] cells of the cheapest way, both ends included; none where there is no way, and where
     none is found among so many cells. And how many were looked at.
 

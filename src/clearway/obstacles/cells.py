@@ -7,7 +7,6 @@ from typing import Literal, get_args
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Ints
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -59,7 +58,6 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
     return _coated(shapes, cell_nodes(grid), float(margin_m))
 
 
-@by_leaf
 @compiled
 def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
     shares = np.zeros(len(nodes.radius_m))
@@ -77,7 +75,6 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
     return shares
 
 
-@by_leaf
 @compiled
 def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> Bools:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)

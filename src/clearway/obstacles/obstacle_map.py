@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import one_line
-from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import are_points, kind_of, points_of
 from clearway.base.compiled import compiled, plain
 from clearway.base.errors import ClearwayError
@@ -139,7 +138,6 @@ def _box(corners_m: npt.ArrayLike) -> FloatArray:
     return box
 
 
-@by_leaf
 @compiled
 def _in_frame(
     position: Floats, world_from_grid: Floats2, reach: float, shapes: Shapes, tree: BoxTree

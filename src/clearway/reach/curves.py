@@ -14,7 +14,7 @@ from math import comb
 
 import numpy as np
 
-from clearway.base.arrays import Floats, Floats2
+from clearway.base.arrays import StridedFloats, Floats, Floats2
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 
@@ -107,7 +107,7 @@ def value(scaled: Floats, share: float) -> float:
 
 
 @borrowing
-def halve(coefficients: Floats, first: Floats, second: Floats) -> None:
+def halve(coefficients: StridedFloats, first: StridedFloats, second: Floats) -> None:
     """Coefficients of the two halves of a polynomial (de Casteljau)."""
     degree = len(coefficients) - 1
     for k in range(degree + 1):
@@ -119,7 +119,7 @@ def halve(coefficients: Floats, first: Floats, second: Floats) -> None:
 
 
 @borrowing
-def without_root(coefficients: Floats, noise: float) -> bool:
+def without_root(coefficients: StridedFloats, noise: float) -> bool:
     """Whether all coefficients beyond exact zeros at the start have one sign, and not by rounding.
 
     Then the polynomial has no root but at its start.

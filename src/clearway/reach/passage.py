@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import Floats, Floats2
+from clearway.base.arrays import StridedFloats, Floats, Floats2
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges, angle_borders, cell_of_point, range_borders
@@ -236,7 +236,7 @@ def _roots(
 
 
 @borrowing
-def _changes_of_sign(coefficients: Floats, noise: float) -> int:
+def _changes_of_sign(coefficients: StridedFloats, noise: float) -> int:
     """Changes of sign from one coefficient to the next; -1 where rounding may have made a sign.
 
     One change means one root, none means none (Descartes' rule in Bernstein form).

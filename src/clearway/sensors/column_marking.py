@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints, UInt64s, UInt64s3
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
@@ -31,7 +30,6 @@ STEEPEST = 0.1
 """Cosine of the steepest beam that is looked along: steeper ones show the place overhead alone."""
 
 
-@by_leaf
 @compiled
 def mark_columns(
     free: UInt64s3,

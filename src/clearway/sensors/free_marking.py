@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2, Ints, UInt8s2, UInt64s3
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
@@ -129,7 +128,6 @@ def _take_nearest(
                 around[j, k] = min(around[j, k], near)
 
 
-@by_leaf
 @compiled
 def mark(
     free: UInt64s3,

@@ -13,7 +13,6 @@ import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.state import BoolArray
 from clearway.sensors.passing import Sensor
 
 ALONE, IN_LINE, BETWEEN = range(3)
@@ -249,7 +248,7 @@ def balls_of(boxes: Boxes) -> Balls:
 
 
 @compiled
-def in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> BoolArray:
+def in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> Bools:
     """[n] whether any of the box may lie within reach of the sensor."""
     near = np.empty(len(boxes.doubt), dtype=np.bool_)
     for n in range(len(near)):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import Bools, Floats, Floats2, Ints
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.sensors.binning import CellTables
@@ -66,16 +66,6 @@ def detected_in(scan: PlacedScan) -> DetectedCells:
         hindrance,
         visibility,
     )
-
-
-@compiled
-def looked_into(beams: Ints, layers: int) -> Bools:
-    """[layers * columns * rows] whether any beam looks into the cell's column."""
-    seen = np.empty(layers * len(beams), dtype=np.bool_)
-    for column in range(len(beams)):
-        for layer in range(layers):
-            seen[layer * len(beams) + column] = beams[column] > 0
-    return seen
 
 
 @compiled

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.sensors.beam_raster import BeamRaster, directions_of
 from clearway.sensors.doubt import DoubtRule, doubts
@@ -50,7 +49,6 @@ class Swept(NamedTuple):
     borne_out: int
 
 
-@by_leaf
 @compiled
 def swept_by(
     points: Floats2,

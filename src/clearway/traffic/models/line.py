@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
@@ -50,7 +49,6 @@ def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells
     return ModelCells(*arrays)
 
 
-@by_leaf
 @compiled
 def _lines(
     position: Floats2,

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
@@ -149,7 +148,6 @@ def cone_axes(velocity: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
     return along, level, np.cross(along, level)
 
 
-@by_leaf
 @compiled
 def _spreads(
     position: Floats2,
