@@ -57,7 +57,9 @@ def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> 
     try:
         sources = write_sources(root / "src", work / "source")
     except NotTranslatableError as cause:
-        raise BuildError(f"{cause}\nOnly the subset of Python in docs/core.md is translated.") from cause
+        raise BuildError(
+            f"{cause}\nOnly the subset of Python in docs/core.md is translated."
+        ) from cause
     folder = work / f"{target.folder}-{flavour}"
     folder.mkdir(parents=True, exist_ok=True)
     flags = (*FLAGS, *FLAVOURS[flavour])
@@ -127,9 +129,7 @@ def _run(compiler: Compiler, options: Sequence[str], made: Path, problem: str) -
         half.unlink(missing_ok=True)
     said = ended.stderr.strip().splitlines() or [f"it ended with {ended.returncode}"]
     killed = "\nIt was killed: is there enough memory?" if ended.returncode < 0 else ""
-    raise BuildError(
-        f"{problem} by {compiler.version}:\n" + "\n".join(said[:SHOWN_LINES]) + killed
-    )
+    raise BuildError(f"{problem} by {compiler.version}:\n" + "\n".join(said[:SHOWN_LINES]) + killed)
 
 
 def _side_by_side() -> int:

@@ -39,4 +39,6 @@ def find_headers() -> Headers:
             f"numpy {np.__version__}: its headers would make a core for that numpy alone.\n"
             "Type `pip install 'numpy>=2'`."
         )
-    return Headers((OWN, python, Path(np.get_include())), f"python {version} numpy {np.__version__}")
+    return Headers(
+        (OWN, python, Path(np.get_include())), f"python {version} numpy {np.__version__}"
+    )

@@ -8,7 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import StridedFloats, StridedFloats2, Bools2, Floats, Floats2, Floats3, Int32s, Ints
+from clearway.base.arrays import (
+    Bools2,
+    Floats,
+    Floats2,
+    Floats3,
+    Int32s,
+    Ints,
+    StridedFloats,
+    StridedFloats2,
+)
 from clearway.base.compiled import borrowing, compiled
 
 MANY = 64

@@ -14,7 +14,7 @@ from math import comb
 
 import numpy as np
 
-from clearway.base.arrays import StridedFloats, Floats, Floats2
+from clearway.base.arrays import Floats, Floats2, StridedFloats
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 

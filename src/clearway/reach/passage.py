@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import StridedFloats, Floats, Floats2
+from clearway.base.arrays import Floats, Floats2, StridedFloats
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges, angle_borders, cell_of_point, range_borders
